@@ -1,0 +1,1 @@
+"""Aggregated channel features and their pyramid."""

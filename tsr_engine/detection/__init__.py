@@ -1,0 +1,1 @@
+"""The offline detector: boosted trees, soft cascade, spatial prior."""

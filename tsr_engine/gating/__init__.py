@@ -1,0 +1,1 @@
+"""The gate: symmetry, perceptual hash, distance (Eq. 3)."""

@@ -1,0 +1,1 @@
+"""Files: video, pictures, models, tables."""

@@ -1,0 +1,1 @@
+"""The online detector: incremental SVM and relocalisation."""

@@ -1,0 +1,100 @@
+"""Every parameter of a run, by name, with its default, range and meaning.
+
+Leaf names are unique over all sections, so ``tau=20`` and ``gate.tau=20`` mean the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from pydantic import ValidationError
+
+from tsr_engine.errors import UsageError
+from tsr_engine.params.base import Section
+from tsr_engine.params.detector import DetectorParams, PriorParams
+from tsr_engine.params.fusion import FusionParams
+from tsr_engine.params.gate import GateParams
+from tsr_engine.params.online import OnlineParams
+from tsr_engine.params.presets import PRESETS
+from tsr_engine.params.tracking import TrackingParams
+
+__all__ = [
+    "PRESETS",
+    "DetectorParams",
+    "FusionParams",
+    "GateParams",
+    "OnlineParams",
+    "Params",
+    "PriorParams",
+    "Section",
+    "TrackingParams",
+]
+
+
+class Params(Section):
+    """All parameters of a run. Immutable; stored with every run."""
+
+    detector: DetectorParams = DetectorParams()
+    prior: PriorParams = PriorParams()
+    tracking: TrackingParams = TrackingParams()
+    gate: GateParams = GateParams()
+    online: OnlineParams = OnlineParams()
+    fusion: FusionParams = FusionParams()
+
+    @classmethod
+    def preset(cls, name: str) -> Params:
+        """The parameters of a named preset.
+
+        Raises:
+            UsageError: no such preset.
+        """
+        if name not in PRESETS:
+            raise UsageError(f"There is no preset '{name}'. Choose one of: {', '.join(sorted(PRESETS))}.")
+        return cls().with_settings(PRESETS[name].items())
+
+    def with_settings(self, settings: Iterable[tuple[str, Any]]) -> Params:
+        """A copy with some parameters changed.
+
+        Args:
+            settings: pairs of a name (``tau`` or ``gate.tau``) and a value, which may be text as typed by a user.
+
+        Raises:
+            UsageError: an unknown name, or a value out of range, NaN or of the wrong type.
+        """
+        tree = self.model_dump()
+        places = {leaf: (section, leaf) for section, leaf in self.names()}
+        places |= {f"{section}.{leaf}": (section, leaf) for section, leaf in self.names()}
+        for name, value in settings:
+            if name not in places:
+                raise UsageError(f"There is no parameter '{name}'. `tsr track --help` lists them all.")
+            section, leaf = places[name]
+            tree[section][leaf] = _parse(value)
+        try:
+            return type(self).model_validate(tree)
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise UsageError(f"Parameter {where}: {first['msg']}. Got {first['input']!r} instead.") from None
+
+    @classmethod
+    def names(cls) -> Iterator[tuple[str, str]]:
+        """All ``(section, leaf)`` names in order."""
+        for section, field in cls.model_fields.items():
+            annotation = field.annotation
+            assert isinstance(annotation, type)
+            assert issubclass(annotation, Section)
+            for leaf in annotation.model_fields:
+                yield section, leaf
+
+
+def _parse(value: Any) -> Any:
+    """Text of the command line to a value that pydantic validates: ``none`` and comma lists are understood."""
+    if not isinstance(value, str):
+        return value
+    text = value.strip()
+    if text.lower() in {"none", "null"}:
+        return None
+    if "," in text:
+        return tuple(part.strip() for part in text.split(",") if part.strip())
+    return text

@@ -1,0 +1,85 @@
+"""The seams of the engine: what a part must offer so that another can take its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.records import Detections, FloatArray, Picture
+
+
+@runtime_checkable
+class OfflineDetector(Protocol):
+    """``M_off``: finds signs in one picture, without memory.
+
+    ACF is the default; any other detector (an ONNX network, imported boxes) is a drop-in.
+    """
+
+    name: str
+
+    def detect(self, picture: Picture) -> Detections:
+        """Detections of one BGR picture of any size, best first, after non-maximum suppression."""
+        ...
+
+
+class PixelSource(Protocol):
+    """Read access to one frame's pixels: the frame itself, or the rectangles kept in evidence."""
+
+    width: int
+    height: int
+
+    def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
+        """The BGR pixels of ``[x1, x2) x [y1, y2)``; beyond the frame the border is replicated."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class MotionState:
+    """A track's motion state: mean and covariance in the motion model's own coordinates."""
+
+    mean: FloatArray
+    covariance: FloatArray
+
+
+class MotionModel(Protocol):
+    """A stateless filter over ``(cx, cy, w, h)`` measurements: arrays in, arrays out.
+
+    Measurements and ``box_of`` use centre and size in px; ``dt`` counts nominal frame intervals (1.0 at
+    constant rate); ``shift`` is the global camera shift (dx, dy) of the picture since the last frame, in px.
+    """
+
+    name: str
+
+    def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
+        """The state of a track born from one measurement in a frame of width x height px."""
+        ...
+
+    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
+        """Time update."""
+        ...
+
+    def update(self, state: MotionState, measurement: FloatArray, noise: float = 1.0) -> MotionState:
+        """Measurement update; ``noise`` scales the measurement's standard deviation."""
+        ...
+
+    def box_of(self, state: MotionState) -> FloatArray:
+        """``(cx, cy, w, h)`` of a state, shape (4,)."""
+        ...
+
+    def innovation(self, state: MotionState) -> FloatArray:
+        """Innovation covariance of ``(cx, cy, w, h)``, shape (4, 4)."""
+        ...
+
+
+class CropClassifier(Protocol):
+    """Class probabilities of sign crops."""
+
+    def probabilities(self, crops: list[Picture]) -> NDArray[np.float32]:
+        """Shape (n, 43), rows sum to 1. Each crop is the sign's box plus the border that ``margin`` names."""
+        ...
+
+    margin: float
+    """Border on each side of the box that a crop must carry, as a share of the box's side."""

@@ -1,0 +1,1 @@
+"""Classification of crops and fusion of votes over a track."""

@@ -1,0 +1,206 @@
+"""What the engine knows about one frame, as immutable records: the vocabulary of evidence.
+
+Conventions of the whole engine:
+
+* a **box** is ``(x1, y1, x2, y2)`` in 0-based pixel-edge coordinates, ``x2, y2`` exclusive, float64;
+* a **picture** is BGR, uint8, shape ``(height, width, 3)``, C-contiguous, upright;
+* a **frame** is named by its ordinal: the 0-based position in presentation order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+Source = Literal["detected", "predicted", "relocalised"]
+TrackState = Literal["tentative", "confirmed", "dead"]
+Transform = Literal["learned", "unlearned"]
+
+
+@dataclass(frozen=True, slots=True)
+class Detections:
+    """The offline detections of one frame, best first.
+
+    Attributes:
+        boxes: shape (n, 4), float64, ``x1, y1, x2, y2`` in pixels.
+        raw_scores: shape (n,), the detector's score before the spatial prior.
+        prior: shape (n,), ``P_spatial`` at the box centre, in [0, 1] (Eq. 2).
+        scores: shape (n,), the final score ``raw + (P - 1/2) * lambda`` (Eq. 2).
+    """
+
+    boxes: FloatArray
+    raw_scores: FloatArray
+    prior: FloatArray
+    scores: FloatArray
+
+    def __post_init__(self) -> None:
+        n = len(self.boxes)
+        if self.boxes.shape != (n, 4):
+            raise ValueError(f"Detections.boxes must have shape (n, 4). Got {self.boxes.shape} instead.")
+        for name in ("raw_scores", "prior", "scores"):
+            if getattr(self, name).shape != (n,):
+                raise ValueError(f"Detections.{name} must have shape ({n},). Got {getattr(self, name).shape} instead.")
+
+    def __len__(self) -> int:
+        return len(self.boxes)
+
+    @classmethod
+    def empty(cls) -> Detections:
+        """No detections."""
+        zero = np.zeros(0)
+        return cls(np.zeros((0, 4)), zero, zero, zero)
+
+    def select(self, index: Any) -> Detections:
+        """The detections that a NumPy index or mask selects, in its order."""
+        return Detections(self.boxes[index], self.raw_scores[index], self.prior[index], self.scores[index])
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """A motion model's view of one track in one frame before it sees the frame's measurement.
+
+    Attributes:
+        box: shape (4,), the predicted box.
+        covariance: shape (4, 4), innovation covariance of ``(cx, cy, w, h)`` in px^2.
+    """
+
+    box: FloatArray
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class GateVerdict:
+    """The gate's factors and verdict for one predicted crop (Eq. 3)."""
+
+    symmetry_magnitude: float
+    """Strength of the best mirror axis, in [0, 1]."""
+    symmetry: float
+    """``symm``: reciprocal of the floored magnitude, >= 1."""
+    hash_distance: float
+    """``p_ph``: Hamming distance of the perceptual hashes, 0..64."""
+    position_distance: float
+    """``p_pos``: px between the candidate's centre and the previous result's."""
+    l_positive: float
+    """The product of the three factors; lower is better."""
+    confident: bool
+    """``l_positive < tau``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Relocalisation:
+    """The online detector's answer around a prediction (Algorithm 2)."""
+
+    search_box: FloatArray
+    """Shape (4,): the outer edge of everything that was searched."""
+    box: FloatArray
+    """Shape (4,): the window with the highest response."""
+    decision: float
+    """SVM decision value of that window."""
+    probability: float
+    """Logistic of the decision value, P(y = 1)."""
+    runner_up_box: FloatArray
+    """Shape (4,): the best window outside the peak's own neighbourhood."""
+    runner_up_decision: float
+    """SVM decision value of the runner-up."""
+    windows: int
+    """Number of windows that were scored."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One sample that the online detector learned or unlearned."""
+
+    transform: Transform
+    label: int
+    """+1 or -1."""
+    origin: Literal["offline", "prediction", "result", "background"]
+    frame: int
+    """Frame that the sample was cut from (-1 for offline samples)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recognition:
+    """Per-frame class probabilities and the votes fused so far (Eq. 4, 5)."""
+
+    probabilities: NDArray[np.float32]
+    """Shape (43,): P(c | x_t) of this crop, sums to 1."""
+    scale: float
+    """s_t: the crop's side in px."""
+    weight: float
+    """w_t >= 0."""
+    votes: FloatArray
+    """Shape (43,): sum of w_t P(c | x_t) up to this frame."""
+    class_id: int
+    """argmax of the votes."""
+    share: float
+    """The winner's votes divided by all votes, in [0, 1]."""
+    runner_up: int
+    """The class with the second most votes."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackFrame:
+    """Everything known about one track in one frame."""
+
+    track_id: int
+    state: TrackState
+    source: Source
+    box: FloatArray
+    """Shape (4,): the frame's result."""
+    score: float
+    """Final score of the associated detection; otherwise the last one, decayed by the track."""
+    prediction: Prediction | None
+    """None in the frame of birth."""
+    detection: int | None
+    """Row of the associated detection in the frame's ``Detections``."""
+    gate: GateVerdict | None
+    relocalisation: Relocalisation | None
+    samples: tuple[Sample, ...]
+    recognition: Recognition | None
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened to a track, with the values behind its sentence."""
+
+    kind: Literal["born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"]
+    track_id: int
+    text: str
+    values: Mapping[str, float | int | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """A rectangle of the frame's own pixels, kept so that the run can be replayed.
+
+    ``x, y`` is the top-left pixel in the frame; the rectangle lies wholly inside the frame.
+    """
+
+    x: int
+    y: int
+    pixels: Picture
+
+
+@dataclass(frozen=True, slots=True)
+class FrameEvidence:
+    """Everything that one step of the engine decided about one frame."""
+
+    ordinal: int
+    seconds: float
+    width: int
+    height: int
+    detections: Detections
+    shift: tuple[float, float]
+    """Global camera shift against the previous frame, px (x, y)."""
+    tracks: tuple[TrackFrame, ...]
+    events: tuple[Event, ...]
+    regions: tuple[Region, ...]
+    timings: Mapping[str, float]
+    """Stage name -> seconds of this frame."""

@@ -1,0 +1,1 @@
+"""Motion models, association and track life cycle."""

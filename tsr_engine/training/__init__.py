@@ -1,0 +1,1 @@
+"""Training from scenes and crops."""
