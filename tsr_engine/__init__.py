@@ -4,6 +4,22 @@ The method is that of Yuan, Xiong and Wang, "An Incremental Framework for Video-
 Tracking, and Recognition", IEEE T-ITS 18(7), 2017.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from tsr_engine.version import __version__
 
-__all__ = ["__version__"]
+if TYPE_CHECKING:
+    from tsr_engine.online.incremental_svm import IncrementalSVC
+
+__all__ = ["IncrementalSVC", "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    # Looked up on first use: importing it compiles nothing, but costs Numba's import.
+    if name == "IncrementalSVC":
+        from tsr_engine.online.incremental_svm import IncrementalSVC
+
+        return IncrementalSVC
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

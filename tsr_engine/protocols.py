@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,20 @@ class PixelSource(Protocol):
 
     def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
         """The BGR pixels of ``[x1, x2) x [y1, y2)``; beyond the frame the border is replicated."""
+        ...
+
+
+class TrainedPart(Protocol):
+    """A trained part as it is read from a model folder: arrays, and the settings that inference needs."""
+
+    @property
+    def arrays(self) -> Mapping[str, NDArray[Any]]:
+        """Arrays by name."""
+        ...
+
+    @property
+    def params(self) -> Mapping[str, Any]:
+        """JSON settings by name."""
         ...
 
 
@@ -81,5 +96,7 @@ class CropClassifier(Protocol):
         """Shape (n, 43), rows sum to 1. Each crop is the sign's box plus the border that ``margin`` names."""
         ...
 
-    margin: float
-    """Border on each side of the box that a crop must carry, as a share of the box's side."""
+    @property
+    def margin(self) -> float:
+        """Border on each side of the box that a crop must carry, as a share of the box's side."""
+        ...

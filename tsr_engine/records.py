@@ -86,7 +86,7 @@ class GateVerdict:
     hash_distance: float
     """``p_ph``: Hamming distance of the perceptual hashes, 0..64."""
     position_distance: float
-    """``p_pos``: px between the candidate's centre and the previous result's."""
+    """``p_pos``: distance of the candidate's centre from the previous result's, in ``position_unit``."""
     l_positive: float
     """The product of the three factors; lower is better."""
     confident: bool

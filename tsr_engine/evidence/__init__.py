@@ -1,1 +1,31 @@
-"""The evidence of a run: schema, writer, reader."""
+"""The evidence of a run: schema, writer, reader, and the pixels kept for replay.
+
+One folder a run: ``run.json`` (what it was made of) and ``evidence.sqlite`` (what was decided, frame by frame).
+"""
+
+from tsr_engine.evidence.compare import differences
+from tsr_engine.evidence.encode import TableEntry, TrackSummary
+from tsr_engine.evidence.header import RunHeader, RunState, VideoIdentity, read_header
+from tsr_engine.evidence.reader import RESULT_HEADER, EvidenceReader, ResultRow, StageTime
+from tsr_engine.evidence.regions import FramePixels, StoredPixels
+from tsr_engine.evidence.schema import SCHEMA_VERSION
+from tsr_engine.evidence.writer import DEFAULT_CHUNK, EvidenceWriter
+
+__all__ = [
+    "DEFAULT_CHUNK",
+    "RESULT_HEADER",
+    "SCHEMA_VERSION",
+    "EvidenceReader",
+    "EvidenceWriter",
+    "FramePixels",
+    "ResultRow",
+    "RunHeader",
+    "RunState",
+    "StageTime",
+    "StoredPixels",
+    "TableEntry",
+    "TrackSummary",
+    "VideoIdentity",
+    "differences",
+    "read_header",
+]

@@ -16,6 +16,7 @@ from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.params.fusion import FusionParams
 from tsr_engine.params.gate import GateParams
 from tsr_engine.params.online import OnlineParams
+from tsr_engine.params.pipeline import PipelineParams
 from tsr_engine.params.presets import PRESETS
 from tsr_engine.params.tracking import TrackingParams
 
@@ -26,6 +27,7 @@ __all__ = [
     "GateParams",
     "OnlineParams",
     "Params",
+    "PipelineParams",
     "PriorParams",
     "Section",
     "TrackingParams",
@@ -41,6 +43,7 @@ class Params(Section):
     gate: GateParams = GateParams()
     online: OnlineParams = OnlineParams()
     fusion: FusionParams = FusionParams()
+    pipeline: PipelineParams = PipelineParams()
 
     @classmethod
     def preset(cls, name: str) -> Params:

@@ -12,6 +12,15 @@ class DetectorParams(Section):
 
     min_width: float = Field(16.0, ge=8, le=256, description="narrowest sign that is searched for, px")
     keep_score: float = Field(-2.0, description="raw detections below this score are not kept, not even as evidence")
+    dense_trees: int = Field(8, ge=1, le=64, description="trees evaluated for whole rows before windows are dropped")
+    first_overlap: float = Field(
+        0.5, gt=0, le=1, description="suppression before the second look, share of the smaller"
+    )
+    final_overlap: float = Field(0.5, gt=0, le=1, description="suppression after the second look, share of the smaller")
+    look_limit: int = Field(16, ge=1, le=500, description="most candidates of a picture that get a second look")
+    far_share: float = Field(0.045, ge=0, le=1, description="signs narrower than this share of the height are far away")
+    far_top: float = Field(0.18, ge=0, le=1, description="far signs are searched below this share of the height")
+    far_bottom: float = Field(0.86, ge=0, le=1, description="far signs are searched above this share of the height")
     second_core: bool = Field(True, description="use a second core for the scan when there is one")
 
 

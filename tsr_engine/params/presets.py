@@ -11,6 +11,20 @@ from typing import Any
 PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
     {
         "default": MappingProxyType({}),
-        "paper": MappingProxyType({"motion": "paper", "fusion_mode": "scale"}),
+        "paper": MappingProxyType(
+            {
+                "motion": "paper",
+                "fusion_mode": "scale",
+                "search_scales": (1.0,),
+                "search_penalty": 0.0,
+                "search_subpixel": False,
+                "background_negatives": 0,
+                "learn_rejected": True,
+                "hash_memory": None,
+                "position_unit": "px",
+                "position_camera": False,
+                "rejected_measurement": "relocalised",
+            }
+        ),
     }
 )

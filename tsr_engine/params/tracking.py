@@ -10,6 +10,84 @@ from tsr_engine.params.base import Section
 
 
 class TrackingParams(Section):
-    """Motion model, association of detections to tracks, track life cycle."""
+    """Motion model, association of detections to tracks, track life cycle.
+
+    Shares are of the box's own width or height; rates are per nominal frame interval.
+    """
 
     motion: Literal["paper", "constant_velocity", "looming"] = Field("looming", description="motion model")
+
+    # Measurement noise, common to all motion models.
+    noise_centre: float = Field(0.07, gt=0, le=1, description="std of a detection's centre, share of its size")
+    noise_size: float = Field(0.14, gt=0, le=1, description="std of a detection's width and height, share of its size")
+
+    # motion = "paper"
+    displacement_window: int = Field(
+        5, ge=1, le=60, description="paper motion: number of last displacements whose mean is the control input B u"
+    )
+    paper_process: float = Field(0.08, gt=0, le=2, description="paper motion: process std per frame, share of the size")
+
+    # motion = "constant_velocity"
+    velocity_process: float = Field(
+        0.01, gt=0, le=1, description="constant velocity: acceleration std per frame^2, share of the size"
+    )
+
+    # motion = "looming"
+    foe_x: float = Field(0.5, ge=-1, le=2, description="focus of expansion, share of the picture's width")
+    foe_y: float = Field(0.5, ge=-1, le=2, description="focus of expansion, share of the picture's height")
+    foe_spread: float = Field(
+        0.05,
+        ge=0,
+        le=1,
+        description="looming: std of the assumed focus of expansion, share of width and height (0: known)",
+    )
+    growth_start: float = Field(0.015, ge=-0.2, le=0.5, description="looming: growth per frame assumed at birth")
+    growth_spread: float = Field(0.015, gt=0, le=1, description="looming: std of the growth assumed at birth")
+    growth_process: float = Field(0.001, ge=0, le=1, description="looming: std of the change of growth per frame")
+    scale_process: float = Field(0.004, ge=0, le=1, description="looming: std of the width's own wander per frame")
+    aspect_process: float = Field(0.004, ge=0, le=1, description="looming: std of the aspect ratio's wander per frame")
+    centre_process: float = Field(0.01, ge=0, le=2, description="looming: centre wander std per frame, share of size")
+    centre_process_px: float = Field(0.3, ge=0, le=50, description="looming: centre wander std per frame, px")
+    drift_process: float = Field(0.2, ge=0, le=50, description="looming: std of the drift's change per frame, px")
+    drift_decay: float = Field(0.95, ge=0, le=1, description="looming: share of the drift that lasts to the next frame")
+
+    # Camera rotation
+    use_camera_shift: bool = Field(True, description="add the picture's global shift (camera rotation) to predictions")
+    shift_scale: int = Field(4, ge=1, le=16, description="the global shift is estimated at 1 / this scale")
+
+    # Association
+    low_score: float = Field(-2.0, description="detections below this score are not associated at all")
+    high_score: float = Field(0.0, description="detections from this score on are associated first")
+    iou_gate: float = Field(0.2, ge=0, le=1, description="least IoU of prediction and detection for a match by overlap")
+    centre_gate: float = Field(
+        0.8, ge=0, le=5, description="largest centre distance for a match without overlap, share of the size"
+    )
+    gate_sigmas: float = Field(
+        3.0, ge=0, le=10, description="the centre gate opens to this many std of the innovation while a track coasts"
+    )
+    centre_gate_max: float = Field(1.5, ge=0, le=20, description="... but never beyond this share of the size")
+    size_gate: float = Field(
+        2.0, ge=1, le=10, description="largest ratio of widths or heights of prediction and detection"
+    )
+
+    # Birth
+    birth_score: float = Field(0.0, description="least score of a detection that starts or confirms a track")
+    confirm_hits: int = Field(3, ge=1, le=60, description="k: detections above birth_score that confirm a track")
+    confirm_window: int = Field(8, ge=1, le=120, description="m: frames in which they must fall")
+    confirm_score: float = Field(0.0, description="least mean score of those detections")
+    duplicate_iou: float = Field(
+        0.3, ge=0, le=1, description="a detection that overlaps a track by this IoU starts no second one"
+    )
+    merge_iou: float = Field(0.5, ge=0, le=1, description="IoU from which two tracks are taken for the same sign")
+
+    # Death
+    max_coast: int = Field(
+        20, ge=0, le=600, description="frames without detection or confident relocalisation that end a confirmed track"
+    )
+    max_undetected: int = Field(
+        60, ge=0, le=3600, description="frames without detection that end a track even if it is relocalised"
+    )
+    view_share: float = Field(0.4, ge=0, le=1, description="a track ends when less of its box than this is in view")
+    score_decay: float = Field(
+        0.9, gt=0, le=1, description="factor on a track's score margin per frame without detection"
+    )

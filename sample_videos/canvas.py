@@ -1,0 +1,124 @@
+"""An anti-aliased vector canvas: polygons, strokes and discs in unit coordinates, drawn large and reduced by area."""
+
+from __future__ import annotations
+
+import itertools
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+Colour = tuple[int, int, int]
+
+_SHIFT = 6
+_FACTOR = 4
+
+
+def arc(cx: float, cy: float, rx: float, ry: float, start: float, end: float, n: int = 24) -> Points:
+    """Points on an ellipse.
+
+    Args:
+        cx: Centre, right.
+        cy: Centre, down.
+        rx: Half width.
+        ry: Half height.
+        start: First angle in degrees, clockwise from the right (y points down).
+        end: Last angle in degrees.
+        n: Number of points.
+
+    Returns:
+        (n, 2) array.
+    """
+    angle = np.radians(np.linspace(start, end, n))
+    return np.stack([cx + rx * np.cos(angle), cy + ry * np.sin(angle)], axis=1)
+
+
+def regular(n: int, radius: float, first: float) -> Points:
+    """A regular polygon of `n` corners, its first at `first` degrees (clockwise from the right)."""
+    return arc(0, 0, radius, radius, first, first + 360 * (n - 1) / n, n)
+
+
+def rounded(corners: Points, radius: float, n: int = 8) -> Points:
+    """A convex polygon with each corner replaced by a circular arc.
+
+    Args:
+        corners: (k, 2) corners in order.
+        radius: Radius of the arcs in the same unit.
+        n: Points an arc.
+
+    Returns:
+        (k * n, 2) outline.
+    """
+    out = []
+    for before, at, after in zip(np.roll(corners, 1, 0), corners, np.roll(corners, -1, 0), strict=True):
+        u, v = before - at, after - at
+        u, v = u / np.hypot(*u), v / np.hypot(*v)
+        half = np.arccos(np.clip(u @ v, -1, 1)) / 2
+        middle = (u + v) / np.hypot(*(u + v))
+        centre = at + middle * radius / np.sin(half)
+        first, last = at + u * radius / np.tan(half) - centre, at + v * radius / np.tan(half) - centre
+        a0, a1 = np.arctan2(first[1], first[0]), np.arctan2(last[1], last[0])
+        turn = (a1 - a0 + np.pi) % (2 * np.pi) - np.pi
+        angle = a0 + turn * np.linspace(0, 1, n)
+        out.append(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    return np.concatenate(out)
+
+
+def thick(points: Points, width: float) -> list[Points]:
+    """A polyline of a width as polygons: one quadrilateral a segment and a disc at each joint."""
+    polygons = []
+    for a, b in itertools.pairwise(points):
+        along = b - a
+        length = np.hypot(*along)
+        if length == 0:
+            continue
+        side = np.array([-along[1], along[0]]) / length * width / 2
+        polygons.append(np.stack([a + side, b + side, b - side, a - side]))
+    polygons.extend(arc(x, y, width / 2, width / 2, 0, 360, 20) for x, y in points[1:-1])
+    return polygons
+
+
+class Canvas:
+    """A square picture over [-1, 1] x [-1, 1] (y down), drawn `_FACTOR` times too large and reduced by area.
+
+    Attributes:
+        size: Side of the finished picture in pixels.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self._n = size * _FACTOR
+        self._bgr = np.zeros((self._n, self._n, 3), np.uint8)
+        self._alpha = np.zeros((self._n, self._n), np.uint8)
+
+    def _fixed(self, points: Points) -> NDArray[np.int32]:
+        pixels = (np.asarray(points, np.float64) + 1) * self._n / 2 - 0.5
+        return np.round(pixels * (1 << _SHIFT)).astype(np.int32)
+
+    def outline(self, points: Points) -> None:
+        """Make the inside of a polygon opaque: the silhouette."""
+        cv2.fillPoly(self._alpha, [self._fixed(points)], 255, cv2.LINE_AA, _SHIFT)
+
+    def fill(self, points: Points, colour: Colour) -> None:
+        """Fill a polygon with an sRGB colour (r, g, b)."""
+        cv2.fillPoly(self._bgr, [self._fixed(points)], colour[::-1], cv2.LINE_AA, _SHIFT)
+
+    def stroke(self, points: Points, width: float, colour: Colour, *, caps: bool = False) -> None:
+        """Draw a polyline of a width; round ends where `caps`."""
+        points = np.asarray(points, np.float64)
+        for polygon in thick(points, width):
+            self.fill(polygon, colour)
+        if caps:
+            for x, y in (points[0], points[-1]):
+                self.disc(x, y, width / 2, colour)
+
+    def disc(self, x: float, y: float, radius: float, colour: Colour) -> None:
+        """Fill a disc."""
+        self.fill(arc(x, y, radius, radius, 0, 360, 72), colour)
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The finished (size, size, 4) picture, BGRA, sRGB, straight alpha."""
+        bgr = cv2.resize(self._bgr, (self.size, self.size), interpolation=cv2.INTER_AREA)
+        alpha = cv2.resize(self._alpha, (self.size, self.size), interpolation=cv2.INTER_AREA)
+        return np.dstack([bgr, alpha])

@@ -1,0 +1,94 @@
+"""A drive: the road, what stands beside it, who else is on it, and where our car is when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sample_videos.bodies import Body, Mesh
+from sample_videos.ground import RoadStyle
+from sample_videos.path import Path
+from sample_videos.posts import Sign
+from sample_videos.scenarios import Scenario
+from sample_videos.things import Thing
+from sample_videos.weather import Weather
+
+Array = NDArray[np.float64]
+LANE = 1.75
+"""Distance of a lane's middle from the centre line, metres."""
+
+
+@dataclass
+class Mover:
+    """A vehicle that drives.
+
+    Attributes:
+        mesh: Its body.
+        s0: Arc length at the start.
+        d: Distance to the right of the centre line.
+        speed: Along the road's direction; negative comes towards us.
+    """
+
+    mesh: Mesh
+    s0: float
+    d: float
+    speed: float
+
+    def body(self, path: Path, t: float) -> Body | None:
+        """The body at a time, or None off the road's known length."""
+        s = self.s0 + self.speed * t
+        if not -path.BEHIND < s < path.length:
+            return None
+        right, forward = path.frame(s)
+        if self.speed < 0:
+            right, forward = -right, -forward
+        return Body(self.mesh, path.point(s, self.d), right, forward, velocity=forward * abs(self.speed))
+
+
+@dataclass
+class Drive:
+    """Everything that a drive needs to be painted.
+
+    Attributes:
+        scenario: Its kind.
+        weather: Light and air.
+        style: What lies across the road.
+        path: The road's centre line.
+        things: What stands still, with the distance up to which it is painted.
+        signs: The signs, which also are among the things.
+        movers: Other vehicles.
+        bridge: Arc length at which the bridge begins and ends, and its frame, or None.
+        bumps: Times and strengths of blows.
+        distractors: What looks like a sign and is none: kind and place.
+    """
+
+    scenario: Scenario
+    weather: Weather
+    style: RoadStyle
+    path: Path
+    things: list[tuple[Thing, float]] = field(default_factory=list)
+    signs: list[Sign] = field(default_factory=list)
+    movers: list[Mover] = field(default_factory=list)
+    bridge: tuple[float, float] | None = None
+    bumps: list[tuple[float, float]] = field(default_factory=list)
+    distractors: list[dict[str, Any]] = field(default_factory=list)
+
+    def distance(self, t: float) -> float:
+        """Arc length of our car at a time in seconds."""
+        v = self.scenario.speed
+        return float(v * (t + 0.22 * (1 - np.cos(0.5 * t))))
+
+    def speed(self, t: float) -> float:
+        """Our speed at a time, metres a second."""
+        return float(self.scenario.speed * (1 + 0.11 * np.sin(0.5 * t)))
+
+    def time_at(self, s: float) -> float:
+        """Time at which our car is at an arc length."""
+        low, high = 0.0, s / self.scenario.speed * 1.5 + 5
+        for _ in range(50):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.distance(middle) < s else (low, middle)
+        return (low + high) / 2

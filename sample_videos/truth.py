@@ -1,0 +1,117 @@
+"""The exact truth of a drive: where each sign's face lies in each frame, and how much of it is in sight."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+SMALLEST = 12.0
+"""A face whose shorter side is below this many pixels is to be ignored."""
+
+LEAST_IN_SIGHT = 0.35
+"""A face of which less than this share is in sight cannot be read and is to be ignored."""
+
+HEADER = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
+
+
+class Row(NamedTuple):
+    """One sign in one frame.
+
+    Attributes:
+        frame: Frame number, from 0.
+        track_id: The sign's number, from 1; the same through the drive.
+        x1: Left of the tight box of the face, pixel edges, cut to the picture.
+        y1: Top.
+        x2: Right.
+        y2: Bottom.
+        class_id: GTSRB class.
+        visibility: Share of the projected face in sight: in the picture and not covered by nearer things.
+        ignore: 1 where the face is smaller than `SMALLEST` or less of it than `LEAST_IN_SIGHT` is in sight.
+    """
+
+    frame: int
+    track_id: int
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+    class_id: int
+    visibility: float
+    ignore: int
+
+
+def row(
+    frame: int,
+    track_id: int,
+    bounds: tuple[float, float, float, float],
+    size: tuple[int, int],
+    class_id: int,
+    visibility: float,
+) -> Row | None:
+    """A row out of a face's bounds, cut to the picture, or None where the face lies outside.
+
+    Args:
+        frame: Frame number.
+        track_id: The sign.
+        bounds: x1, y1, x2, y2 of the whole face, in the picture or not.
+        size: Width and height of the picture.
+        class_id: GTSRB class.
+        visibility: Share in sight.
+    """
+    x1, y1, x2, y2 = bounds
+    small = min(x2 - x1, y2 - y1) < SMALLEST
+    x1, y1, x2, y2 = max(x1, 0.0), max(y1, 0.0), min(x2, float(size[0])), min(y2, float(size[1]))
+    if x2 - x1 <= 0.5 or y2 - y1 <= 0.5:
+        return None
+    ignore = int(small or visibility < LEAST_IN_SIGHT)
+    return Row(
+        frame, track_id, round(x1, 2), round(y1, 2), round(x2, 2), round(y2, 2), class_id, round(visibility, 3), ignore
+    )
+
+
+def write_csv(path: Path, rows: Iterable[Row]) -> None:
+    """Write rows in the layout of `HEADER`."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file, lineterminator="\n")
+        out.writerow(HEADER)
+        for r in rows:
+            out.writerow(
+                [r.frame, r.track_id, *(f"{v:.2f}" for v in r[2:6]), r.class_id, f"{r.visibility:.3f}", r.ignore]
+            )
+
+
+def read_csv(path: Path) -> list[Row]:
+    """Read what `write_csv` wrote.
+
+    Raises:
+        ValueError: The first line is not `HEADER`.
+    """
+    with path.open(newline="", encoding="utf-8") as file:
+        lines = csv.reader(file)
+        head = tuple(next(lines, ()))
+        if head != HEADER:
+            raise ValueError(
+                f"{path.name} must begin with {','.join(HEADER)}, got {','.join(head)}: give the truth of a drive."
+            )
+        return [
+            Row(
+                int(v[0]),
+                int(v[1]),
+                float(v[2]),
+                float(v[3]),
+                float(v[4]),
+                float(v[5]),
+                int(v[6]),
+                float(v[7]),
+                int(v[8]),
+            )
+            for v in lines
+        ]
+
+
+def write_json(path: Path, facts: dict[str, Any]) -> None:
+    """Write the facts about a drive."""
+    path.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,98 @@
+"""The layers that pyproject.toml draws, and what holds over all modules."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("tsr_engine", "sample_videos")
+NUMERIC = ("channels", "detection", "gating", "geometry", "online", "recognition", "tracking")
+SOURCES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+MUTABLE_CALLS = {"list", "dict", "set", "deque", "defaultdict", "Counter", "OrderedDict", "count", "bytearray"}
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def public_definitions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.ClassDef]:
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            yield node
+            if isinstance(node, ast.ClassDef):
+                for inner in node.body:
+                    # Learned state (a trailing underscore) is described by its class.
+                    if isinstance(inner, ast.FunctionDef) and not (
+                        inner.name.startswith("_") or inner.name.endswith("_")
+                    ):
+                        yield inner
+
+
+def is_mutable(value: ast.expr | None) -> bool:
+    if isinstance(value, ast.List | ast.Dict | ast.Set | ast.ListComp | ast.DictComp | ast.SetComp):
+        return True
+    if isinstance(value, ast.Call):
+        called = value.func
+        return (called.id if isinstance(called, ast.Name) else getattr(called, "attr", "")) in MUTABLE_CALLS
+    return False
+
+
+def test_import_linter_contracts_hold() -> None:
+    tool = Path(sys.executable).with_name("lint-imports")
+    if not tool.exists():
+        pytest.fail(f"{tool} is missing: install the dev extra")
+    done = subprocess.run([tool, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_every_public_thing_says_what_it_is(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    assert ast.get_docstring(tree), f"{name_of(path)} has no module docstring"
+    silent = [node.name for node in public_definitions(tree) if not ast.get_docstring(node)]
+    assert not silent, f"{name_of(path)}: no docstring on {', '.join(silent)}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=name_of)
+def test_dunder_all_names_exist(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    exported: list[str] = []
+    defined: set[str] = set()
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            defined.add(node.name)
+        elif isinstance(node, ast.ImportFrom | ast.Import):
+            defined |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, ast.Assign):
+            for target in node.targets:
+                if isinstance(target, ast.Name):
+                    defined.add(target.id)
+                    if target.id == "__all__":
+                        exported = ast.literal_eval(node.value)
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            defined.add(node.target.id)
+    assert len(exported) == len(set(exported)), f"{name_of(path)}: __all__ names something twice"
+    assert not set(exported) - defined, f"{name_of(path)}: __all__ names {set(exported) - defined}, which is not there"
+
+
+@pytest.mark.parametrize("path", [p for p in SOURCES if p.relative_to(ROOT).parts[1] in NUMERIC], ids=name_of)
+def test_numeric_modules_hold_no_state(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    held = []
+    for node in tree.body:
+        targets = (
+            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        )
+        names = [t.id for t in targets if isinstance(t, ast.Name) and t.id != "__all__"]
+        # A constant table is spelt in capitals and never written to; anything else that can change is state.
+        if names and is_mutable(node.value) and not all(n.strip("_").isupper() for n in names):  # type: ignore[union-attr]
+            held += names
+    assert not held, f"{name_of(path)}: module-level state {held}"
+    globals_used = [n for node in ast.walk(tree) if isinstance(node, ast.Global) for n in node.names]
+    assert not globals_used, f"{name_of(path)}: global statement for {globals_used}"

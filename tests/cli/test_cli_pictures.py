@@ -1,0 +1,138 @@
+"""`tsr detect` and `tsr classify` on still pictures, with toy parts."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import cv2
+import numpy as np
+import pytest
+
+import tsr_engine.pipeline
+from tsr_engine.cli.main import run
+
+Capture = pytest.CaptureFixture[str]
+
+
+def load_toys() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("toys_of_pictures", Path(__file__).parents[1] / "pipeline_toys.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+toys = load_toys()
+
+
+@pytest.fixture(autouse=True)
+def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tsr_engine.pipeline, "load_components", lambda params, folder=None: toys.components(params))
+    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda folder=None: toys.HueClassifier())
+
+
+@pytest.fixture
+def scenes(tmp_path: Path) -> Path:
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    for k in (0, 10, 11, 12, 20):
+        cv2.imwrite(str(folder / f"{k:03d}.png"), toys.drive_picture(k))
+    return folder
+
+
+def test_detect_writes_a_line_a_picture(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert run(["detect", str(scenes), "--jsonl", str(tmp_path / "o.jsonl")]) == 0
+    lines = [json.loads(line) for line in (tmp_path / "o.jsonl").read_text().splitlines()]
+    assert [line["image"] for line in lines] == ["000.png", "010.png", "011.png", "012.png", "020.png"]
+    assert lines[0]["detections"] == []
+    found = [d for line in lines for d in line["detections"]]
+    assert found
+    for line in lines[1:]:
+        for d in line["detections"]:
+            assert set(d) == {"x1", "y1", "x2", "y2", "score", "raw_score", "class_id", "class_prob"}
+            drawn = toys.sign_box(int(line["image"][:3]))
+            assert abs(d["x1"] - drawn[0]) < 3
+            assert abs(d["y2"] - drawn[3]) < 3
+            assert d["score"] == pytest.approx(d["raw_score"] + 0.2, abs=1e-4)
+            assert 0 < d["class_prob"] <= 1
+    assert f"{len(found)} detections in 5 pictures" in capsys.readouterr().out
+
+
+def test_detect_names_unreadable_pictures_and_does_the_others(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
+    (scenes / "011.png").write_bytes(b"")
+    (scenes / "012.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
+    assert run(["detect", str(scenes), "--jsonl", str(tmp_path / "o.jsonl")]) == 3
+    captured = capsys.readouterr()
+    assert "011.png is empty" in captured.err
+    assert "012.png is not a picture" in captured.err
+    assert "2 of 5 pictures could not be read" in captured.err
+    assert "Traceback" not in captured.err
+    assert len((tmp_path / "o.jsonl").read_text().splitlines()) == 3
+
+
+def test_detect_refuses_a_picture_bomb(tmp_path: Path, capsys: Capture) -> None:
+    header = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + (60000).to_bytes(4, "big") * 2 + b"\x08\x02\x00\x00\x00"
+    (tmp_path / "bomb.png").write_bytes(header + b"\0" * 64)
+    assert run(["detect", str(tmp_path / "bomb.png"), "--jsonl", str(tmp_path / "o.jsonl")]) == 3
+    assert "60000x60000" in capsys.readouterr().err
+
+
+def test_detect_never_overwrites_its_input(scenes: Path, capsys: Capture) -> None:
+    picture = scenes / "010.png"
+    before = picture.read_bytes()
+    assert run(["detect", str(picture), "--jsonl", str(picture)]) == 2
+    assert "is the input itself" in capsys.readouterr().err
+    assert picture.read_bytes() == before
+    assert run(["detect", str(scenes.parent / "none"), "--jsonl", "x"]) == 3
+
+
+@pytest.fixture
+def crops(tmp_path: Path) -> Path:
+    """Two class folders in the benchmark's layout."""
+    for class_id in (3, 14):
+        folder = tmp_path / "gtsrb" / f"{class_id:05d}"
+        folder.mkdir(parents=True)
+        rows = ["Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"]
+        for frame in range(3):
+            picture = np.full((40, 40, 3), 60 + 40 * frame, np.uint8)
+            picture[5:35, 5:35] = class_id
+            cv2.imwrite(str(folder / f"00000_{frame:05d}.png"), picture)
+            rows.append(f"00000_{frame:05d}.png;40;40;5;5;35;35;{class_id}")
+        (folder / f"GT-{class_id:05d}.csv").write_text("\n".join(rows) + "\n")
+    return tmp_path / "gtsrb"
+
+
+def test_classify_class_folders(crops: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    lines = (tmp_path / "o.csv").read_text().splitlines()
+    assert lines[0] == "filename,class_id,probability"
+    assert [line.split(",")[0] for line in lines[1:4]] == [f"00003/00000_{k:05d}.png" for k in range(3)]
+    assert report["crops"] == report["labelled"] == 6
+    right = sum(line.split(",")[0][:5].lstrip("0") == line.split(",")[1] for line in lines[1:])
+    assert report["accuracy"] == pytest.approx(right / 6)
+    assert all(0 < float(line.split(",")[2]) <= 1 for line in lines[1:])
+
+
+def test_classify_a_test_table_uses_its_roi(crops: Path, tmp_path: Path) -> None:
+    folder = crops / "00014"
+    table = folder / "test.csv"
+    table.write_text(
+        "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2\n00000_00002.png;40;40;10;10;30;30\n", encoding="utf-8"
+    )
+    assert run(["classify", str(table), "--csv", str(tmp_path / "o.csv")]) == 0
+    name, class_id, _ = (tmp_path / "o.csv").read_text().splitlines()[1].split(",")
+    assert (name, class_id) == ("00000_00002.png", "14")
+
+
+def test_classify_names_unreadable_crops_and_does_the_others(crops: Path, tmp_path: Path, capsys: Capture) -> None:
+    (crops / "00003" / "00000_00001.png").write_text("no picture")
+    assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv")]) == 3
+    err = capsys.readouterr().err
+    assert "00000_00001.png is not a readable picture" in err
+    assert "1 of 6 crops" in err
+    assert len((tmp_path / "o.csv").read_text().splitlines()) == 6

@@ -1,0 +1,88 @@
+"""`tsr doctor` finds what is there and says how to get what is not."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tsr_engine.cli import diagnosis
+from tsr_engine.cli.diagnosis import Check, diagnose
+from tsr_engine.io.models import Component, save_component
+
+
+def by_name(checks: list[Check]) -> dict[str, Check]:
+    return {check.name: check for check in checks}
+
+
+@pytest.fixture
+def models(tmp_path: Path) -> Path:
+    for name in ("detector", "prior", "classifier"):
+        save_component(Component(name, {"w": np.arange(4.0)}), tmp_path / "models")
+    return tmp_path / "models"
+
+
+def test_a_whole_installation_is_ok(models: Path) -> None:
+    checks = by_name(diagnose(models))
+    for name in ("python", "tsr", "av", "numba", "numpy", "opencv-python-headless", "scipy", "h264 (decode)", "cores"):
+        assert checks[name].status == "ok"
+        assert checks[name].found
+    for name in ("model detector", "model prior", "model classifier"):
+        assert checks[name].status == "ok"
+        assert "sha256" in checks[name].found
+    assert not any(check.status == "missing" for check in checks.values())
+
+
+def test_every_problem_comes_with_advice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnosis, "_CODECS", (("no_such_codec", "r", "missing"),))
+    monkeypatch.setattr(diagnosis, "_WANTED_MEMORY", 1e9)
+    checks = diagnose(tmp_path / "absent")
+    bad = [check for check in checks if check.status != "ok"]
+    assert {check.name for check in bad} >= {"no_such_codec (decode)", "models"}
+    assert all(check.advice for check in bad)
+
+
+def test_missing_and_old_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        importlib.metadata, "requires", lambda _: ["numpy>=999.0", "no-such-package>=1.0", "pytest>=1 ; extra == 'dev'"]
+    )
+    checks = by_name(diagnose())
+    assert checks["numpy"].status == "missing"
+    assert "older than 999.0" in checks["numpy"].found
+    assert checks["no-such-package"].found == "not installed"
+    assert checks["no-such-package"].advice == 'pip install "no-such-package>=1.0"'
+    assert "pytest" not in checks
+
+
+def test_an_old_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Version(tuple):  # type: ignore[type-arg]
+        __slots__ = ()
+
+    monkeypatch.setattr(diagnosis, "sys", SimpleNamespace(version_info=Version((3, 9, 1))))
+    assert by_name(diagnose())["python"].status == "missing"
+
+
+def test_a_changed_model_is_found(models: Path) -> None:
+    content = bytearray((models / "prior.npz").read_bytes())
+    content[-1] ^= 1
+    (models / "prior.npz").write_bytes(content)
+    (models / "detector.npz").unlink()
+    checks = by_name(diagnose(models))
+    assert checks["model prior"].status == "missing"
+    assert "does not match its manifest" in checks["model prior"].found
+    assert checks["model detector"].status == "missing"
+    assert checks["model classifier"].status == "ok"
+
+
+def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(file))
+    check = by_name(diagnose())["compiled code cache"]
+    assert check.status == "warning"
+    assert "NUMBA_CACHE_DIR" in check.advice
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "new" / "folder"))
+    assert by_name(diagnose())["compiled code cache"].status == "ok"

@@ -1,0 +1,190 @@
+"""Tracking figures on tables small enough to count by hand, and the readers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import InputError
+from tsr_engine.evaluation.tracking import BINS, evaluate_video, plot_errors, summarise
+from tsr_engine.evaluation.tracking_rows import Results, Truth, read_clip_truth, read_mot_truth, read_results
+
+SIGN = np.array([100.0, 100.0, 140.0, 140.0])
+
+
+def truth(*rows: tuple[int, int, np.ndarray, int, bool]) -> Truth:
+    return Truth(
+        np.array([r[0] for r in rows]),
+        np.array([r[1] for r in rows]),
+        np.array([r[2] for r in rows]),
+        np.array([r[3] for r in rows]),
+        np.ones(len(rows)),
+        np.array([r[4] for r in rows]),
+    )
+
+
+def results(*rows: tuple[int, int, np.ndarray, int]) -> Results:
+    return Results.of((f, t, b, c, 1.0, "detected") for f, t, b, c in rows)
+
+
+def right(box: np.ndarray, px: float) -> np.ndarray:
+    return box + np.array([px, 0.0, px, 0.0])
+
+
+def test_counts_by_hand() -> None:
+    """One sign over ten frames: found in 1-3 by track 1, in 6-9 by track 2, class right at the end; one false track."""
+    signs = truth(*[(f, 5, SIGN, 14, False) for f in range(10)])
+    rows = [(f, 1, right(SIGN, 4), 13) for f in (1, 2, 3)] + [(f, 2, SIGN, 14) for f in (6, 7, 8, 9)]
+    rows += [(f, 3, right(SIGN, 300), 2) for f in (4, 5)]
+    report = evaluate_video("v", signs, results(*rows), 10)
+    (sign,) = report.signs
+    assert (sign.frames, sign.covered, sign.ids, sign.switches, sign.fragments) == (10, 7, (1, 2), 1, 1)
+    assert sign.predicted_class == 14
+    assert (report.tracks, report.false_tracks, report.false_rows) == (3, (3,), 2)
+    s = summarise([report])
+    assert (s.signs, s.signs_detected, s.signs_classified, s.false_tracks) == (1, 1, 1, 1)
+    assert s.coverage == pytest.approx(0.7)
+    assert s.ids_per_sign == pytest.approx(2.0)
+    assert s.false_positives_per_frame == pytest.approx(0.2)
+    # Eq. 7: three rows lose 4 of 40 px, four are exact.
+    assert s.mean_error == pytest.approx(3 * 0.1 / 7)
+    assert s.median_error == pytest.approx(0.0)
+    assert len(s.histogram) == BINS
+    assert sum(s.histogram) == 7
+    assert s.histogram[0] == 4
+
+
+def test_ignored_truth_counts_neither_way() -> None:
+    small = np.array([110.0, 110.0, 130.0, 130.0])
+    signs = truth((0, 1, SIGN, 14, True), (1, 1, SIGN, 14, True))
+    # A small box wholly inside an ignored one overlaps it by its own area; one half outside does not.
+    report = evaluate_video("v", signs, results((0, 7, SIGN, 1), (1, 8, small, 1), (1, 9, right(small, 25), 1)), 2)
+    assert report.signs == ()
+    assert report.errors == ()
+    assert (report.false_tracks, report.false_rows) == ((9,), 1)
+    assert summarise([report]).coverage is None
+
+
+def test_counted_truth_wins_over_ignored() -> None:
+    signs = truth((0, 1, SIGN, 14, False), (0, 2, right(SIGN, 10), -1, True))
+    report = evaluate_video("v", signs, results((0, 1, right(SIGN, 8), 14)), 1)
+    assert report.signs[0].covered == 1
+
+
+def test_small_signs_match_but_are_not_demanded() -> None:
+    small = np.array([10.0, 10.0, 28.0, 28.0])
+    signs = truth((0, 1, small, 14, False), (1, 1, SIGN, 14, False))
+    report = evaluate_video("v", signs, results((0, 1, small, 14)), 2)
+    assert (report.signs[0].frames, report.signs[0].covered) == (1, 0)
+    assert report.signs[0].ids == (1,)
+    assert report.false_rows == 0
+
+
+def test_the_id_of_the_last_frame_is_kept_while_it_overlaps() -> None:
+    signs = truth((0, 1, SIGN, 14, False), (1, 1, SIGN, 14, False))
+    report = evaluate_video("v", signs, results((0, 1, SIGN, 14), (1, 1, right(SIGN, 8), 14), (1, 2, SIGN, 14)), 2)
+    assert report.signs[0].switches == 0
+    assert report.false_rows == 1
+
+
+def test_drift_off_the_sign_shows_in_the_followed_error() -> None:
+    signs = truth(*[(f, 1, SIGN, 14, False) for f in range(4)])
+    rows = [(0, 1, SIGN, 14), (1, 1, SIGN, 14), (2, 1, SIGN, 14), (3, 1, right(SIGN, 30), 14)]
+    s = summarise([evaluate_video("v", signs, results(*rows), 4)])
+    assert s.mean_error == pytest.approx(0.0)
+    assert s.mean_error_followed == pytest.approx(0.75 / 4)
+
+
+def test_nothing_found_and_nothing_there() -> None:
+    signs = truth((0, 1, SIGN, 14, False))
+    nothing = Results.of([])
+    s = summarise([evaluate_video("v", signs, nothing, 1)])
+    assert (s.signs, s.signs_detected, s.detection_rate, s.coverage) == (1, 0, 0.0, 0.0)
+    assert s.mean_error is None
+    empty = summarise([])
+    assert empty.detection_rate is None
+    assert json.loads(json.dumps(empty.as_dict()))["frames"] == 0
+
+
+def test_means_by_source() -> None:
+    signs = truth((0, 1, SIGN, 14, False), (1, 1, SIGN, 14, False))
+    rows = Results.of([(0, 1, SIGN, 14, 1.0, "detected"), (1, 1, right(SIGN, 10), 14, 0.5, "predicted")])
+    s = summarise([evaluate_video("v", signs, rows, 2)])
+    assert s.mean_error_by_source == pytest.approx({"detected": 0.0, "predicted": 0.25})
+
+
+def test_plot_is_a_png(tmp_path: Path) -> None:
+    signs = truth((0, 1, SIGN, 14, False))
+    s = summarise([evaluate_video("v", signs, results((0, 1, right(SIGN, 4), 14)), 1)])
+    plot_errors({"KF": s, "none": summarise([])}, tmp_path / "hist.png")
+    assert (tmp_path / "hist.png").read_bytes().startswith(b"\x89PNG")
+
+
+class TestReaders:
+    def test_clip_truth(self, tmp_path: Path) -> None:
+        path = tmp_path / "clip.csv"
+        path.write_text(
+            "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n0,1,10,20,30.5,44,14,1,0\n3,2,1,2,3,4,-1,0.4,1\n"
+        )
+        t = read_clip_truth(path)
+        assert t.frame.tolist() == [0, 3]
+        assert t.boxes[0].tolist() == [10, 20, 30.5, 44]
+        assert t.class_id.tolist() == [14, -1]
+        assert t.ignore.tolist() == [False, True]
+        assert t.visibility.tolist() == [1.0, 0.4]
+
+    def test_mot_truth_counts_frames_from_zero_and_gives_edges(self, tmp_path: Path) -> None:
+        path = tmp_path / "gt.txt"
+        path.write_text("1,4,10.5,20,30,40,1,14,0.9\n")
+        t = read_mot_truth(path)
+        assert t.frame.tolist() == [0]
+        assert t.boxes.tolist() == [[10.5, 20.0, 40.5, 60.0]]
+        assert t.class_id.tolist() == [14]
+        assert not t.ignore[0]
+
+    def test_results(self, tmp_path: Path) -> None:
+        path = tmp_path / "out.csv"
+        path.write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n2,1,1,2,30,40,14,1.5,relocalised\n")
+        r = read_results(path)
+        assert (r.frame.tolist(), r.track_id.tolist(), r.source) == ([2], [1], ("relocalised",))
+        assert r.score.tolist() == [1.5]
+
+    def test_empty_results(self, tmp_path: Path) -> None:
+        path = tmp_path / "out.csv"
+        path.write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n")
+        assert read_results(path).boxes.shape == (0, 4)
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            ("frame,track_id\n", "x1"),
+            ("frame,track_id,x1,y1,x2,y2,class_id,score,source\n0,1,a,2,3,4,5,6,detected\n", "row 1"),
+            ("frame,track_id,x1,y1,x2,y2,class_id,score,source\n0,1,nan,2,3,4,5,6,detected\n", "finite"),
+        ],
+    )
+    def test_bad_tables_are_named(self, tmp_path: Path, text: str, message: str) -> None:
+        path = tmp_path / "bad.csv"
+        path.write_text(text)
+        with pytest.raises(InputError, match=message):
+            read_results(path)
+
+    def test_missing_file(self, tmp_path: Path) -> None:
+        with pytest.raises(InputError, match=r"none\.csv"):
+            read_clip_truth(tmp_path / "none.csv")
+        with pytest.raises(InputError, match=r"none\.txt"):
+            read_mot_truth(tmp_path / "none.txt")
+
+
+@pytest.mark.data
+def test_real_clip_against_its_own_truth(clips: Path) -> None:
+    """The truth as a result is perfect, and every sign has one id."""
+    t = read_clip_truth(clips / "gt" / "01_076852.csv")
+    n = len(t.frame)
+    perfect = Results(t.frame, t.track_id, t.boxes, t.class_id, np.ones(n), ("detected",) * n)
+    s = summarise([evaluate_video("01", t, perfect, 94)])
+    assert (s.signs, s.coverage, s.ids_per_sign, s.false_tracks) == (1, 1.0, 1.0, 0)
+    assert s.mean_error == pytest.approx(0.0)
+    assert s.classified_of_all == 1.0

@@ -1,0 +1,61 @@
+"""docs/evidence.md describes the schema that the store really has."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+from tsr_engine.evidence import SCHEMA_VERSION, EvidenceWriter, RunHeader
+from tsr_engine.evidence.schema import TABLES
+from tsr_engine.records import FrameEvidence
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "evidence.md"
+
+
+def documented() -> dict[str, dict[str, str]]:
+    """Table -> column -> meaning, as the document says."""
+    tables: dict[str, dict[str, str]] = {}
+    for section in re.split(r"^### ", DOCUMENT.read_text(encoding="utf-8"), flags=re.M)[1:]:
+        name = section.split("`")[1]
+        rows = re.findall(r"^\| `(\w+)` \| [\w ]+ \| (.+) \|$", section.split("\n## ")[0], flags=re.M)
+        tables[name] = dict(rows)
+    return tables
+
+
+def test_every_table_and_column_is_documented_with_its_meaning() -> None:
+    assert documented() == {t.name: {name: meaning for name, _, meaning in t.columns} for t in TABLES}
+    assert f"Schema version: **{SCHEMA_VERSION}**" in DOCUMENT.read_text(encoding="utf-8")
+
+
+def test_the_store_has_the_documented_tables(
+    folder: Path, header: RunHeader, make_frame: Callable[..., FrameEvidence]
+) -> None:
+    writer = EvidenceWriter.create(folder, header)
+    names = writer._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+    real = {n: [c[1] for c in writer._connection.execute(f"PRAGMA table_info({n})")] for (n,) in names}
+    writer.close()
+    assert real == {name: list(columns) for name, columns in documented().items()}
+
+
+def test_queries_by_frame_and_by_track_use_an_index(folder: Path, header: RunHeader) -> None:
+    writer = EvidenceWriter.create(folder, header)
+
+    def plan(sql: str) -> str:
+        return " ".join(row[3] for row in writer._connection.execute(f"EXPLAIN QUERY PLAN {sql}"))
+
+    for table in TABLES:
+        if table.name not in ("meta", "tracks"):
+            steps = plan(f"SELECT * FROM {table.name} WHERE frame >= 5 AND frame < 9")
+            assert steps.startswith("SEARCH"), steps
+    assert "track_frames_by_track" in plan("SELECT min(frame), max(frame) FROM track_frames WHERE track_id = 4")
+    assert "events_by_track" in plan("SELECT * FROM events WHERE track_id = 4")
+    assert "quiet_frames" in plan("SELECT max(frame) FROM frames WHERE alive = 0 AND frame < 900")
+    writer.close()
+
+
+def test_run_json_holds_every_field_of_the_header(folder: Path, header: RunHeader) -> None:
+    EvidenceWriter.create(folder, header).close()
+    text = (folder / "run.json").read_text()
+    assert all(f'"{field.name}"' in text for field in fields(RunHeader))

@@ -1,0 +1,324 @@
+"""Round trips, resuming, and refusals of the evidence store."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import EvidenceError, StorageError
+from tsr_engine.evidence import (
+    RESULT_HEADER,
+    EvidenceReader,
+    EvidenceWriter,
+    RunHeader,
+    TableEntry,
+    VideoIdentity,
+    differences,
+)
+from tsr_engine.params import Params
+from tsr_engine.records import Detections, FrameEvidence, GateVerdict, TrackFrame
+
+MakeFrame = Callable[..., FrameEvidence]
+MakeTrack = Callable[..., TrackFrame]
+
+
+def write(folder: Path, header: RunHeader, frames: list[FrameEvidence], chunk: int = 4) -> None:
+    with EvidenceWriter.create(folder, header, chunk=chunk) as writer:
+        for evidence in frames:
+            writer.append(evidence)
+
+
+def test_everything_comes_back_bit_by_bit(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    frames = [make_frame(k, tracks=k % 4) for k in range(30)]
+    write(folder, header, frames)
+    with EvidenceReader(folder) as run:
+        back = list(run.frames())
+        assert len(run) == len(back) == 30
+        assert [d for a, b in zip(frames, back, strict=True) for d in differences(a, b)] == []
+        assert run.state == "complete"
+
+
+def test_awkward_numbers_survive(folder: Path, header: RunHeader, make_frame: MakeFrame, make_track: MakeTrack) -> None:
+    odd = [-0.0, 0.0, math.inf, -math.inf, math.nan, 5e-324, 1e308, 3.0, 0.1 + 0.2]
+    gate = GateVerdict(-0.0, math.inf, 0.0, math.nan, 2.0, confident=False)
+    track = make_track(np.random.default_rng(0), 1, score=-0.0, gate=gate, box=np.array([-0.0, 1.0, math.nan, 2.5]))
+    n = len(odd)
+    found = Detections(np.array([odd[:4]] * n), np.array(odd), np.array(odd[::-1]), np.array(odd))
+    frame = make_frame(0, detections=found, tracks=(track,), seconds=-0.0, timings={"a": 0.0, "b": -0.0})
+    write(folder, header, [frame])
+    with EvidenceReader(folder) as run:
+        assert list(differences(frame, next(run.frames()))) == []
+
+
+def test_an_empty_frame_and_an_empty_run(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    bare = make_frame(7, detections=Detections.empty(), tracks=(), events=(), regions=(), timings={})
+    write(folder, header, [bare])
+    with EvidenceReader(folder) as run:
+        assert (run.first_frame, run.last_frame, len(run)) == (7, 7, 1)
+        assert list(differences(bare, next(run.frames()))) == []
+    write(folder.parent / "none", header, [])
+    with EvidenceReader(folder.parent / "none") as run:
+        assert (run.first_frame, run.last_frame, len(run), run.quiet_frame()) == (None, None, 0, None)
+        assert list(run.frames()) == list(run.tracks()) == list(run.result_rows()) == list(run.events()) == []
+
+
+def test_ranges_and_frame_table(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    with EvidenceWriter.create(folder, header, chunk=7) as writer:
+        for k in range(10, 100):
+            writer.append(make_frame(k, tracks=1), TableEntry(k * 512, key=k % 10 == 0, corrupt=k == 33))
+    with EvidenceReader(folder) as run:
+        assert [f.ordinal for f in run.frames(20, 25)] == [20, 21, 22, 23, 24]
+        assert [f.ordinal for f in run.frames(-5, 12)] == [10, 11]
+        assert [f.ordinal for f in run.frames(98, 500)] == [98, 99]
+        assert next(run.frames(15, pixels=False)).regions == ()
+        table = dict(run.frame_table())
+        assert table[33] == TableEntry(33 * 512, key=False, corrupt=True)
+        assert table[40].key
+        assert len(table) == 90
+
+
+def test_a_track_on_its_own(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    frames = [make_frame(k, tracks=3 if 5 <= k < 90 else 1) for k in range(100)]
+    write(folder, header, frames)
+    with EvidenceReader(folder) as run:
+        rows = list(run.track(3))
+        assert [k for k, _ in rows] == list(range(5, 90))
+        assert [d for k, track in rows for d in differences(frames[k].tracks[2], track)] == []
+        assert list(run.track(99)) == []
+        assert {k for k, _ in run.events(3, 6, track_id=1)} == {3, 4, 5}
+        assert [t.track_id for t in run.tracks(0, 5)] == [1]
+        assert [t.track_id for t in run.tracks(89, 90)] == [1, 2, 3]
+
+
+def test_summaries_and_result_rows(
+    folder: Path, header: RunHeader, make_frame: MakeFrame, make_track: MakeTrack
+) -> None:
+    rng = np.random.default_rng(0)
+    box = np.array([1.006, 2.0, 31.0, 52.0])
+    early = make_track(rng, 1).recognition
+    assert early is not None
+    late = dataclasses.replace(early, class_id=38, share=0.6)
+    one = [
+        make_track(rng, 1, state="tentative", box=box, score=0.5, source="detected"),
+        make_track(
+            rng, 1, state="confirmed", box=box, score=0.25, detection=None, source="predicted", recognition=None
+        ),
+        make_track(rng, 1, state="confirmed", box=box, score=0.125, recognition=late),
+        make_track(rng, 1, state="dead", box=box, score=9.0, recognition=None),
+    ]
+    never = make_track(rng, 2, state="tentative", box=box)
+    frames = [make_frame(k, tracks=(one[k], never) if k == 0 else (one[k],)) for k in range(4)]
+    write(folder, header, frames, chunk=2)
+    with EvidenceReader(folder) as run:
+        first, second = run.tracks()
+        assert (first.first_frame, first.last_frame, first.frames, first.detected_frames) == (0, 2, 3, 2)
+        assert (first.confirmed_frame, first.class_id, first.share, first.best_score) == (1, 38, 0.6, 0.5)
+        assert first.largest_side == 50.0
+        assert not second.confirmed
+        assert RESULT_HEADER == "frame,track_id,x1,y1,x2,y2,class_id,score,source"
+        assert [row.line() for row in run.result_rows()] == [
+            "0,1,1.01,2.00,31.00,52.00,38,0.5000,detected",
+            "1,1,1.01,2.00,31.00,52.00,38,0.2500,predicted",
+            "2,1,1.01,2.00,31.00,52.00,38,0.1250,relocalised",
+        ]
+        assert len(list(run.result_rows(confirmed_only=False))) == 4
+        assert run.quiet_frame() == 3
+        assert run.quiet_frame(before=3) is None
+
+
+def test_stage_times(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    write(
+        folder, header, [make_frame(k, timings={"detect": float(k)} | ({"fuse": 0.5} if k else {})) for k in range(5)]
+    )
+    with EvidenceReader(folder) as run:
+        times = run.stage_times()
+    assert list(times) == ["detect", "fuse"]
+    assert (times["detect"].total, times["detect"].frames, times["detect"].median) == (10.0, 5, 2.0)
+    assert (times["fuse"].total, times["fuse"].frames) == (2.0, 4)
+
+
+def test_resume_equals_an_uninterrupted_run(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    frames = [make_frame(k, tracks=k % 3) for k in range(40)]
+    write(folder, header, frames, chunk=8)
+    other = folder.parent / "resumed"
+    writer = EvidenceWriter.create(other, header, chunk=8)
+    for evidence in frames[:21]:
+        writer.append(evidence)
+    writer.close("interrupted", "Ctrl-C.")
+    with EvidenceReader(other) as run:
+        assert (run.state, run.header.reason) == ("interrupted", "Ctrl-C.")
+    with EvidenceWriter.resume(other, header, chunk=8) as writer:
+        assert writer.last_frame == 20
+        for evidence in frames[21:]:
+            writer.append(evidence)
+    with EvidenceReader(folder) as a, EvidenceReader(other) as b:
+        assert list(differences(list(a.frames()), list(b.frames()))) == []
+        assert list(differences(list(a.tracks()), list(b.tracks()))) == []
+        assert b.state == "complete"
+    assert dump(folder) == dump(other)
+
+
+def dump(folder: Path) -> list[str]:
+    connection = sqlite3.connect(folder / "evidence.sqlite")
+    try:
+        return sorted(connection.iterdump())
+    finally:
+        connection.close()
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"video": VideoIdentity("other.mp4", "00" * 32, 12345)}, "video: drive.mp4 against other.mp4"),
+        ({"parameters": {"gate": {"tau": 20.0}, "online": {"search_scales": (1.0, 1.1)}}}, "parameter gate.tau: 15.0"),
+        ({"models": {"detector": "ee" * 32}}, "model detector"),
+        ({"engine_version": "99.0"}, "engine version"),
+        ({"keep_pixels": False}, "pixels kept"),
+    ],
+)
+def test_resuming_another_run_is_refused(
+    folder: Path, make_header: Callable[..., RunHeader], make_frame: MakeFrame, change: dict[str, Any], named: str
+) -> None:
+    write(folder, make_header(), [make_frame(0)])
+    with pytest.raises(EvidenceError, match="belongs to another run") as error:
+        EvidenceWriter.resume(folder, make_header(**change))
+    assert named in str(error.value)
+    # The same content under another name is the same video.
+    EvidenceWriter.resume(folder, make_header(video=VideoIdentity("moved.mp4", "ab" * 32, 12345))).close()
+
+
+def test_all_real_parameters_fit_into_the_header(folder: Path, make_header: Callable[..., RunHeader]) -> None:
+    header = make_header(parameters=Params().model_dump())
+    EvidenceWriter.create(folder, header).close()
+    EvidenceWriter.resume(folder, header).close()
+    changed = make_header(parameters=Params().with_settings([("tau", 20)]).model_dump())
+    with pytest.raises(EvidenceError, match=r"gate\.tau: 15\.0 against 20\.0"):
+        EvidenceWriter.resume(folder, changed)
+
+
+def test_create_refuses_a_run_and_a_second_writer(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    write(folder, header, [make_frame(0)])
+    (folder / "notes.txt").write_text("mine")
+    with pytest.raises(EvidenceError, match="already holds a run"):
+        EvidenceWriter.create(folder, header)
+    writer = EvidenceWriter.create(folder, header, overwrite=True)
+    assert writer.last_frame is None
+    for attempt in (EvidenceWriter.resume, EvidenceWriter.create):
+        with pytest.raises(EvidenceError, match=r"Another process|already holds"):
+            attempt(folder, header)
+    with EvidenceReader(folder) as run:
+        assert run.state == "running"
+        writer.close()
+        assert run.state == "complete"
+    assert (folder / "notes.txt").read_text() == "mine"
+
+
+def test_ordinals_must_follow_each_other(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    with EvidenceWriter.create(folder, header) as writer:
+        writer.append(make_frame(3))
+        for wrong in (3, 5, 2):
+            with pytest.raises(ValueError, match=f"expects frame 4 next. Got {wrong}"):
+                writer.append(make_frame(wrong))
+
+
+def test_without_pixels(folder: Path, make_header: Callable[..., RunHeader], make_frame: MakeFrame) -> None:
+    write(folder, make_header(keep_pixels=False), [make_frame(0)])
+    with EvidenceReader(folder) as run:
+        assert not run.header.keep_pixels
+        assert next(run.frames()).regions == ()
+
+
+def test_an_exception_closes_the_run_as_failed(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    def run_and_fail() -> None:
+        with EvidenceWriter.create(folder, header) as writer:
+            writer.append(make_frame(0))
+            raise RuntimeError("the decoder gave up")
+
+    with pytest.raises(RuntimeError):
+        run_and_fail()
+    with EvidenceReader(folder) as run:
+        assert (run.state, run.header.reason, len(run)) == ("failed", "the decoder gave up", 1)
+
+
+def test_damage_is_named(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    with pytest.raises(EvidenceError, match=r"no evidence folder: run\.json is missing"):
+        EvidenceReader(folder)
+    write(folder, header, [make_frame(k) for k in range(50)])
+    database, run_file = folder / "evidence.sqlite", folder / "run.json"
+    content, text = database.read_bytes(), run_file.read_text()
+
+    run_file.write_text(text.replace('"schema_version": 1', '"schema_version": 7'))
+    with pytest.raises(EvidenceError, match=r"evidence schema 7, this version reads schema 1\. Update"):
+        EvidenceReader(folder)
+    for broken in ("", "[]", "{", json.dumps({"schema_version": 1}), text.replace("15.0", "16.0"), "\0\xff"):
+        run_file.write_text(broken)
+        with pytest.raises(EvidenceError, match="is damaged"):
+            EvidenceReader(folder)
+    run_file.write_text(text)
+
+    database.write_bytes(b"not a database at all" * 100)
+    with pytest.raises(EvidenceError, match=r"Cannot read|is damaged"):
+        EvidenceReader(folder)
+    with pytest.raises(EvidenceError, match="is damaged"):
+        EvidenceWriter.resume(folder, header)
+    database.write_bytes(content[: len(content) // 2])
+    with pytest.raises(EvidenceError), EvidenceReader(folder) as run:
+        list(run.frames())
+    database.unlink()
+    with pytest.raises(EvidenceError, match="is missing"):
+        EvidenceReader(folder)
+    sqlite3.connect(database).close()
+    with pytest.raises(EvidenceError, match="is damaged"):
+        EvidenceReader(folder)
+
+
+def test_a_database_of_another_run_is_refused(
+    folder: Path, make_header: Callable[..., RunHeader], make_frame: MakeFrame
+) -> None:
+    write(folder, make_header(), [make_frame(0)])
+    other = folder.parent / "other"
+    write(other, make_header(models={}), [make_frame(0)])
+    (folder / "evidence.sqlite").write_bytes((other / "evidence.sqlite").read_bytes())
+    with pytest.raises(EvidenceError, match=r"does not belong to the run\.json"):
+        EvidenceReader(folder)
+
+
+def test_a_full_database_keeps_what_was_committed(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
+    frames = [make_frame(k) for k in range(400)]
+    writer = EvidenceWriter.create(folder, header, chunk=10)
+    pages = writer._connection.execute("PRAGMA page_count").fetchone()[0]
+    writer._connection.execute(f"PRAGMA max_page_count = {pages + 20}")
+
+    def fill() -> None:
+        for evidence in frames:
+            writer.append(evidence)
+
+    with pytest.raises(StorageError, match="full"):
+        fill()
+    with pytest.raises(StorageError):
+        writer.close()
+    with EvidenceReader(folder) as run:
+        kept = len(run)
+        assert kept % 10 == 0
+        assert 0 < kept < 400
+        assert [d for a, b in zip(frames, run.frames(), strict=False) for d in differences(a, b)] == []
+        assert run.state == "interrupted"
+    with EvidenceWriter.resume(folder, header) as writer:
+        for evidence in frames[kept:]:
+            writer.append(evidence)
+    with EvidenceReader(folder) as run:
+        assert len(run) == 400
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path, header: RunHeader) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(StorageError, match="Cannot write the evidence"):
+        EvidenceWriter.create(tmp_path / "file" / "run", header)

@@ -1,0 +1,212 @@
+"""Makes small videos of every awkward kind. Each picture carries its number as a bar code, so that a test can ask
+the pixels which frame they are."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+
+WIDTH, HEIGHT = 96, 64
+_BITS, _ROWS, _MARK = 6, 2, 16
+
+
+def draw_code(number: int, width: int = WIDTH, height: int = HEIGHT) -> np.ndarray:
+    """A picture whose upper left corner shows 12 bits in blocks; the rest moves with the number."""
+    y, x = np.mgrid[:height, :width]
+    picture = np.stack([(x * 2 + number * 7) % 200, (y * 3 + number * 5) % 200, (x + y + number * 3) % 200], axis=-1)
+    picture = picture.astype(np.uint8)
+    for bit in range(_BITS * _ROWS):
+        row, column = divmod(bit, _BITS)
+        value = 235 if number >> bit & 1 else 20
+        picture[row * _MARK : (row + 1) * _MARK, column * _MARK : (column + 1) * _MARK] = value
+    return picture
+
+
+def read_code(picture: np.ndarray) -> int:
+    """The number in a picture's bar code; fails where a block is neither dark nor bright."""
+    number = 0
+    for bit in range(_BITS * _ROWS):
+        row, column = divmod(bit, _BITS)
+        y, x = row * _MARK + 4, column * _MARK + 4
+        value = float(picture[y : y + _MARK - 8, x : x + _MARK - 8].mean())
+        assert value < 90 or value > 165, f"block {bit} reads {value:.0f}: no bar code"
+        number |= int(value > 128) << bit
+    return number
+
+
+@dataclass(frozen=True)
+class Made:
+    """A file and the truth about it."""
+
+    path: Path
+    codes: list[int]
+    times: list[Fraction]
+    rotation: int = 0
+    size: tuple[int, int] = (WIDTH, HEIGHT)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to make one kind of file."""
+
+    suffix: str = ".mp4"
+    codec: str = "libx264"
+    options: dict[str, str] = field(default_factory=dict)
+    container: dict[str, str] = field(default_factory=dict)
+    pix_fmt: str = "yuv420p"
+    size: tuple[int, int] = (WIDTH, HEIGHT)
+    count: int = 50
+    ticks: Callable[[int], int] = lambda k: k
+    time_base: Fraction = Fraction(1, 25)
+    turn: tuple[int, bool] = (0, False)
+    orient: Callable[[np.ndarray], np.ndarray] = lambda picture: picture
+    rotation: int = 0
+    delay: Fraction = Fraction(0)
+
+
+def x264(**more: str) -> dict[str, str]:
+    return {"preset": "ultrafast", "crf": "18", "threads": "1", "g": "12", "bf": "0", "sc_threshold": "0", **more}
+
+
+def _irregular(k: int) -> int:
+    return k * 40 + (k * k * 13) % 37  # milliseconds, never going back
+
+
+RECIPES: dict[str, Recipe] = {
+    "constant": Recipe(options=x264()),
+    "ntsc": Recipe(options=x264(bf="2"), time_base=Fraction(1001, 30000)),
+    "variable": Recipe(options=x264(bf="2"), ticks=_irregular, time_base=Fraction(1, 1000)),
+    "b_frames": Recipe(options=x264(preset="veryfast", bf="3", **{"b-pyramid": "normal"})),
+    "long_gop": Recipe(options=x264(bf="2", g="250")),
+    "open_gop": Recipe(options=x264(preset="veryfast", bf="3", **{"x264-params": "open-gop=1:b-adapt=0"})),
+    "offset_start": Recipe(options=x264(bf="2"), ticks=lambda k: k + 133),
+    "fragmented": Recipe(
+        options=x264(bf="2"), container={"movflags": "frag_keyframe+empty_moov"}, delay=Fraction(2, 25)
+    ),
+    "index_first": Recipe(options=x264(bf="2"), container={"movflags": "faststart"}),
+    "odd_size": Recipe(options=x264(bf="2"), pix_fmt="yuv444p", size=(99, 67)),
+    "odd_size_vp9": Recipe(
+        ".webm", "libvpx-vp9", {"cpu-used": "8", "deadline": "realtime", "g": "12"}, size=(101, 67), count=20
+    ),
+    "matroska_variable": Recipe(".mkv", options=x264(bf="2"), ticks=_irregular, time_base=Fraction(1, 1000)),
+    "avi_h264": Recipe(".avi", options=x264(bf="2")),
+    "avi_mpeg4": Recipe(".avi", "mpeg4", {"bf": "2", "g": "12", "qscale": "2"}),
+    "avi_mjpeg": Recipe(".avi", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12),
+    "mov_mjpeg": Recipe(".mov", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12),
+    "hevc": Recipe(
+        codec="libx265",
+        options={"preset": "ultrafast", "x265-params": "log-level=none:keyint=12:bframes=3:open-gop=1:pools=none"},
+        count=40,
+    ),
+    "single": Recipe(options=x264(), count=1),
+    "rotated_90": Recipe(
+        options=x264(), turn=(-90, False), orient=lambda p: np.rot90(p, 1), rotation=90, size=(HEIGHT, WIDTH)
+    ),
+    "rotated_180": Recipe(options=x264(bf="2"), turn=(180, False), orient=lambda p: np.rot90(p, 2), rotation=180),
+    "rotated_270": Recipe(
+        options=x264(), turn=(90, False), orient=lambda p: np.rot90(p, -1), rotation=270, size=(HEIGHT, WIDTH)
+    ),
+    "mirrored": Recipe(options=x264(), turn=(0, True), orient=lambda p: p[:, ::-1]),
+}
+
+
+def make(recipe: Recipe, folder: Path, name: str) -> Made:
+    """Write one file; codes are 0, 1, 2, ... in presentation order."""
+    path = folder / f"{name}{recipe.suffix}"
+    stored = recipe.size
+    upright = stored[::-1] if recipe.rotation in (90, 270) else stored
+    with av.open(str(path), "w", options=recipe.container) as container:
+        stream: Any = container.add_stream(recipe.codec, rate=25, options=recipe.options)
+        stream.width, stream.height = stored
+        stream.pix_fmt = recipe.pix_fmt
+        stream.codec_context.time_base = recipe.time_base
+        if recipe.turn != (0, False):
+            stream.set_display_rotation(recipe.turn[0], hflip=recipe.turn[1])
+        for k in range(recipe.count):
+            picture = np.ascontiguousarray(recipe.orient(draw_code(k, *upright)))
+            frame = av.VideoFrame.from_ndarray(picture, format="bgr24")
+            frame.pts, frame.time_base = recipe.ticks(k), recipe.time_base
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    times = [recipe.delay + recipe.ticks(k) * recipe.time_base for k in range(recipe.count)]
+    return Made(path, list(range(recipe.count)), times, recipe.rotation, upright)
+
+
+def with_edit_list(made: Made, path: Path, skip: int, keep: int) -> Made:
+    """A copy whose edit list shows ``keep`` frames from frame ``skip`` on; the file keeps all its packets."""
+    content = bytearray(made.path.read_bytes())
+    timescale = _timescale(content, b"mdhd")
+    movie_scale = _timescale(content, b"mvhd")
+    at = content.index(b"elst") + 4
+    _, entries, _, media_time, _ = struct.unpack_from(">IIIiI", content, at)
+    assert entries == 1
+    step = timescale // 25
+    struct.pack_into(">Ii", content, at + 8, round(Fraction(keep * movie_scale, 25)), media_time + skip * step)
+    path.write_bytes(content)
+    return Made(path, made.codes[skip : skip + keep], made.times[:keep])
+
+
+def _timescale(content: bytes | bytearray, box: bytes) -> int:
+    at = content.index(box) + 4
+    assert content[at] == 0, "a version 0 box was expected"
+    return int(struct.unpack_from(">I", content, at + 12)[0])
+
+
+def cut(made: Made, path: Path, share: float) -> Path:
+    """A copy of the first part of a file."""
+    content = made.path.read_bytes()
+    path.write_bytes(content[: int(len(content) * share)])
+    return path
+
+
+def flip_bits(made: Made, path: Path, positions: Sequence[float]) -> Path:
+    """A copy with single bits flipped in the coded pictures, at the given shares of the ``mdat`` box."""
+    content = bytearray(made.path.read_bytes())
+    start = content.index(b"mdat") + 4
+    size = struct.unpack_from(">I", content, start - 8)[0] - 8
+    for share in positions:
+        content[start + int(share * (size - 1))] ^= 0x10
+    path.write_bytes(content)
+    return path
+
+
+def make_sound(path: Path) -> Path:
+    """A file with a sound track only."""
+    with av.open(str(path), "w") as container:
+        stream: Any = container.add_stream("aac", rate=44100)
+        stream.layout = "mono"
+        for k in range(10):
+            frame = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), format="fltp", layout="mono")
+            frame.sample_rate, frame.pts = 44100, k * 1024
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return path
+
+
+def make_empty(path: Path) -> Path:
+    """A well-formed file that announces a video stream and holds no frame."""
+    with av.open(str(path), "w", options={"movflags": "empty_moov+frag_keyframe"}) as container:
+        stream: Any = container.add_stream("mjpeg", rate=25)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuvj420p"
+        container.start_encoding()
+    return path
+
+
+def make_huge(made: Made, path: Path, side: int = 16_000, *, admit: bool = True) -> Path:
+    """A small MJPEG MOV whose pictures claim ``side`` x ``side`` pixels; unless it admits that, its header lies."""
+    content = bytearray(made.path.read_bytes())
+    at = 0
+    while (at := content.find(b"\xff\xc0\x00\x11\x08", at)) >= 0:
+        struct.pack_into(">HH", content, at + 5, side, side)
+        at += 9
+    if admit:
+        struct.pack_into(">HH", content, content.index(b"jpeg", content.index(b"stsd")) + 28, side, side)
+    path.write_bytes(content)
+    return path

@@ -1,0 +1,124 @@
+"""The frame table: exact times, look-up by time, and forms that survive storage."""
+
+from __future__ import annotations
+
+import io
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tsr_engine.errors import InputError
+from tsr_engine.io.frame_table import FrameLedger, FrameTable
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> FrameTable:
+    pts = sorted(draw(st.sets(st.integers(-(2**40), 2**40), max_size=12)))
+    n = len(pts)
+    flags = st.lists(st.booleans(), min_size=n, max_size=n)
+    stamps = draw(st.one_of(st.just(pts), st.lists(st.integers(0, 2**50), min_size=n, max_size=n)))
+    complete = draw(st.booleans())
+    return FrameTable(
+        draw(st.fractions(min_value=Fraction(1, 10**6), max_value=10, max_denominator=2**31)),
+        np.array(pts, dtype=np.int64),
+        np.array(stamps, dtype=np.int64),
+        np.array(draw(flags), dtype=np.bool_),
+        np.array(draw(flags), dtype=np.bool_),
+        n if complete else draw(st.integers(0, n)),
+        complete,
+    )
+
+
+def table_of(pts: list[int], base: Fraction = Fraction(1, 30000)) -> FrameTable:
+    array = np.array(pts, dtype=np.int64)
+    none = np.zeros(len(pts), dtype=np.bool_)
+    return FrameTable(base, array, array, none, none, len(pts), complete=True)
+
+
+@given(tables())
+def test_tables_survive_json_and_archives(table: FrameTable) -> None:
+    assert FrameTable.from_dict(json.loads(json.dumps(table.to_dict(), allow_nan=False))) == table
+    stream = io.BytesIO()
+    np.savez(stream, **table.to_arrays())  # type: ignore[arg-type]
+    stream.seek(0)
+    with np.load(stream, allow_pickle=False) as archive:
+        assert FrameTable.from_arrays(archive) == table
+
+
+def test_times_are_exact() -> None:
+    table = table_of([0, 1001, 2002, 3003])
+    assert table.time(3) == Fraction(1001, 10000)
+    assert table.interval() == Fraction(1001, 30000)
+    with pytest.raises(IndexError, match=r"0\.\.3\. Got 4"):
+        table.time(4)
+
+
+@pytest.mark.parametrize(
+    ("time", "ordinal"),
+    [
+        (Fraction(-1), 0),
+        (Fraction(0), 0),
+        (Fraction(1001, 30000), 1),
+        (Fraction(1001, 30000) - Fraction(1, 10**12), 0),
+        (Fraction(2002, 30000) + Fraction(1, 10**12), 2),
+        (Fraction(99), 3),
+    ],
+)
+def test_the_frame_on_screen(time: Fraction, ordinal: int) -> None:
+    assert table_of([0, 1001, 2002, 3003]).ordinal_at(time) == ordinal
+
+
+def test_the_interval_is_the_median_step() -> None:
+    assert table_of([0, 40, 80, 500, 540], Fraction(1, 1000)).interval() == Fraction(40, 1000)
+    assert table_of([7]).interval() == Fraction(1, 25)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"format": 99},
+        {"time_base": [0, 1]},
+        {"time_base": [1, 0]},
+        {"time_base": None},
+        {"confirmed": 9},
+        {"pts": "no"},
+        {"key": [17]},
+        {"stamps": [1]},
+    ],
+)
+def test_damaged_tables_are_refused_in_one_sentence(damage: dict[str, object]) -> None:
+    content = table_of([0, 1, 2]).to_dict() | damage
+    with pytest.raises(InputError, match="frame table"):
+        FrameTable.from_dict(content)
+
+
+def test_contradictions_are_refused() -> None:
+    three, none = np.arange(3), np.zeros(3, dtype=np.bool_)
+    with pytest.raises(ValueError, match=r"FrameTable\.key must have shape \(3,\)"):
+        FrameTable(Fraction(1, 25), three, three, none[:2], none, 3, complete=True)
+    with pytest.raises(ValueError, match="confirmed"):
+        FrameTable(Fraction(1, 25), three, three, none, none, 2, complete=True)
+
+
+def test_the_ledger_compares_what_it_knows() -> None:
+    ledger = FrameLedger(Fraction(1, 25))
+    assert ledger.record(0, 10, key=True, corrupt=False)
+    assert ledger.record(1, 11, key=False, corrupt=True)
+    assert ledger.record(1, 11, key=False, corrupt=True)
+    assert not ledger.record(1, 12, key=False, corrupt=True)
+    assert not ledger.record(0, 10, key=False, corrupt=False)
+    with pytest.raises(ValueError, match="cannot follow"):
+        ledger.record(5, 1, key=False, corrupt=False)
+    assert ledger.damaged
+    assert ledger.key_at_or_before(1) == 0
+    assert not ledger.finish(1)
+    assert ledger.finish(2)
+    assert not ledger.record(2, 12, key=False, corrupt=False), "nothing follows the end"
+    table = ledger.table(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_), None)
+    assert table.complete
+    assert table.stamps.tolist() == [10, 11]
+    assert table.corrupt.tolist() == [False, True]

@@ -1,0 +1,150 @@
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tsr_engine.errors import InputError
+from tsr_engine.io.gtsrb import CropItem, read_items, read_picture, read_table, split_by_track, tracks_of
+
+HEADER = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"
+
+
+def picture(path: Path, width: int = 30, height: int = 32) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    assert cv2.imwrite(str(path), np.full((height, width, 3), 90, np.uint8))
+
+
+def table(path: Path, *lines: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for class_id in (3, 14):
+        rows = [f"{t:05d}_{f:05d}.png;30;32;5;6;25;26;{class_id}" for t in (0, 1) for f in (0, 1, 2)]
+        table(tmp_path / f"{class_id:05d}" / f"GT-{class_id:05d}.csv", HEADER, *rows)
+        for row in rows:
+            picture(tmp_path / f"{class_id:05d}" / row.split(";")[0])
+    return tmp_path
+
+
+def test_class_folders(folder: Path) -> None:
+    items = read_items(folder)
+    assert len(items) == 12
+    assert items[4] == CropItem(folder / "00003" / "00001_00001.png", (5, 6, 25, 26), 3, (3, 1), 1)
+    assert items[4].filename == "00001_00001.png"
+    assert read_picture(items[4]).shape == (32, 30, 3)
+    assert read_items(folder / "00014") == items[6:]
+
+
+def test_the_test_table_with_and_without_classes(tmp_path: Path) -> None:
+    with_class = table(tmp_path / "GT-final_test.csv", HEADER, "00000.ppm;53;54;6;5;48;49;16")
+    (item,) = read_items(with_class)
+    assert (item.class_id, item.roi, item.track) == (16, (6, 5, 48, 49), None)
+    without = table(tmp_path / "other" / "test.csv", HEADER.removesuffix(";ClassId"), "00000.ppm;53;54;6;5;48;49")
+    (item,) = read_table(without)
+    assert (item.class_id, item.path) == (None, tmp_path / "other" / "00000.ppm")
+
+
+def test_loose_pictures_have_no_roi(tmp_path: Path) -> None:
+    for name in ("b.jpg", "a.png", "notes.txt"):
+        if name.endswith("txt"):
+            (tmp_path / name).write_text("x")
+        else:
+            picture(tmp_path / name)
+    assert read_items(tmp_path) == [CropItem(tmp_path / "a.png"), CropItem(tmp_path / "b.jpg")]
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        (["Filename,Width"], r"line 1: expected the columns"),
+        ([""], r"line 1: expected the columns"),
+        ([HEADER], "lists no pictures"),
+        ([HEADER, "00000_00000.ppm;29;30;5;6;24;25;1", "00000_00001.ppm;29;30;5;x;24;25;1"], "line 3.*Roi.Y1.*'x'"),
+        ([HEADER, "00000_00000.ppm;29;30;24;6;5;25;1"], "line 2.*X1 < X2"),
+        ([HEADER, "00000_00000.ppm;29;30;5;6;24;25;43"], r"line 2.*0\.\.42.*43"),
+        ([HEADER, "../escape.ppm;29;30;5;6;24;25;1"], "line 2.*file name without folders"),
+        ([HEADER, "00000_00000.ppm;29;30"], "line 2.*whole number in Roi.X1"),
+    ],
+)
+def test_a_damaged_table_is_named_with_its_line(tmp_path: Path, lines: list[str], message: str) -> None:
+    with pytest.raises(InputError, match=message) as error:
+        read_table(table(tmp_path / "GT-00001.csv", *lines))
+    assert "GT-00001.csv" in str(error.value)
+
+
+def test_missing_and_damaged_pictures(folder: Path) -> None:
+    items = read_items(folder)
+    items[0].path.unlink()
+    items[1].path.write_bytes(b"not a picture")
+    items[2].path.write_bytes(b"")
+    picture(items[3].path, 20, 20)
+    for item, message in zip(items, ("Cannot read", "not a readable", "not a readable", "its ROI ends"), strict=False):
+        with pytest.raises(InputError, match=message):
+            read_picture(item)
+
+
+@pytest.mark.parametrize("name", ["nothing", "empty"])
+def test_a_source_without_pictures_is_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="Expected"):
+        read_items(tmp_path / name)
+
+
+def made(tracks: dict[int, int]) -> list[CropItem]:
+    return [
+        CropItem(Path(f"{t:05d}_{f:05d}.ppm"), (0, 0, 9, 9), c, (c, t), f)
+        for c, count in tracks.items()
+        for t in range(count)
+        for f in range(3)
+    ]
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.dictionaries(st.integers(0, 42), st.integers(1, 12), min_size=1, max_size=6),
+    st.floats(0.05, 0.95),
+    st.integers(0, 99),
+)
+def test_no_track_is_on_both_sides_and_small_classes_are_on_both(tracks: Any, share: float, seed: int) -> None:
+    items = made(tracks)
+    training, held = split_by_track(items, share, seed)
+    assert sorted([*training, *held], key=items.index) == items
+    assert not {i.track for i in training} & {i.track for i in held}
+    for class_id, count in tracks.items():
+        on_the_other_side = len({i.track for i in held if i.class_id == class_id})
+        if count > 1:
+            assert 1 <= on_the_other_side <= count - 1
+            assert abs(on_the_other_side - share * count) <= 1
+        else:
+            assert on_the_other_side == 0
+    assert split_by_track(items, share, seed) == (training, held)
+
+
+def test_tracks_run_from_far_to_near() -> None:
+    tracks = tracks_of(reversed(made({2: 2})))
+    assert [[i.frame for i in frames] for frames in tracks.values()] == [[0, 1, 2], [0, 1, 2]]
+    with pytest.raises(InputError, match="TTTTT_FFFFF"):
+        tracks_of([CropItem(Path("loose.png"))])
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_a_share_that_leaves_one_side_empty_is_refused(share: float) -> None:
+    with pytest.raises(ValueError, match="share"):
+        split_by_track(made({1: 2}), share, 0)
+
+
+@pytest.mark.data
+def test_the_real_training_set(gtsrb: Path) -> None:
+    items = read_items(gtsrb)
+    assert len(items) == 39209
+    assert len({i.track for i in items}) == 1307
+    training, held = split_by_track(items, 0.25, 0)
+    assert {i.class_id for i in training} == {i.class_id for i in held} == set(range(43))

@@ -1,0 +1,258 @@
+"""Frame k is the same picture by sequential decoding and by random access, and it is the right one."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tsr_engine.errors import UsageError, VideoError
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video import open_video
+
+KINDS = [
+    "constant",
+    "ntsc",
+    "variable",
+    "b_frames",
+    "long_gop",
+    "open_gop",
+    "offset_start",
+    "fragmented",
+    "index_first",
+    "odd_size",
+    "odd_size_vp9",
+    "matroska_variable",
+    "avi_h264",
+    "avi_mpeg4",
+    "avi_mjpeg",
+    "mov_mjpeg",
+    "hevc",
+    "single",
+    "rotated_90",
+    "rotated_180",
+    "rotated_270",
+    "mirrored",
+    "edit_list",
+    "edit_list_inside_gop",
+    "edit_list_open_gop",
+    "edit_list_tail",
+]
+Get = Callable[[str], Any]
+
+
+def test_the_kinds_are_what_their_names_say(corpus: Any, made: Get) -> None:
+    import av
+
+    def leading(name: str) -> int:
+        """Packets shown before the key frame that they follow in the file."""
+        count, key = 0, -1
+        with av.open(str(made(name).path)) as container:
+            for packet in container.demux(video=0):
+                if packet.size and packet.is_keyframe:
+                    key = packet.pts
+                elif packet.size:
+                    count += packet.pts < key
+        return count
+
+    assert set(corpus.RECIPES) <= set(KINDS)
+    assert leading("open_gop") > 0
+    assert leading("hevc") > 0
+    assert leading("b_frames") == 0
+    with av.open(str(made("avi_h264").path)) as container:
+        kinds = {int(frame.pict_type) for frame in container.decode(video=0)}
+    assert 3 in kinds, "the AVI file has bidirectional pictures"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sequence_shows_the_right_pictures_at_exact_times(corpus: Any, made: Get, kind: str) -> None:
+    truth = made(kind)
+    with open_video(truth.path) as video:
+        frames = list(video.frames())
+        assert (video.width, video.height) == truth.size
+        assert video.rotation == truth.rotation
+        assert [frame.ordinal for frame in frames] == list(range(len(truth.codes)))
+        assert [corpus.read_code(frame.picture) for frame in frames] == truth.codes
+        assert [frame.time for frame in frames] == truth.times
+        assert all(isinstance(frame.time, Fraction) for frame in frames)
+        assert not any(frame.corrupt for frame in frames)
+        # An edit list may begin between key frames.
+        assert frames[0].key or "edit_list" in kind
+        for frame in frames:
+            assert frame.picture.shape == (*truth.size[::-1], 3)
+            assert frame.picture.dtype == np.uint8
+            assert frame.picture.flags.c_contiguous
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_frame_is_the_same_by_random_access(corpus: Any, made: Get, kind: str) -> None:
+    truth = made(kind)
+    with open_video(truth.path) as video:
+        pictures = [frame.picture for frame in video.frames()]
+        for k in np.random.default_rng(7).permutation(len(pictures)):
+            frame = video.read(int(k))
+            assert frame.ordinal == k
+            assert frame.time == truth.times[k]
+            assert corpus.read_code(frame.picture) == truth.codes[k]
+            assert np.array_equal(frame.picture, pictures[k]), f"frame {k} differs by random access"
+
+
+@pytest.mark.parametrize("kind", ["variable", "open_gop", "avi_h264", "edit_list_open_gop", "matroska_variable"])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_any_order_of_reads_without_a_pass_before(corpus: Any, made: Get, kind: str, data: st.DataObject) -> None:
+    truth = made(kind)
+    order = data.draw(st.lists(st.integers(0, len(truth.codes) - 1), min_size=1, max_size=12))
+    with open_video(truth.path) as video:
+        for k in order:
+            frame = video.read(k)
+            assert corpus.read_code(frame.picture) == truth.codes[k]
+            assert frame.time == truth.times[k]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_scan_promises_what_decoding_confirms(made: Get, kind: str) -> None:
+    truth = made(kind)
+    with open_video(truth.path) as video:
+        promised = video.table
+        assert not promised.complete or len(truth.codes) == 1
+        confirmed = video.confirm()
+        assert confirmed.complete
+        assert confirmed.confirmed == len(confirmed) == len(truth.codes)
+        assert [confirmed.time(k) for k in range(len(confirmed))] == truth.times
+        assert np.array_equal(promised.pts, confirmed.pts)
+        assert video.expected == len(truth.codes)
+
+
+def test_opening_reads_one_frame_and_no_table(made: Get) -> None:
+    with open_video(made("long_gop").path) as video:
+        assert video.expected == 50, "the announced number, before any pass"
+        assert video.warnings == ()
+        assert video.codec == "h264"
+        assert video.rate == 25
+
+
+@pytest.mark.parametrize("kind", ["b_frames", "avi_h264", "edit_list_inside_gop"])
+def test_ranges_are_slices_of_the_whole(made: Get, kind: str) -> None:
+    with open_video(made(kind).path) as whole:
+        pictures = [frame.picture for frame in whole.frames()]
+    n = len(pictures)
+    for start, stop in [(0, 5), (13, 20), (n - 1, None), (3, n + 10), (4, 4)]:
+        with open_video(made(kind).path) as video:
+            part = list(video.frames(start, stop))
+            assert [frame.ordinal for frame in part] == list(range(n))[start:stop]
+            for frame in part:
+                assert np.array_equal(frame.picture, pictures[frame.ordinal])
+
+
+def test_a_stored_table_makes_reads_exact_without_a_pass(made: Get) -> None:
+    truth = made("open_gop")
+    with open_video(truth.path) as video:
+        pictures = [frame.picture for frame in video.frames()]
+        table = FrameTable.from_dict(json.loads(json.dumps(video.table.to_dict())))
+    with open_video(truth.path, table=table) as video:
+        assert video.table == table
+        for k in (49, 3, 30, 31, 11):
+            assert np.array_equal(video.read(k).picture, pictures[k])
+    partial = FrameTable(
+        table.time_base, table.pts[:20], table.stamps[:20], table.key[:20], table.corrupt[:20], 20, complete=False
+    )
+    with open_video(truth.path, table=partial) as video:
+        rest = list(video.frames(20))
+        assert [frame.ordinal for frame in rest] == list(range(20, 50))
+        assert all(np.array_equal(frame.picture, pictures[frame.ordinal]) for frame in rest)
+        assert video.table == table
+
+
+def test_a_table_of_another_file_is_refused(made: Get) -> None:
+    with open_video(made("constant").path) as video:
+        table = video.confirm()
+    with pytest.raises(VideoError, match="time base"):
+        open_video(made("ntsc").path, table=table)
+    shifted = FrameTable(table.time_base, table.pts + 7, table.stamps + 7, table.key, table.corrupt, 50, complete=True)
+    with pytest.raises(VideoError, match=r"Frame 0 of .* is not the one in its frame table"):
+        open_video(made("constant").path, table=shifted)
+    later = table.stamps.copy()
+    later[20:] += 1
+    changed = FrameTable(table.time_base, later, later, table.key, table.corrupt, 50, complete=True)
+    with (
+        open_video(made("constant").path, table=changed) as video,
+        pytest.raises(VideoError, match="Frame 20 of"),
+    ):
+        list(video.frames())
+    with open_video(made("constant").path, table=changed) as video, pytest.raises(VideoError, match="Frame 20 of"):
+        video.read(40)
+
+
+def test_frames_that_do_not_exist_are_refused(made: Get) -> None:
+    with open_video(made("constant").path) as video:
+        for k in (-1, 50, 10_000):
+            with pytest.raises(UsageError, match=f"Got {k}"):
+                video.read(k)
+        assert video.read(49).ordinal == 49
+        with pytest.raises(UsageError, match="0 to 49"):
+            next(video.frames(50))
+        with pytest.raises(UsageError, match="0 <= start <= stop"):
+            video.frames(5, 4)
+
+
+@pytest.mark.parametrize("ahead", [1, 4])
+def test_reading_ahead_changes_nothing(made: Get, ahead: int) -> None:
+    with open_video(made("b_frames").path) as video:
+        plain = [frame.picture for frame in video.frames()]
+        threaded = list(video.frames(ahead=ahead))
+        assert [frame.ordinal for frame in threaded] == list(range(len(plain)))
+        assert all(np.array_equal(frame.picture, plain[frame.ordinal]) for frame in threaded)
+
+
+def test_passes_and_reads_do_not_disturb_each_other(corpus: Any, made: Get) -> None:
+    with open_video(made("open_gop").path) as video:
+        first, second = video.frames(ahead=2), video.frames(10)
+        for k in range(12):
+            assert corpus.read_code(next(first).picture) == k
+            assert corpus.read_code(next(second).picture) == 10 + k
+            assert corpus.read_code(video.read(49 - 4 * k).picture) == 49 - 4 * k
+
+
+def test_leaving_early_stops_the_thread(made: Get) -> None:
+    import threading
+
+    with open_video(made("b_frames").path) as video:
+        before = threading.active_count()
+        for _ in itertools.islice(frames := video.frames(ahead=2), 3):
+            pass
+        frames.close()  # type: ignore[attr-defined]
+        assert threading.active_count() == before
+
+
+def test_libraries_write_nothing_to_stderr(made: Get, capfd: pytest.CaptureFixture[str]) -> None:
+    for kind in ("hevc", "avi_h264", "single", "edit_list"):
+        with open_video(made(kind).path) as video:
+            video.confirm()
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.data
+def test_the_clip_with_hidden_frames(clips: Path) -> None:
+    with open_video(clips / "erinflee_road_truncated.mp4") as video:
+        frames = sum(1 for _ in video.frames(ahead=2))
+        assert frames == 265
+        (warning,) = video.warnings
+        assert warning.startswith("erinflee_road_truncated.mp4 announces 372 frames, 265 decode:")
+
+
+@pytest.mark.data
+def test_real_clips_read_the_same_both_ways(clips: Path) -> None:
+    with open_video(clips / "autobahn_960x540.mp4") as video:
+        frames = {frame.ordinal: frame.picture for frame in video.frames(ahead=2) if frame.ordinal % 130 == 3}
+        assert len(video.table) == 390
+        for k in sorted(frames, reverse=True):
+            assert np.array_equal(video.read(k).picture, frames[k])

@@ -1,0 +1,110 @@
+"""Video out: readable, complete or absent, and clear about a full disk."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
+
+
+@pytest.mark.parametrize("size", [(96, 64), (97, 64), (96, 65), (121, 67)])
+def test_written_pictures_come_back(corpus: Any, tmp_path: Path, size: tuple[int, int]) -> None:
+    path = tmp_path / "out.mp4"
+    pictures = [corpus.draw_code(k, *size) for k in range(12)]
+    with VideoWriter(path, *size, Fraction(30000, 1001)) as writer:
+        for picture in pictures:
+            writer.write(picture)
+        assert not path.exists(), "the name appears with the whole video"
+    assert writer.frames == 12
+    with open_video(path) as video:
+        assert (video.width, video.height) == (size[0] + size[0] % 2, size[1] + size[1] % 2)
+        frames = list(video.frames())
+        assert [corpus.read_code(frame.picture) for frame in frames] == list(range(12))
+        assert [frame.time for frame in frames] == [Fraction(1001 * k, 30000) for k in range(12)]
+        assert video.rate == Fraction(30000, 1001)
+        for frame, picture in zip(frames, pictures, strict=True):
+            back = frame.picture[: size[1], : size[0]].astype(int)
+            assert abs(back - picture).mean() < 8, "colours stay"
+        assert not video.warnings
+    assert [entry.name for entry in tmp_path.iterdir()] == ["out.mp4"]
+
+
+def test_times_of_the_source_are_kept(corpus: Any, tmp_path: Path) -> None:
+    times = [Fraction(5) + Fraction(t, 1000) for t in (0, 40, 73, 200, 201)]
+    with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
+        for k, time in enumerate(times):
+            writer.write(corpus.draw_code(k), time)
+    with open_video(tmp_path / "v.mp4") as video:
+        assert [frame.time for frame in video.frames()] == [time - 5 for time in times]
+
+
+def test_an_exception_leaves_nothing_and_spares_the_old_file(corpus: Any, tmp_path: Path) -> None:
+    path = tmp_path / "out.mp4"
+    path.write_bytes(b"old")
+
+    def fail() -> None:
+        with VideoWriter(path, 96, 64, Fraction(25)) as writer:
+            writer.write(corpus.draw_code(0))
+            raise RuntimeError("stop")
+
+    with pytest.raises(RuntimeError, match="stop"):
+        fail()
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_no_frame_leaves_no_file(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 96, 64, Fraction(25)):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_wrong_use_is_refused(corpus: Any, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="Got 0x64"):
+        VideoWriter(tmp_path / "o.mp4", 0, 64, Fraction(25))
+    with (
+        pytest.raises(UsageError, match=r"\(64, 96, 3\) and type uint8"),
+        VideoWriter(tmp_path / "o.mp4", 96, 64, Fraction(25)) as writer,
+    ):
+        writer.write(np.zeros((64, 95, 3), np.uint8))
+    writer.close()
+    with pytest.raises(UsageError, match="is closed"):
+        writer.write(corpus.draw_code(0))
+
+
+def test_missing_folder(tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match="No such file or directory"):
+        VideoWriter(tmp_path / "absent" / "o.mp4", 96, 64, Fraction(25))
+
+
+@pytest.mark.parametrize("limit", [0, 400, 3_000, 60_000])
+def test_full_disk(tmp_path: Path, limit: int) -> None:
+    """A file size limit stands in for a full disk: in the header, in the pictures, or only in the index at the end."""
+    script = (
+        "import resource, signal, sys\nfrom fractions import Fraction\nimport numpy as np\n"
+        "from tsr_engine.errors import StorageError\nfrom tsr_engine.io.video_writer import VideoWriter\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "limit = int(sys.argv[2])\nresource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))\n"
+        "noise = np.random.default_rng(0)\n"
+        "try:\n"
+        "    with VideoWriter(sys.argv[1], 96, 64, Fraction(25)) as writer:\n"
+        "        for _ in range(60):\n"
+        "            writer.write(noise.integers(0, 255, (64, 96, 3), dtype=np.uint8))\n"
+        "except StorageError as error:\n    print(error)\n"
+    )
+    path = tmp_path / "o.mp4"
+    result = subprocess.run(
+        [sys.executable, "-c", script, str(path), str(limit)], capture_output=True, text=True, check=True
+    )
+    assert result.stdout == f"The disk is full: {path} was not written. Free some space and run again.\n"
+    assert result.stderr == ""
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,266 @@
+"""IncrementalSVC against batch solutions, after any sequence of adds and removals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from sklearn.svm import SVC
+
+from tsr_engine import IncrementalSVC
+
+Samples = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+
+def two_clouds(n: int, d: int, seed: int = 0, gap: float = 1.0) -> Samples:
+    rng = np.random.default_rng(seed)
+    y = np.where(rng.random(n) < 0.5, -1, 1)
+    X = rng.normal(size=(n, d))
+    X[:, 0] += gap * y
+    return X, y
+
+
+def batch(model: IncrementalSVC) -> SVC:
+    gamma: Any = model.gamma if model.gamma is not None else 1.0 / model.n_features_in_
+    return SVC(C=model.C, kernel=model.kernel, gamma=gamma, tol=1e-12).fit(model.X_, model.y_)
+
+
+def assert_equals_batch(model: IncrementalSVC, points: NDArray[np.float64], tolerance: float = 1e-5) -> None:
+    # libsvm keeps its kernel in single precision: it, not the model, is what limits the agreement.
+    reference = batch(model)
+    np.testing.assert_allclose(
+        model.decision_function(points), reference.decision_function(points), rtol=0, atol=tolerance
+    )
+    alpha = np.zeros(len(model.y_))
+    alpha[reference.support_] = np.abs(reference.dual_coef_[0])
+    signed = np.outer(model.y_, model.y_) * kernel(model)
+    objective = alpha.sum() - 0.5 * alpha @ signed @ alpha
+    # Both are maxima of one concave function: ours may not be lower.
+    assert model.dual_objective_ >= objective - 1e-9
+    assert model.dual_objective_ - objective < 1e-6
+
+
+def kernel(model: IncrementalSVC) -> NDArray[np.float64]:
+    X = model.X_
+    if model.kernel == "linear":
+        return np.asarray(X @ X.T)
+    gamma = model.gamma if model.gamma is not None else 1.0 / X.shape[1]
+    return np.exp(-gamma * ((X[:, None] - X[None]) ** 2).sum(axis=2))
+
+
+@pytest.mark.parametrize("kind", ["linear", "rbf"])
+@pytest.mark.parametrize("C", [0.05, 1.0, 10.0])
+def test_equals_batch_in_objective_coefficients_and_offset(kind: Any, C: float) -> None:
+    X, y = two_clouds(80, 5, seed=3)
+    model = IncrementalSVC(C=C, kernel=kind, gamma=0.3)
+    for x, label in zip(X, y, strict=True):
+        model.partial_fit(x[None], [label])
+        assert model.kkt_residual() <= 1e-8
+    reference = batch(model)
+    alpha = np.zeros(80)
+    alpha[reference.support_] = np.abs(reference.dual_coef_[0])
+    np.testing.assert_allclose(model.alpha_, alpha, atol=1e-4 * C)
+    assert model.intercept_ == pytest.approx(reference.intercept_[0], abs=1e-5)
+    assert_equals_batch(model, X)
+    assert (model.predict(X) == reference.predict(X)).all()
+
+
+coordinate = st.one_of(st.integers(-2, 2).map(float), st.floats(-2, 2, width=32).map(lambda v: round(v, 2)))
+
+
+@st.composite
+def sequences(draw: st.DrawFn) -> tuple[int, list[tuple[str, Any, int]]]:
+    d = draw(st.integers(1, 4))
+    vector = st.lists(coordinate, min_size=d, max_size=d)
+    step = st.one_of(
+        st.tuples(st.just("add"), vector, st.sampled_from([-1, 1])),
+        st.tuples(st.just("repeat"), st.integers(0, 10**6), st.just(1)),
+        st.tuples(st.just("flip"), st.integers(0, 10**6), st.just(-1)),
+        st.tuples(st.just("nudge"), st.integers(0, 10**6), st.sampled_from([-1, 1])),
+        st.tuples(st.just("remove"), st.integers(0, 10**6), st.just(0)),
+    )
+    return d, draw(st.lists(step, min_size=1, max_size=30))
+
+
+@settings(max_examples=120, deadline=None)
+@given(sequences(), st.sampled_from([0.1, 1.0, 5.0]), st.sampled_from(["linear", "rbf"]))
+def test_any_sequence_of_adds_and_removals_is_optimal_and_equals_batch(
+    sequence: tuple[int, list[tuple[str, Any, int]]], C: float, kind: Any
+) -> None:
+    d, steps = sequence
+    model = IncrementalSVC(C=C, kernel=kind, gamma=0.5)
+    kept: list[tuple[list[float], int]] = []
+    for verb, value, label in steps:
+        if verb != "add" and not kept:
+            continue
+        if verb == "add":
+            sample = (list(value), label)
+        elif verb == "nudge":
+            sample = ([v + 1e-7 for v in kept[value % len(kept)][0]], label)
+        elif verb != "remove":
+            x, old = kept[value % len(kept)]
+            sample = (x, old * label)
+        if verb == "remove":
+            model.unlearn(value % len(kept))
+            kept.pop(value % len(kept))
+        else:
+            model.partial_fit([sample[0]], [sample[1]])
+            kept.append(sample)
+        assert model.kkt_residual() <= 1e-8
+        assert model.y_.tolist() == [y for _, y in kept]
+    if len({y for _, y in kept}) == 2:
+        probe = np.random.default_rng(0).normal(size=(5, d))
+        assert_equals_batch(model, np.vstack([model.X_, probe]), tolerance=1e-5)
+
+
+def test_add_then_remove_returns_the_same_state() -> None:
+    X, y = two_clouds(60, 6, seed=1)
+    model = IncrementalSVC(C=2.0).partial_fit(X[:50], y[:50])
+    before = model.copy()
+    for k in range(50, 60):
+        model.partial_fit(X[k : k + 1], y[k : k + 1]).unlearn([50])
+        np.testing.assert_allclose(model.alpha_, before.alpha_, atol=1e-10)
+        assert model.intercept_ == pytest.approx(before.intercept_, abs=1e-10)
+        np.testing.assert_array_equal(model.margin_, before.margin_)
+        np.testing.assert_array_equal(model.error_, before.error_)
+
+
+def test_leave_one_out_equals_training_without_the_sample() -> None:
+    X, y = two_clouds(30, 3, seed=2, gap=0.5)
+    model = IncrementalSVC(C=1.0, kernel="rbf", gamma=0.4).partial_fit(X, y)
+    for k in range(30):
+        left = model.copy().unlearn([k])
+        fresh = IncrementalSVC(C=1.0, kernel="rbf", gamma=0.4).partial_fit(np.delete(X, k, 0), np.delete(y, k))
+        np.testing.assert_allclose(left.decision_function(X), fresh.decision_function(X), atol=1e-9)
+
+
+def test_sliding_window_of_200_over_1500_adds_and_1300_removals() -> None:
+    rng = np.random.default_rng(5)
+    X, y = two_clouds(1500, 20, seed=5, gap=0.7)
+    for k in np.flatnonzero(rng.random(1500) < 0.1)[1:]:
+        X[k], y[k] = X[k - 1], y[k - 1]
+    model = IncrementalSVC(C=1.0)
+    worst = 0.0
+    for k in range(1500):
+        model.partial_fit(X[k : k + 1], y[k : k + 1])
+        if k >= 200:
+            model.unlearn(0)
+        worst = max(worst, model.kkt_residual())
+    assert len(model.y_) == 200
+    assert worst <= 1e-8
+    np.testing.assert_array_equal(model.X_, X[1300:])
+    assert_equals_batch(model, X[:50])
+
+
+def test_one_class_only_and_the_empty_set() -> None:
+    model = IncrementalSVC()
+    assert model.intercept_ == 0.0
+    assert model.decision_function([[1.0, 2.0]]).tolist() == [0.0]
+    assert model.kkt_residual() == 0.0
+    model.partial_fit([[0.0, 1.0], [2.0, 0.0], [2.0, 0.0]], [-1, -1, -1])
+    assert model.intercept_ == -1.0
+    assert not model.alpha_.any()
+    assert model.kkt_residual() == 0.0
+    model.unlearn([0, 1, 2])
+    assert model.intercept_ == 0.0
+    assert len(model.X_) == 0
+    assert model.partial_fit([[0.0, 1.0]], [1]).intercept_ == 1.0
+
+
+def test_without_margin_vectors_the_offset_is_the_middle_of_its_interval() -> None:
+    # Far apart and C small: both coefficients are C, the weight is 4C = 0.04 and b is free between its ends.
+    model = IncrementalSVC(C=0.01).partial_fit([[-2.0], [2.0]], [-1, 1])
+    assert model.margin_.tolist() == []
+    assert model.error_.tolist() == [0, 1]
+    assert model.intercept_ == pytest.approx(0.0, abs=1e-12)
+    assert model.intercept_ == pytest.approx(batch(model).intercept_[0], abs=1e-9)
+    model.partial_fit([[5.0]], [1])
+    assert model.kkt_residual() <= 1e-12
+    assert_equals_batch(model, np.array([[0.0], [1.0]]))
+
+
+def test_equal_samples_with_both_labels() -> None:
+    model = IncrementalSVC(C=1.0, kernel="rbf", gamma=1.0)
+    for label in (1, -1, 1, -1, -1):
+        model.partial_fit([[0.5, 0.5]], [label])
+        assert model.kkt_residual() <= 1e-12
+    assert_equals_batch(model, np.array([[0.5, 0.5], [3.0, 0.0]]))
+
+
+@pytest.mark.parametrize("gamma", [1e-6, 1e-4])
+def test_nearly_singular_kernels_stay_optimal(gamma: float) -> None:
+    X, y = two_clouds(60, 3, seed=8, gap=0.2)
+    model = IncrementalSVC(C=10.0, kernel="rbf", gamma=gamma)
+    rng = np.random.default_rng(0)
+    for k in range(60):
+        model.partial_fit(X[k : k + 1], y[k : k + 1])
+        assert model.kkt_residual() <= 1e-8
+        if k % 3 == 2:
+            model.unlearn(int(rng.integers(len(model.y_))))
+            assert model.kkt_residual() <= 1e-8
+
+
+def test_same_calls_give_the_same_bits_and_copies_are_independent() -> None:
+    X, y = two_clouds(70, 8, seed=4)
+
+    def run() -> IncrementalSVC:
+        return IncrementalSVC(C=0.7).partial_fit(X, y).unlearn([3, 40, 11]).partial_fit(X[:5] + 0.1, y[:5])
+
+    one, two = run(), run()
+    assert one.alpha_.tobytes() == two.alpha_.tobytes()
+    assert one.decision_function(X).tobytes() == two.decision_function(X).tobytes()
+    twin = one.copy()
+    twin.partial_fit(X[:1], -y[:1])
+    two.partial_fit(X[:1], -y[:1])
+    assert twin.alpha_.tobytes() == two.alpha_.tobytes()
+    assert len(one.y_) == len(twin.y_) - 1
+
+
+def test_samples_keep_their_order_and_gaps_close() -> None:
+    X = np.arange(12.0)[:, None]
+    y = np.where(np.arange(12) % 2, 1, -1)
+    model = IncrementalSVC().partial_fit(X, y).unlearn([0, 5, 11])
+    kept = [k for k in range(12) if k not in (0, 5, 11)]
+    assert model.X_[:, 0].tolist() == [float(k) for k in kept]
+    assert model.y_.tolist() == y[kept].tolist()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"C": 0}, "The 'C' parameter of IncrementalSVC must be a finite number greater than 0. Got 0 instead."),
+        ({"C": float("nan")}, "'C' parameter"),
+        ({"C": True}, "'C' parameter"),
+        ({"kernel": "poly"}, "The 'kernel' parameter of IncrementalSVC must be 'linear' or 'rbf'. Got 'poly' instead."),
+        ({"gamma": -1.0}, "'gamma' parameter"),
+    ],
+)
+def test_bad_parameters(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match="parameter of IncrementalSVC") as caught:
+        IncrementalSVC(**arguments)
+    assert words in str(caught.value)
+
+
+def test_bad_samples_leave_the_model_unchanged() -> None:
+    model = IncrementalSVC().partial_fit([[0.0, 1.0], [1.0, 0.0]], [-1, 1])
+    state = model.alpha_.tobytes()
+    for X, y, words in [
+        ([[1.0]], [1], "2 features"),
+        ([[1.0, np.nan]], [1], "finite"),
+        ([[1.0, 2.0]], [0], "-1 or \\+1"),
+        ([[1.0, 2.0]], [1, 1], r"shape \(1,\)"),
+        ([1.0, 2.0], [1], r"shape \(m, d\)"),
+        ([["a", "b"]], [1], "numbers"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            model.partial_fit(X, y)
+    for indices, error in [([2], IndexError), ([-1], IndexError), ([0, 0], ValueError), ([0.5], ValueError)]:
+        with pytest.raises(error, match="indices to unlearn"):
+            model.unlearn(indices)
+    assert model.alpha_.tobytes() == state
+    with pytest.raises(AttributeError, match="linear"):
+        _ = IncrementalSVC(kernel="rbf").coef_

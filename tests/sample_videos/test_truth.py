@@ -1,0 +1,37 @@
+"""Truth rows: cut to the picture, small or hidden faces to be ignored, files read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sample_videos.truth import HEADER, Row, read_csv, row, write_csv
+
+
+def test_row_is_cut_to_the_picture() -> None:
+    made = row(3, 1, (90.0, -5.0, 130.0, 35.0), (100, 80), 14, 0.4)
+    assert made == Row(3, 1, 90.0, 0.0, 100.0, 35.0, 14, 0.4, 0)
+    assert row(3, 1, (101.0, 10.0, 130.0, 35.0), (100, 80), 14, 0.0) is None
+
+
+@pytest.mark.parametrize(
+    ("side", "visibility", "ignore"), [(11.9, 1.0, 1), (12.1, 1.0, 0), (60.0, 0.34, 1), (60.0, 0.36, 0)]
+)
+def test_ignore(side: float, visibility: float, ignore: int) -> None:
+    made = row(0, 1, (10.0, 10.0, 10.0 + side, 40.0 + side), (640, 480), 2, visibility)
+    assert made is not None
+    assert made.ignore == ignore
+
+
+def test_csv_round_trip(tmp_path: Path) -> None:
+    rows = [Row(0, 1, 1.25, 2.5, 30.75, 40.0, 13, 0.875, 0), Row(9, 2, 0.0, 0.0, 5.5, 6.25, 42, 0.0, 1)]
+    write_csv(tmp_path / "t.csv", rows)
+    assert (tmp_path / "t.csv").read_text().splitlines()[0] == ",".join(HEADER)
+    assert read_csv(tmp_path / "t.csv") == rows
+
+
+def test_foreign_csv_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(ValueError, match=r"t\.csv must begin with frame,track_id"):
+        read_csv(tmp_path / "t.csv")

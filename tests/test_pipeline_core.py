@@ -1,0 +1,274 @@
+"""Algorithm 3 step by step: what the core does with a confident and with a rejected prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+import tsr_engine.pipeline.core
+from tsr_engine.evidence import FramePixels
+from tsr_engine.gating.perceptual_hash import HashMemory
+from tsr_engine.params import Params
+from tsr_engine.params.gate import GateParams
+from tsr_engine.pipeline import FrameInput, Parts, TrackingCore
+from tsr_engine.protocols import PixelSource
+from tsr_engine.records import Detections, FloatArray, FrameEvidence, GateVerdict, Picture, Relocalisation, Sample
+
+WIDTH, HEIGHT = 200, 160
+NONE = Detections.empty()
+PICTURE = np.random.default_rng(3).integers(0, 255, (HEIGHT, WIDTH, 3), dtype=np.uint8)
+
+
+def detection(x: float, y: float = 50.0, side: float = 30.0, score: float = 3.0) -> Detections:
+    one = np.array([score])
+    return Detections(np.array([[x, y, x + side, y + side]]), one, np.array([0.5]), one)
+
+
+class Gate:
+    """A gate whose verdict the test sets."""
+
+    margin = 0.1
+    confident = True
+
+    def __init__(self, params: GateParams) -> None:
+        self.params = params
+
+    def remember(self, memory: HashMemory, crop: Picture) -> HashMemory:
+        return memory.add(crop)
+
+    def judge(self, crop: Picture, memory: HashMemory, *args: object) -> GateVerdict:
+        assert memory.count > 0
+        value = 1.0 if Gate.confident else 99.0
+        return GateVerdict(0.2, 5.0, 4.0, 2.0, value, value < self.params.tau)
+
+
+class Classifier:
+    margin = 0.1
+    class_id = 5
+
+    def probabilities(self, crops: list[Picture]) -> np.ndarray:
+        rows = np.full((len(crops), 43), 0.2 / 42, np.float32)
+        rows[:, Classifier.class_id] = 0.8
+        return rows
+
+
+@dataclass
+class Learner:
+    """An online detector that notes what it is told and answers with a window 6 px to the left."""
+
+    calls: list[tuple[str, int, int]] = field(default_factory=list)
+    probability: float = 0.9
+
+    def learn(self, pixels: PixelSource, box: FloatArray, label: int, frame: int) -> tuple[Sample, ...]:
+        self.calls.append(("learn", label, frame))
+        return (Sample("learned", label, "prediction", frame),)
+
+    def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
+        self.calls.append(("relocalise", 0, frame))
+        moved = box + np.array([-6.0, 0.0, -6.0, 0.0])
+        return Relocalisation(box, moved, 2.0, self.probability, box, 0.0, 9)
+
+
+@pytest.fixture(autouse=True)
+def plain_gate(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tsr_engine.pipeline.core, "Gate", Gate)
+    Gate.confident = True
+    Classifier.class_id = 5
+
+
+class Bench:
+    """A core with a confirmed track at frame 4, and the learner of that track."""
+
+    def __init__(self, **settings: object) -> None:
+        params = Params().with_settings([("confirm_hits", 1), ("confirm_window", 3), *settings.items()])
+        self.learner = Learner()
+
+        def make(pixels: PixelSource, box: FloatArray, frame: int) -> tuple[Learner, tuple[Sample, ...]]:
+            return self.learner, (Sample("learned", 1, "result", frame),)
+
+        self.core = TrackingCore(params, Parts(Classifier(), make), WIDTH, HEIGHT, interval=0.04)
+        self.k = -1
+        for _ in range(5):
+            self.step(detection(80.0))
+        self.learner.calls.clear()
+
+    def step(self, found: Detections) -> FrameEvidence:
+        self.k += 1
+        return self.core.step(FrameInput(self.k, self.k * 0.04, found, (0.0, 0.0), FramePixels(PICTURE)))
+
+
+def test_first_frame_of_a_track() -> None:
+    bench = Bench()
+    core = TrackingCore(
+        bench.core.params, Parts(Classifier(), bench.core._parts.make_online), WIDTH, HEIGHT, interval=0.04
+    )
+    frame = core.step(FrameInput(7, 0.28, detection(80.0), (1.0, 0.0), FramePixels(PICTURE)))
+    (track,) = frame.tracks
+    assert (track.track_id, track.source, track.detection, track.prediction, track.gate) == (
+        1,
+        "detected",
+        0,
+        None,
+        None,
+    )
+    assert track.samples == (Sample("learned", 1, "result", 7),)
+    assert track.recognition is not None
+    assert track.recognition.class_id == 5
+    assert [event.kind for event in frame.events] == ["born", "confirmed"]
+    assert frame.shift == (1.0, 0.0)
+
+
+def test_confident_with_detection_learns_a_positive_and_updates_the_filter() -> None:
+    bench = Bench()
+    (track,) = bench.step(detection(82.0)).tracks
+    assert bench.learner.calls == [("learn", 1, 5)]
+    assert track.source == "detected"
+    assert track.relocalisation is None
+    assert track.prediction is not None
+    assert track.prediction.box[0] < track.box[0] < 82.0
+
+
+def test_confident_without_detection_is_the_prediction() -> None:
+    bench = Bench()
+    (track,) = bench.step(NONE).tracks
+    assert bench.learner.calls == [("learn", 1, 5)]
+    assert track.source == "predicted"
+    assert track.prediction is not None
+    assert np.array_equal(track.box, track.prediction.box)
+    assert track.gate is not None
+    assert track.gate.confident
+
+
+def test_rejected_without_detection_learns_a_negative_and_relocalises() -> None:
+    bench = Bench(position_unit="px", tau=15.0)
+    Gate.confident = False
+    frame = bench.step(NONE)
+    (track,) = frame.tracks
+    assert bench.learner.calls == [("learn", -1, 5), ("relocalise", 0, 5)]
+    assert track.source == "relocalised"
+    assert track.relocalisation is not None
+    assert np.array_equal(track.box, track.relocalisation.box)
+    assert track.samples == (Sample("learned", -1, "prediction", 5),)
+    (event,) = [event for event in frame.events if event.kind == "relocalised"]
+    assert event.text == "Prediction of track 1 rejected, L = 99.0 > 15, symmetry 0.20 is low; relocalised 6 px left."
+    before = track.box
+    Gate.confident = True
+    (after,) = bench.step(NONE).tracks
+    assert after.prediction is not None
+    assert after.prediction.box[0] < 79.0, "the window is the filter's measurement as well"
+    assert before[0] == pytest.approx(74.0, abs=2.0)
+
+
+def test_rejected_with_detection_follows_the_parameter() -> None:
+    Gate.confident = True
+    paper = Bench(rejected_measurement="relocalised")
+    default = Bench(rejected_measurement="detection")
+    Gate.confident = False
+    (by_window,) = paper.step(detection(82.0)).tracks
+    assert by_window.source == "relocalised"
+    assert by_window.detection == 0
+    frame = default.step(detection(82.0))
+    (by_detection,) = frame.tracks
+    assert by_detection.source == "detected"
+    assert by_detection.relocalisation is None
+    assert ("relocalise", 0, 5) not in default.learner.calls
+    assert ("learn", -1, 5) in default.learner.calls
+    assert [event.kind for event in frame.events] == ["rejected"]
+
+
+def test_an_improbable_window_does_not_replace_the_prediction() -> None:
+    bench = Bench(relocalise_probability=0.7)
+    bench.learner.probability = 0.6
+    Gate.confident = False
+    frame = bench.step(NONE)
+    (track,) = frame.tracks
+    assert track.source == "predicted"
+    assert track.relocalisation is not None
+    assert any("no window around it looks like the sign" in event.text for event in frame.events)
+
+
+def test_only_a_sure_relocalisation_keeps_a_track_alive() -> None:
+    def frames_until_death(probability: float) -> int:
+        Gate.confident = True
+        bench = Bench(max_coast=3, sure_probability=0.5, max_undetected=12)
+        bench.learner.probability = probability
+        Gate.confident = False
+        count = 0
+        while bench.step(NONE).tracks[-1].state != "dead" and count < 30:
+            count += 1
+        return count
+
+    assert frames_until_death(0.2) <= 4
+    assert frames_until_death(0.8) > 6
+
+
+def test_kalman_filter_alone() -> None:
+    bench = Bench(use_online=False)
+    Gate.confident = False
+    (track,) = bench.step(detection(82.0)).tracks
+    assert bench.learner.calls == []
+    assert track.source == "detected"
+    assert track.samples == ()
+    assert track.gate is not None, "the factors stay on record"
+    assert not track.gate.confident
+    (track,) = bench.step(NONE).tracks
+    assert track.source == "predicted"
+
+
+def test_the_frame_of_death_keeps_its_factors() -> None:
+    bench = Bench(max_coast=0)
+    frame = bench.step(NONE)
+    (track,) = frame.tracks
+    assert track.state == "dead"
+    assert track.gate is not None
+    assert track.recognition is None
+    assert [event.kind for event in frame.events][-1] == "died"
+    assert bench.step(NONE).tracks == ()
+
+
+def test_votes_add_up_and_a_change_of_class_is_an_event() -> None:
+    bench = Bench(fusion_mode="equal")
+    Classifier.class_id = 9
+    changed = []
+    for _ in range(8):
+        frame = bench.step(detection(80.0))
+        changed += [event for event in frame.events if event.kind == "relabelled"]
+    (event,) = changed
+    assert "no overtaking" in event.text
+    recognition = frame.tracks[0].recognition
+    assert recognition is not None
+    assert recognition.votes.sum() == pytest.approx(13.0, abs=1e-5)
+    assert recognition.class_id == 9
+
+
+@pytest.mark.parametrize(
+    "box", [[-40.0, -40.0, 3.0, 3.0], [0.0, 0.0, 2.0, 2.0], [0.0, 0.0, 200.0, 160.0], [195.0, 150.0, 240.0, 200.0]]
+)
+def test_odd_boxes_do_no_harm(box: list[float]) -> None:
+    bench = Bench()
+    one = np.array([5.0])
+    odd = Detections(np.array([box]), one, np.array([0.5]), one)
+    for _ in range(4):
+        frame = bench.step(odd)
+    assert all(np.isfinite(track.box).all() for track in frame.tracks)
+
+
+def test_time_counts_in_nominal_intervals(monkeypatch: pytest.MonkeyPatch) -> None:
+    steps: list[float] = []
+    bench = Bench()
+    predict: Callable[..., object] = bench.core._tracker.predict
+    monkeypatch.setattr(bench.core._tracker, "predict", lambda dt, shift: steps.append(dt) or predict(dt, shift))
+    for seconds in (0.20, 0.28, 0.28):
+        bench.k += 1
+        bench.core.step(FrameInput(bench.k, seconds, NONE, (0.0, 0.0), FramePixels(PICTURE)))
+    assert steps == [pytest.approx(1.0), pytest.approx(2.0), pytest.approx(1e-3)]
+
+
+def test_two_cores_do_not_share_anything() -> None:
+    a, b = Bench(), Bench()
+    a.step(detection(80.0))
+    frame = b.step(detection(80.0))
+    assert [track.track_id for track in frame.tracks] == [1]

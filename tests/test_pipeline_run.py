@@ -1,0 +1,262 @@
+"""Live runs of the toy drive: outputs, going on after a kill, interruption, failures."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from tsr_engine.errors import EvidenceError, StorageError, UsageError
+from tsr_engine.evidence import EvidenceReader, differences
+from tsr_engine.io.video import open_video
+from tsr_engine.runs import Progress, RunReport, RunRequest, track_video
+
+SCRIPT = Path(__file__).with_name("pipeline_toys.py")
+FRAMES = 100
+
+
+def load_toys() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("pipeline_toys", SCRIPT)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["pipeline_toys"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+toys = load_toys()
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return toys.write_drive(tmp_path_factory.mktemp("drive") / "drive.mp4", FRAMES)
+
+
+@pytest.fixture(scope="module")
+def finished(drive: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RunReport]:
+    """An uninterrupted run with all outputs."""
+    folder = tmp_path_factory.mktemp("finished")
+    request = RunRequest(drive, toys.PARAMS, folder / "run", folder / "rows.csv", folder / "seen.mp4")
+    return folder, track_video(request, toys.components(toys.PARAMS))
+
+
+def assert_same_run(a: Path, b: Path) -> None:
+    with EvidenceReader(a) as first, EvidenceReader(b) as second:
+        assert len(first) == len(second)
+        for x, y in zip(first.frames(), second.frames(), strict=True):
+            assert list(differences(x, y, ignore=frozenset({"timings"}))) == [], f"frame {x.ordinal}"
+        assert list(first.frame_table()) == list(second.frame_table())
+        assert list(first.result_rows()) == list(second.result_rows())
+
+
+def test_a_run_finds_the_signs_and_writes_everything(finished: tuple[Path, RunReport]) -> None:
+    folder, report = finished
+    assert (report.frames, report.interrupted, report.resumed_at) == (FRAMES, False, None)
+    assert len(report.tracks) == 3
+    assert report.tracks[0].first_frame == 4
+    sources = {source for track in report.tracks for source in track.frames}
+    assert {"detected", "relocalised"} <= sources
+    assert {"decode", "detect", "shift", "gate", "relocalise", "classify", "fuse", "evidence"} <= set(report.stages)
+    with EvidenceReader(folder / "run") as reader:
+        assert reader.state == "complete"
+        assert len(reader) == FRAMES
+        lines = [row.line() for row in reader.result_rows()]
+    written = (folder / "rows.csv").read_text().splitlines()
+    assert written[0] == "frame,track_id,x1,y1,x2,y2,class_id,score,source"
+    assert written[1:] == lines
+    with open_video(folder / "seen.mp4") as seen:
+        assert len(seen.confirm()) == FRAMES
+    assert not [path for path in folder.rglob("*") if ".part" in path.name]
+
+
+def test_boxes_follow_the_drawn_sign(finished: tuple[Path, RunReport]) -> None:
+    from tsr_engine.geometry.boxes import iou
+
+    folder, _ = finished
+    with EvidenceReader(folder / "run") as reader:
+        overlaps = [
+            float(iou(track.box, toys.sign_box(frame.ordinal % 40))[0, 0])
+            for frame in reader.frames(pixels=False)
+            for track in frame.tracks
+            if track.state == "confirmed"
+            and track.source == "detected"
+            and toys.sign_box(frame.ordinal % 40) is not None
+        ]
+    assert len(overlaps) > 40
+    assert sorted(overlaps)[len(overlaps) // 2] > 0.7
+
+
+def test_events_speak_in_sentences_and_hold_their_values(finished: tuple[Path, RunReport]) -> None:
+    folder, _ = finished
+    with EvidenceReader(folder / "run") as reader:
+        events = [event for _, event in reader.events()]
+    rejections = [event for event in events if event.kind in ("rejected", "relocalised")]
+    assert rejections
+    for event in rejections:
+        assert event.text.endswith(".")
+        assert event.values["l_positive"] >= event.values["tau"] == 3.0
+        assert f"L = {event.values['l_positive']:.1f}" in event.text
+
+
+def test_frame_range_keeps_the_ordinals_of_the_video(drive: Path, tmp_path: Path) -> None:
+    request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", start=40, stop=60)
+    report = track_video(request, toys.components(toys.PARAMS))
+    assert report.frames == 20
+    frames = {int(line.split(",")[0]) for line in (tmp_path / "rows.csv").read_text().splitlines()[1:]}
+    assert min(frames) >= 44
+    assert max(frames) == 59
+
+
+def test_a_run_stopped_again_and_again_equals_an_uninterrupted_one(
+    drive: Path, finished: tuple[Path, RunReport], tmp_path: Path
+) -> None:
+    folder, whole = finished
+    rounds = 0
+    while True:
+        rounds += 1
+        count = 0
+
+        def stop() -> bool:
+            nonlocal count
+            count += 1
+            return count > 37
+
+        request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", tmp_path / "seen.mp4")
+        report = track_video(request, toys.components(toys.PARAMS), stop=stop if rounds == 1 else None)
+        if rounds == 1:
+            assert report.interrupted
+            assert report.frames == 37
+            with EvidenceReader(tmp_path / "run") as reader:
+                assert reader.state == "interrupted"
+                assert len(reader) == 37
+            assert len((tmp_path / "rows.csv").read_text().splitlines()) > 20
+        if not report.interrupted:
+            break
+    assert rounds == 2
+    assert report.resumed_at == 37
+    assert [t.track_id for t in report.tracks] == [t.track_id for t in whole.tracks]
+    assert_same_run(tmp_path / "run", folder / "run")
+    assert (tmp_path / "rows.csv").read_bytes() == (folder / "rows.csv").read_bytes()
+    with open_video(tmp_path / "seen.mp4") as seen:
+        assert len(seen.confirm()) == FRAMES
+
+
+def test_a_run_goes_on_after_kill_9_and_equals_an_uninterrupted_one(
+    drive: Path, finished: tuple[Path, RunReport], tmp_path: Path
+) -> None:
+    environment = os.environ | {"NUMBA_NUM_THREADS": "1"}
+    worker = subprocess.Popen([sys.executable, SCRIPT, drive, tmp_path / "run", "0.03"], env=environment)
+    try:
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            time.sleep(0.02)
+            try:
+                with EvidenceReader(tmp_path / "run") as reader:
+                    if len(reader) >= 32:
+                        break
+            except EvidenceError:
+                continue
+        worker.send_signal(signal.SIGKILL)
+    finally:
+        worker.kill()
+        worker.wait()
+    with EvidenceReader(tmp_path / "run") as reader:
+        stored = len(reader)
+        assert reader.state == "interrupted"
+    assert 32 <= stored < FRAMES
+    parts = toys.components(toys.PARAMS)
+    report = track_video(RunRequest(drive, toys.PARAMS, tmp_path / "run"), parts)
+    assert report.resumed_at == stored
+    assert parts.detector.calls == FRAMES - stored
+    assert_same_run(tmp_path / "run", finished[0] / "run")
+
+
+def test_a_finished_run_is_not_computed_again(drive: Path, finished: tuple[Path, RunReport], tmp_path: Path) -> None:
+    folder, whole = finished
+    parts = toys.components(toys.PARAMS)
+    report = track_video(RunRequest(drive, toys.PARAMS, folder / "run", tmp_path / "again.csv"), parts)
+    assert parts.detector.calls == 0
+    assert report.frames == whole.frames
+    assert (tmp_path / "again.csv").read_bytes() == (folder / "rows.csv").read_bytes()
+
+
+def test_progress_counts_to_the_end(drive: Path) -> None:
+    seen: list[Progress] = []
+    track_video(RunRequest(drive, toys.PARAMS, stop=20), toys.components(toys.PARAMS), progress=seen.append)
+    assert [at.done for at in seen] == list(range(1, 21))
+    assert {at.total for at in seen} == {20}
+    assert seen[-1].remaining == 0.0
+    assert seen[-1].rate > 0
+
+
+def test_evidence_of_another_video_or_parameters_is_refused(
+    drive: Path, finished: tuple[Path, RunReport], tmp_path: Path
+) -> None:
+    folder, _ = finished
+    other = toys.write_drive(tmp_path / "other.mp4", 12)
+    with pytest.raises(EvidenceError, match=r"video: drive.mp4 against other.mp4"):
+        track_video(RunRequest(other, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
+    changed = toys.PARAMS.with_settings([("tau", 4.0)])
+    with pytest.raises(EvidenceError, match="tau"):
+        track_video(RunRequest(drive, changed, folder / "run"), toys.components(changed))
+    with pytest.raises(EvidenceError, match="frames from 0 on, expected from 5 on"):
+        track_video(RunRequest(drive, toys.PARAMS, folder / "run", start=5), toys.components(toys.PARAMS))
+    with EvidenceReader(folder / "run") as reader:
+        assert len(reader) == FRAMES
+
+
+def test_outputs_may_not_be_the_video(drive: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link.mp4"
+    link.symlink_to(drive)
+    before = drive.read_bytes()
+    for output in (drive, link):
+        with pytest.raises(UsageError, match="is the input itself"):
+            track_video(RunRequest(drive, toys.PARAMS, annotated=output), toys.components(toys.PARAMS))
+    same = tmp_path / "x.mp4"
+    with pytest.raises(UsageError, match="same name"):
+        track_video(RunRequest(drive, toys.PARAMS, csv=same, annotated=same), toys.components(toys.PARAMS))
+    assert drive.read_bytes() == before
+
+
+def test_a_range_beyond_the_end_is_refused_and_leaves_nothing(drive: Path, tmp_path: Path) -> None:
+    request = RunRequest(drive, toys.PARAMS, csv=tmp_path / "rows.csv", start=5000)
+    with pytest.raises(UsageError, match="frames 0 to 99"):
+        track_video(request, toys.components(toys.PARAMS))
+    assert not (tmp_path / "rows.csv").exists()
+
+
+def test_a_full_disk_keeps_what_was_computed(
+    drive: Path, finished: tuple[Path, RunReport], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The third commit fails: the frames of the first two stay, and the run goes on later."""
+    from tsr_engine.evidence.writer import EvidenceWriter
+
+    commits = 0
+    commit = EvidenceWriter.commit
+
+    def failing(self: EvidenceWriter) -> None:
+        nonlocal commits
+        commits += 1
+        if commits >= 3:
+            raise StorageError("The disk is full.")
+        commit(self)
+
+    monkeypatch.setattr(EvidenceWriter, "commit", failing)
+    request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv")
+    with pytest.raises(StorageError, match="disk is full"):
+        track_video(request, toys.components(toys.PARAMS))
+    monkeypatch.undo()
+    with EvidenceReader(tmp_path / "run") as reader:
+        assert len(reader) == 64
+        assert reader.state != "complete"
+    assert len((tmp_path / "rows.csv").read_text().splitlines()) > 30
+    track_video(request, toys.components(toys.PARAMS))
+    assert_same_run(tmp_path / "run", finished[0] / "run")

@@ -1,0 +1,177 @@
+"""Replay of the toy drive: the same bits with the same parameters, and what other parameters change."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import EvidenceError, ModelError, UsageError
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, StoredPixels, differences
+from tsr_engine.online.features import FEATURES
+from tsr_engine.online.online_detector import OnlineDetectorMaker
+from tsr_engine.online.relocalisation import search_extent
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, Parts, rescored
+from tsr_engine.recognition.crops import crop_bounds
+from tsr_engine.records import Detections, FrameEvidence
+from tsr_engine.replay import ReplayReport, changed_parameters, check_models, replay, run_params
+from tsr_engine.runs import RunRequest, track_video
+
+
+def load_toys() -> ModuleType:
+    path = Path(__file__).with_name("pipeline_toys.py")
+    spec = importlib.util.spec_from_file_location("toys_of_replay", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["toys_of_replay"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+toys = load_toys()
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("replay")
+    video = toys.write_drive(folder / "drive.mp4", 75)
+    track_video(RunRequest(video, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
+    video.unlink()
+    return folder / "run"
+
+
+def again(run: Path, *settings: tuple[str, object]) -> tuple[list[FrameEvidence], ReplayReport]:
+    params = toys.PARAMS.with_settings(settings)
+    report = ReplayReport()
+    return list(replay(run, params, toys.components(params), report=report)), report
+
+
+def test_same_parameters_give_the_same_bits_in_every_record(run: Path) -> None:
+    frames, report = again(run)
+    with EvidenceReader(run) as reader:
+        stored = list(reader.frames())
+    assert len(frames) == len(stored) == 75
+    assert sum(len(frame.tracks) for frame in stored) > 60
+    assert any(track.relocalisation for frame in stored for track in frame.tracks)
+    for new, old in zip(frames, stored, strict=True):
+        assert list(differences(new, old, ignore=frozenset({"timings"}))) == []
+    assert report.identical == report.frames == 75
+    assert report.missing_pixels == report.missing_frames == 0
+    assert not report.diff
+    assert report.tracks == report.before
+
+
+def test_the_online_svm_replays_bit_by_bit_too(tmp_path: Path) -> None:
+    params = toys.PARAMS.with_settings([("rejected_measurement", "relocalised"), ("learn_rejected", True)])
+    maker = OnlineDetectorMaker(np.zeros((0, FEATURES)), np.zeros(0), params.online)
+    components = Components(toys.RedDetector(), Parts(toys.HueClassifier(), maker), {"classifier": "c" * 64})
+    video = toys.write_drive(tmp_path / "drive.mp4", 40)
+    live = track_video(RunRequest(video, params, tmp_path / "run"), components)
+    report = ReplayReport()
+    for _ in replay(tmp_path / "run", params, components, report=report):
+        pass
+    assert sum(track.frames["relocalised"] for track in live.tracks) > 3
+    assert (report.identical, report.missing_pixels) == (40, 0), report.first_difference
+
+
+def test_a_difference_would_be_seen(run: Path) -> None:
+    frames, report = again(run, ("tau", 3.5))
+    assert report.identical < 75
+    assert report.first_difference.startswith("frame ")
+    assert len(frames) == 75
+
+
+@pytest.mark.parametrize("radius", [1, 20, 40])
+def test_pixels_around_every_prediction_are_kept_up_to_keep_radius(run: Path, radius: int) -> None:
+    online = toys.PARAMS.online.model_copy(update={"search_radius": radius})
+    searched = 0
+    with EvidenceReader(run) as reader:
+        for frame in reader.frames():
+            pixels = StoredPixels(frame.width, frame.height, frame.regions)
+            for track in frame.tracks:
+                if track.prediction is not None:
+                    pixels.crop(*search_extent(track.prediction.box, online))
+                    searched += 1
+            for box in frame.detections.boxes:
+                pixels.crop(*crop_bounds(box, toys.PARAMS.pipeline.keep_context * 0.9))
+            assert pixels.missing == 0, f"frame {frame.ordinal}"
+    assert searched > 50
+
+
+def test_missing_pixels_are_counted(run: Path) -> None:
+    _, report = again(run, ("search_radius", 90), ("rejected_measurement", "relocalised"))
+    assert report.missing_pixels > 1000
+    assert report.missing_frames > 3
+
+
+def test_lost_tracks(run: Path) -> None:
+    _, report = again(run, ("birth_score", 50.0))
+    assert report.tracks == []
+    assert report.diff.lost == (1, 2)
+    assert report.diff.gained == ()
+
+
+def test_another_lambda_scores_the_detections_anew(run: Path) -> None:
+    frames, _ = again(run, ("prior_lambda", 10.0))
+    found = [frame.detections for frame in frames if len(frame.detections)]
+    assert found
+    for detections in found:
+        expected = detections.raw_scores + (detections.prior - 0.5) * 10.0
+        assert np.array_equal(detections.scores, expected)
+    without, _ = again(run, ("use_prior", False))
+    assert all(np.array_equal(f.detections.scores, f.detections.raw_scores) for f in without)
+
+
+def test_rescoring_by_hand() -> None:
+    boxes = np.arange(12, dtype=np.float64).reshape(3, 4)
+    stored = Detections(boxes, np.array([1.0, 2.0, 0.0]), np.array([1.0, 0.0, 0.5]), np.zeros(3))
+    new = rescored(stored, 4.0)
+    assert new.scores.tolist() == [3.0, 0.0, 0.0]
+    assert new.raw_scores.tolist() == [1.0, 2.0, 0.0]
+    assert np.array_equal(new.boxes, boxes)
+
+
+def test_steps_that_are_not_repeated_cannot_be_changed(run: Path) -> None:
+    for name, value in (("min_width", 20.0), ("use_camera_shift", False)):
+        with pytest.raises(UsageError, match=name):
+            again(run, (name, value))
+
+
+def test_a_run_without_pixels_cannot_be_replayed(run: Path, tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    with EvidenceReader(run) as reader:
+        header = replace(reader.header, keep_pixels=False)
+        with EvidenceWriter.create(tmp_path / "bare", header) as writer:
+            for frame in reader.frames(stop=5):
+                writer.append(frame)
+    with pytest.raises(EvidenceError, match="no pixels"):
+        again(tmp_path / "bare")
+
+
+def test_parameters_survive_the_header(run: Path) -> None:
+    with EvidenceReader(run) as reader:
+        assert run_params(reader) == toys.PARAMS
+    assert changed_parameters(toys.PARAMS, Params.preset("paper").with_settings([("tau", 3.0)])) != []
+    assert changed_parameters(toys.PARAMS, toys.PARAMS) == []
+
+
+def test_other_models_are_refused(run: Path) -> None:
+    other = Components(toys.RedDetector(), toys.components(toys.PARAMS).parts, {"classifier": "d" * 64})
+    with EvidenceReader(run) as reader:
+        check_models(reader, toys.components(toys.PARAMS))
+        with pytest.raises(ModelError, match="another classifier"):
+            check_models(reader, other)
+
+
+def test_a_stream_that_is_left_early_releases_the_store(run: Path) -> None:
+    frames = replay(run, toys.PARAMS, toys.components(toys.PARAMS))
+    next(frames)
+    frames.close()  # type: ignore[attr-defined]
+    assert len(again(run)[0]) == 75

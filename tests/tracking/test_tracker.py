@@ -1,0 +1,231 @@
+"""Life of tracks: birth, confirmation, coasting, re-attachment, duplicates, death."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsr_engine.params.tracking import TrackingParams
+from tsr_engine.records import Detections
+from tsr_engine.tracking.tracker import TrackedFrame, Tracker
+
+WIDTH, HEIGHT = 720, 576
+PARAMS = TrackingParams()
+
+
+def detections(*rows: tuple[float, float, float, float, float]) -> Detections:
+    table = np.array(rows, dtype=np.float64).reshape(-1, 5)
+    scores = table[:, 4]
+    return Detections(table[:, :4], scores, np.full(len(table), 0.5), scores)
+
+
+def approach(frame: int, score: float = 2.0, offset: float = 0.0) -> tuple[float, float, float, float, float]:
+    """A sign that looms, to the upper right of the FOE."""
+    w = 20.0 / (1.0 - 0.015 * frame)
+    x, y = WIDTH / 2 + 3 * w + offset, HEIGHT / 2 - 2 * w
+    return (x, y, x + w, y + w, score)
+
+
+def run(tracker: Tracker, frames: dict[int, Detections], count: int) -> list[TrackedFrame]:
+    return [tracker.step(f, frames.get(f, Detections.empty())) for f in range(count)]
+
+
+def kinds(frame: TrackedFrame) -> list[str]:
+    return [event.kind for event in frame.events]
+
+
+def test_birth_and_confirmation_after_k_detections() -> None:
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), {f: detections(approach(f)) for f in range(3)}, 3)
+    assert [kinds(f) for f in out] == [["born"], [], ["confirmed"]]
+    assert [f.tracks[0].state for f in out] == ["tentative", "tentative", "confirmed"]
+    assert out[0].tracks[0].prediction is None
+    assert out[2].tracks[0].prediction is not None
+    assert out[2].tracks[0].detection == 0
+    assert out[2].tracks[0].source == "detected"
+
+
+def test_weak_detections_hold_a_track_but_neither_start_nor_confirm_one() -> None:
+    weak = {f: detections(approach(f, score=-1.0)) for f in range(6)}
+    assert all(not f.tracks for f in run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6))
+    weak[0] = detections(approach(0, score=1.0))
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6)
+    assert [f.tracks[0].state for f in out] == ["tentative"] * 6
+    assert [f.tracks[0].detection for f in out] == [0] * 6
+
+
+def test_a_single_false_detection_is_forgotten() -> None:
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), {0: detections(approach(0))}, 8)
+    assert "died" in [k for f in out for k in kinds(f)]
+    assert not out[-1].tracks
+    assert all(t.state == "tentative" for f in out for t in f.tracks)
+
+
+def test_a_gap_is_bridged_by_predictions_and_the_track_is_re_attached() -> None:
+    frames = {f: detections(approach(f)) for f in range(45) if not 20 <= f < 32}
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 45)
+    assert {t.track_id for f in out for t in f.tracks} == {1}
+    assert [out[f].tracks[0].source for f in range(20, 32)] == ["predicted"] * 12
+    assert kinds(out[20]) == ["missed"]
+    assert all("missed" not in kinds(out[f]) for f in range(21, 32))
+    expected = np.array(approach(31)[:4])
+    assert np.abs(out[31].tracks[0].box - expected).max() < 0.15 * (expected[2] - expected[0])
+
+
+def test_score_fades_without_detection_and_returns_with_one() -> None:
+    frames = {f: detections(approach(f)) for f in (0, 1, 2, 3, 6)}
+    scores = [f.tracks[0].score for f in run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 7)]
+    # Margin above low_score (-2) is 4, then 4 * 0.9, 4 * 0.81.
+    assert scores[3:] == pytest.approx([2.0, -2 + 4 * 0.9, -2 + 4 * 0.81, 2.0])
+
+
+def test_death_after_a_run_without_evidence() -> None:
+    params = PARAMS.model_copy(update={"max_coast": 5})
+    frames = {f: detections((300, 200, 330, 230, 2.0)) for f in range(4)}
+    out = run(Tracker(params, WIDTH, HEIGHT), frames, 10)
+    assert out[8].tracks
+    assert not out[9].tracks
+    assert kinds(out[9]) == ["died"]
+    assert out[9].events[0].values["missed"] == 6
+
+
+def test_confident_relocalisation_keeps_a_track_alive_but_not_for_ever() -> None:
+    params = PARAMS.model_copy(update={"max_coast": 3, "max_undetected": 12})
+    box = np.array([300.0, 200.0, 330.0, 230.0])
+    alive = {}
+    for confident in (True, False):
+        tracker = Tracker(params, WIDTH, HEIGHT)
+        for f in range(30):
+            if f < 4:
+                tracker.step(f, detections((*box, 2.0)))
+                continue
+            for track_id in tracker.predict():
+                tracker.correct(track_id, box, source="relocalised", confident=confident, result=box)
+            frame = tracker.finish(f)
+            if frame.tracks:
+                assert frame.tracks[0].source == "relocalised"
+                assert frame.tracks[0].box == pytest.approx(box)
+                alive[confident] = f
+    assert alive == {True: 15, False: 6}
+
+
+def test_death_at_the_edge_of_the_view() -> None:
+    frames = {f: detections((600 + 12 * f, 200, 640 + 12 * f, 240, 2.0)) for f in range(8)}
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 20)
+    end = next(f for f in out if "died" in kinds(f))
+    assert "in view" in end.events[0].text
+    assert not out[-1].tracks
+
+
+def test_a_second_detection_on_one_sign_starts_no_second_track() -> None:
+    frames = {}
+    for f in range(12):
+        x1, y1, x2, y2, s = approach(f)
+        w = x2 - x1
+        nested = (x1 + 0.3 * w, y1 + 0.3 * w, x1 + 0.75 * w, y1 + 0.75 * w, 1.0)
+        frames[f] = detections((x1, y1, x2, y2, s), (x1 + 0.3 * w, y1, x2 + 0.3 * w, y2, 1.0), nested)
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 12)
+    assert {t.track_id for f in out for t in f.tracks} == {1}
+
+
+def test_two_signs_on_one_pole_are_two_tracks() -> None:
+    frames = {}
+    for f in range(20):
+        x1, y1, x2, y2, s = approach(f)
+        frames[f] = detections((x1, y1, x2, y2, s), (x1, y2 + 1, x2, 2 * y2 - y1 + 1, s))
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 20)
+    assert {t.track_id for f in out for t in f.tracks} == {1, 2}
+    assert all(t.box[1] < out[-1].tracks[1].box[1] for t in out[-1].tracks[:1])
+
+
+def test_tracks_that_fall_together_become_one() -> None:
+    """A second sign that moves into the first: the one that is not detected gives way."""
+    frames = {
+        f: detections((300, 200, 330, 230, 2.0), (300 + 8 * (8 - f), 200, 330 + 8 * (8 - f), 230, 2.0))
+        for f in range(4)
+    }
+    frames |= {f: detections((300, 200, 330, 230, 2.0)) for f in range(4, 12)}
+    params = TrackingParams(motion="constant_velocity", duplicate_iou=0.9)
+    out = run(Tracker(params, WIDTH, HEIGHT), frames, 12)
+    ended = [event for f in out for event in f.events if event.kind == "died"]
+    assert [t.track_id for t in out[-1].tracks] == [1]
+    assert len(ended) == 1
+    assert ended[0].values["into"] == 1
+
+
+def test_camera_shift_moves_predictions_only_where_wanted() -> None:
+    for use, expected in ((True, 12.0), (False, 0.0)):
+        tracker = Tracker(TrackingParams(motion="paper", use_camera_shift=use), WIDTH, HEIGHT)
+        tracker.step(0, detections((300, 200, 330, 230, 2.0)))
+        assert tracker.predict(1.0, (12.0, 0.0))[1].box[0] == pytest.approx(300 + expected)
+
+
+def test_a_repeated_picture_stands_still_and_the_next_catches_up() -> None:
+    """Pictures 0 1 2 ... 9 9 11 12: the filter follows without a jump."""
+    order = [*range(10), 9, 11, 12, 13]
+    tracker = Tracker(PARAMS, WIDTH, HEIGHT)
+    errors = []
+    for f, k in enumerate(order):
+        predictions = tracker.predict(1.0, (0.0, 0.0) if f == 10 else (1e-9, 0.0))
+        found = detections(approach(k))
+        errors += [float(np.abs(p.box - found.boxes[0]).max()) for p in predictions.values()]
+        for track_id, row in tracker.associate(found).items():
+            tracker.correct(track_id, found.boxes[row])
+        tracker.finish(f)
+    assert len(errors) == len(order) - 1
+    assert max(errors[-5:]) < 0.3
+
+
+def test_a_scene_that_stands_still_passes_time() -> None:
+    tracker = Tracker(TrackingParams(motion="constant_velocity"), WIDTH, HEIGHT)
+    for f in range(6):
+        tracker.step(f, detections((300 + 10 * f, 200, 340 + 10 * f, 240, 2.0)), shift=(1e-9, 0.0))
+    still = [tracker.step(f, Detections.empty(), shift=(0.0, 0.0)).tracks[0].box[0] for f in range(6, 10)]
+    steps = np.diff(still)
+    assert steps[0] == pytest.approx(0.0)
+    assert (steps[1:] > 5).all()
+
+
+def test_association_alone_moves_nothing() -> None:
+    tracker = Tracker(PARAMS, WIDTH, HEIGHT)
+    tracker.step(0, detections(approach(0)))
+    before = tracker.predict()[1].box
+    assert tracker.associate(detections(approach(1, offset=3.0))) == {1: 0}
+    frame = tracker.finish(1)
+    assert frame.tracks[0].box == pytest.approx(before)
+    assert frame.tracks[0].source == "predicted"
+    assert frame.tracks[0].missed == 0
+
+
+def test_ids_count_in_each_instance() -> None:
+    frames = {f: detections(approach(f), (50, 50, 80, 80, 1.0)) for f in range(3)}
+    first, second = (run(Tracker(PARAMS, WIDTH, HEIGHT), frames, 3) for _ in range(2))
+    assert [[t.track_id for t in f.tracks] for f in first] == [[1, 2]] * 3
+    for a, b in zip(first, second, strict=True):
+        for s, t in zip(a.tracks, b.tracks, strict=True):
+            assert s.track_id == t.track_id
+            np.testing.assert_array_equal(s.box, t.box)
+    later = Tracker(PARAMS, WIDTH, HEIGHT, first_id=40)
+    run(later, frames, 1)
+    assert later.living == (40, 41)
+    assert later.next_id == 42
+
+
+@pytest.mark.parametrize("motion", ["paper", "constant_velocity", "looming"])
+def test_noisy_approaches_keep_their_id(motion: str) -> None:
+    """20 approaches at 80 % detection and 10 % edge noise."""
+    ids, covered, frames = 0, 0, 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        tracker = Tracker(PARAMS.model_copy(update={"motion": motion}), WIDTH, HEIGHT)
+        seen = set()
+        for f in range(45):
+            *box, score = approach(f)
+            noisy = np.array(box) + rng.normal(0, 0.1 * (box[2] - box[0]), 4)
+            out = tracker.step(f, detections((*noisy, score)) if rng.random() < 0.8 else Detections.empty())
+            sure = [t for t in out.tracks if t.state == "confirmed"]
+            seen |= {t.track_id for t in sure}
+            frames += 1
+            covered += bool(sure)
+        ids += len(seen)
+    assert ids <= 21
+    assert covered / frames > 0.88

@@ -1,0 +1,185 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from tsr_engine.errors import InputError
+from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.descriptor import LENGTH, SIDE
+from tsr_engine.training.classifier import (
+    ClassifierSettings,
+    fit_temperature,
+    negative_log_likelihood,
+    train_classifier,
+)
+from tsr_engine.training.classifier_jitter import LoadedCrop, box_view, jittered_view, load_crop, plain_view, shaken_box
+from tsr_engine.training.classifier_network import Network, NetworkSettings, _cross_entropy, _hinge
+
+
+def glyph(class_id: int, shade: int) -> np.ndarray:
+    """A disc with one of 43 patterns of bright blocks, the class number in binary."""
+    picture = np.full((40, 40, 3), 60 + shade, np.uint8)
+    cv2.circle(picture, (20, 20), 15, (40, 40, 170), -1, cv2.LINE_AA)
+    for bit in range(6):
+        if class_id >> bit & 1:
+            x, y = 11 + 7 * (bit % 3), 12 + 9 * (bit // 3)
+            cv2.rectangle(picture, (x, y), (x + 4, y + 5), (240, 240, 240), -1)
+    return picture
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("gtsrb")
+    for c in range(43):
+        place = root / f"{c:05d}"
+        place.mkdir()
+        rows = ["Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"]
+        for track in range(4):
+            rows.append(f"{track:05d}_00000.png;40;40;5;5;35;35;{c}")
+            assert cv2.imwrite(str(place / f"{track:05d}_00000.png"), glyph(c, 20 * track))
+        (place / f"GT-{c:05d}.csv").write_text("\n".join(rows) + "\n")
+    return root
+
+
+SMALL = ClassifierSettings(
+    steps=120, batch=64, refit_steps=10, network=NetworkSettings(filters=16, hidden=48, rate=4e-3, warm_up=5)
+)
+
+
+def test_training_learns_and_is_reproducible(folder: Path) -> None:
+    stages: list[tuple[str, int, int]] = []
+    first = train_classifier(folder, 5, SMALL, lambda *report: stages.append(report))
+    again = train_classifier(folder, 5, SMALL)
+    assert first.figures == again.figures
+    assert first.params == again.params
+    for key, array in first.arrays.items():
+        np.testing.assert_array_equal(array, again.arrays[key])
+    assert first.figures["accuracy"] > 0.4  # of 43 classes; chance is 0.02
+    assert first.figures["crops"] == 43
+    assert first.data["held_out_tracks"] == 43
+    assert {stage for stage, _, _ in stages} == {
+        "read training pictures",
+        "read held-out pictures",
+        "train on the split",
+        "train on all tracks",
+    }
+    assert stages[-1][1] == stages[-1][2]
+    classifier = SignClassifier.from_component(first)
+    assert classifier.probabilities([glyph(7, 0)[2:38, 2:38]])[0].argmax() == 7
+
+
+def test_a_missing_class_is_named(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "00003").symlink_to(folder / "00003")
+    with pytest.raises(InputError, match="found none of class 0, 1, 2, 4"):
+        train_classifier(tmp_path)
+
+
+class TestNetwork:
+    settings = NetworkSettings(filters=3, hidden=5, drop_hidden=0.0)
+
+    @pytest.mark.parametrize("loss", [_hinge, _cross_entropy])
+    def test_slopes_are_the_finite_differences(self, loss: object) -> None:
+        assert callable(loss)
+        generator = np.random.default_rng(0)
+        margins = generator.normal(0, 1, (3, 43)).astype(np.float64)
+        labels = np.array([0, 42, 7])
+        _, slope = loss(margins, labels)
+        for i, j in ((0, 0), (1, 5), (2, 7)):
+            step = np.zeros_like(margins)
+            step[i, j] = 1e-5
+            difference = (loss(margins + step, labels)[0] - loss(margins - step, labels)[0]) / 2e-5
+            assert slope[i, j] == pytest.approx(difference, abs=1e-5)
+
+    def test_every_weight_follows_its_gradient(self) -> None:
+        # Adam's first step moves each weight by the step size against the gradient's sign.
+        generator = np.random.default_rng(1)
+        x = generator.random((4, LENGTH), dtype=np.float32)
+        labels = np.array([1, 2, 3, 4])
+
+        def loss(weights: dict[str, np.ndarray]) -> float:
+            probe = Network(self.settings, 0)
+            probe.weights = {key: value.copy() for key, value in weights.items()}
+            return probe.train_step(x, labels, 0.0)
+
+        start = Network(self.settings, 0)
+        before = {key: value.copy() for key, value in start.weights.items()}
+        start.settings = NetworkSettings(filters=3, hidden=5, drop_hidden=0.0, decay=0.0, warm_up=1)
+        start.train_step(x, labels, 0.0)
+        checked = 0
+        for key in before:
+            moved = start.weights[key] - before[key]
+            for index in (0, before[key].size // 2):
+                h = 1e-2
+                up, down = ({k: v.copy() for k, v in before.items()} for _ in range(2))
+                up[key].flat[index] += h
+                down[key].flat[index] -= h
+                slope = (loss(up) - loss(down)) / (2 * h)
+                if abs(slope) > 1e-3:
+                    assert np.sign(moved.flat[index]) == -np.sign(slope)
+                    checked += 1
+        assert checked >= 6
+
+    def test_unit_rows_of_weights_have_the_variance_of_he(self) -> None:
+        w = Network(NetworkSettings(), 0).weights["hidden"]
+        assert w.std() == pytest.approx(np.sqrt(2 / len(w)), rel=0.01)
+
+
+class TestTemperature:
+    def test_overconfident_margins_are_cooled(self) -> None:
+        generator = np.random.default_rng(0)
+        logits = generator.normal(0, 2, (4000, 43))
+        p = np.exp(logits) / np.exp(logits).sum(1, keepdims=True)
+        labels = np.array([generator.choice(43, p=row) for row in p])
+        assert fit_temperature(5 * logits, labels) == pytest.approx(5, rel=0.1)
+
+    def test_likelihood_by_hand(self) -> None:
+        margins = np.zeros((1, 43))
+        margins[0, 3] = np.log(42.0)
+        assert negative_log_likelihood(margins, np.array([3]), 1.0) == pytest.approx(np.log(2), rel=1e-6)
+
+
+class TestViews:
+    def crop(self, class_id: int = 2) -> LoadedCrop:
+        return LoadedCrop(glyph(class_id, 0), np.array([5.0, 5, 35, 35]), class_id)
+
+    def test_the_plain_view_is_the_resized_crop(self) -> None:
+        expected = cv2.resize(glyph(2, 0)[2:38, 2:38], (SIDE, SIDE), interpolation=cv2.INTER_LINEAR)
+        inner = slice(2, -2)
+        difference = np.abs(plain_view(self.crop())[inner, inner].astype(int) - expected[inner, inner])
+        assert difference.max() <= 2
+
+    def test_a_shifted_box_shows_shifted_pixels(self) -> None:
+        ramp = np.repeat(np.arange(0, 240, 4, dtype=np.uint8)[None, :, None], 60, axis=0).repeat(3, axis=2)
+        crop = LoadedCrop(ramp, np.array([10.0, 10, 40, 40]), 1)
+        shift = box_view(crop, crop.box + np.array([2.0, 0, 2, 0]))[:, :, 0].astype(int) - plain_view(crop)[:, :, 0]
+        assert abs(shift - 8).max() <= 1
+
+    def test_shaken_boxes_stay_within_their_limits(self) -> None:
+        generator = np.random.default_rng(0)
+        for _ in range(200):
+            x1, y1, x2, y2 = shaken_box(np.array([0.0, 0, 100, 100]), generator)
+            assert max(abs((x1 + x2) / 2 - 50), abs((y1 + y2) / 2 - 50)) <= 11.001
+            assert 82 < x2 - x1 < 119
+        np.testing.assert_allclose(shaken_box(np.array([1.0, 2, 31, 42]), generator, 0.0), [1, 2, 31, 42])
+
+    def test_views_are_drawn_from_the_generator_alone(self) -> None:
+        one, two = (
+            [jittered_view(self.crop(), generator)[0] for _ in range(20)]
+            for generator in (np.random.default_rng(9), np.random.default_rng(9))
+        )
+        np.testing.assert_array_equal(one, two)
+        assert len({v.tobytes() for v in one}) == 20
+
+    def test_mirror_images_change_the_class(self) -> None:
+        generator = np.random.default_rng(0)
+        assert {jittered_view(self.crop(38), generator)[1] for _ in range(40)} == {38, 39}
+        assert {jittered_view(self.crop(2), generator)[1] for _ in range(40)} == {2}
+
+    def test_large_signs_are_reduced(self, tmp_path: Path) -> None:
+        path = tmp_path / "00000_00000.png"
+        cv2.imwrite(str(path), np.zeros((240, 240, 3), np.uint8))
+        crop = load_crop(CropItem(path, (20, 20, 220, 220), 4))
+        assert crop.pixels.shape == (77, 77, 3)
+        assert crop.box[2] - crop.box[0] == pytest.approx(64, abs=0.5)

@@ -1,0 +1,84 @@
+"""`tsr classify`: the class of single crops."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tsr_engine.cli.common import JsonOption, ModelsOption, print_json, say
+from tsr_engine.errors import InputError
+
+__all__ = ["classify"]
+
+_BATCH = 256
+
+
+def classify(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(metavar="FOLDER_OR_CSV...", help="GTSRB class folders, tables, or crops in a folder."),
+    ],
+    csv: Annotated[Path, typer.Option("--csv", metavar="OUT", help="Write filename,class_id,probability.")],
+    models: ModelsOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Recognise crops of signs.
+
+    Reads GTSRB class folders (with GT-000CC.csv), the benchmark's test table (Filename;Width;Height;Roi.X1;...), and
+    folders of loose crops. The region of interest is used where a table gives one; a loose crop is taken to carry a
+    border of about a tenth on each side, as GTSRB's do. File names are relative to the folder or table named.
+
+    \b
+    Examples:
+      tsr classify Final_Training/Images --csv classes.csv
+      tsr classify Final_Test/Images/GT-final_test.csv --csv classes.csv
+    """
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.evaluation.classification import crop_of
+    from tsr_engine.io.atomic import atomic_text, refuse_inputs
+    from tsr_engine.io.gtsrb import read_items
+    from tsr_engine.pipeline import load_classifier
+
+    items = [(source if source.is_dir() else source.parent, item) for source in sources for item in read_items(source)]
+    refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
+    classifier = load_classifier(models)
+    unreadable = done = right = known = 0
+    with atomic_text(csv) as out, progress_bar("classifying", "crops") as show:
+        out.write("filename,class_id,probability\n")
+        for first in range(0, len(items), _BATCH):
+            batch = items[first : first + _BATCH]
+            names, crops, truth = [], [], []
+            for root, item in batch:
+                try:
+                    crops.append(crop_of(item, classifier.margin))
+                except InputError as error:
+                    say(str(error))
+                    unreadable += 1
+                    continue
+                names.append(item.path.relative_to(root).as_posix())
+                truth.append(item.class_id)
+            if crops:
+                table = classifier.probabilities(crops)
+                for name, row, class_id in zip(names, table, truth, strict=True):
+                    best = int(row.argmax())
+                    out.write(f"{_quoted(name)},{best},{float(row[best]):.6f}\n")
+                    known += class_id is not None
+                    right += class_id == best
+            done += len(crops)
+            show(first + len(batch), len(items), "")
+    if json:
+        accuracy = right / known if known else None
+        print_json({"crops": done, "unreadable": unreadable, "accuracy": accuracy, "labelled": known, "csv": str(csv)})
+    else:
+        agree = f", {right / known:.2%} of {known} labelled ones agree with their table" if known else ""
+        typer.echo(f"{done} crops{agree}: {csv}")
+    if unreadable:
+        raise InputError(f"{unreadable} of {len(items)} crops could not be read; the others are in {csv}.")
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n\r') else name

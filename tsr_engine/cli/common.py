@@ -1,0 +1,138 @@
+"""What the commands share: messages, settings, parameters, models, tables."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+from tsr_engine.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from tsr_engine.params import Params
+
+__all__ = [
+    "JsonOption",
+    "ModelsOption",
+    "ParameterCommand",
+    "PresetOption",
+    "SetOption",
+    "frame_range",
+    "make_params",
+    "out_console",
+    "print_json",
+    "say",
+]
+
+SetOption = Annotated[
+    list[str],
+    typer.Option("--set", metavar="NAME=VALUE", help="Change one parameter; may be repeated. The names are below."),
+]
+PresetOption = Annotated[str, typer.Option("--preset", metavar="default|paper", help="Parameters to start from.")]
+ModelsOption = Annotated[
+    Path | None,
+    typer.Option("--models", metavar="DIR", help="Folder of models; unset: those shipped with the package."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON for another program.")]
+
+
+def say(sentence: str) -> None:
+    """One sentence on stderr; never fails, whatever became of the terminal."""
+    try:
+        sys.stderr.write(f"tsr: {sentence}\n")
+        sys.stderr.flush()
+    except (OSError, ValueError):
+        pass
+
+
+def print_json(value: Any) -> None:
+    """Standard JSON (no NaN) on stdout."""
+    typer.echo(json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False))
+
+
+def out_console() -> Console:
+    """A console on stdout for tables; wide enough not to wrap them when stdout is a file."""
+    from rich.console import Console
+
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+
+
+def make_params(preset: str, settings: Sequence[str]) -> Params:
+    """The parameters of a preset with the user's settings.
+
+    Raises:
+        UsageError: an unknown preset or name, or a value that its range forbids.
+    """
+    from tsr_engine.params import Params
+
+    return Params.preset(preset).with_settings(split_settings(settings))
+
+
+def split_settings(settings: Sequence[str]) -> list[tuple[str, str]]:
+    """``["tau=20", "motion=paper"]`` as pairs.
+
+    Raises:
+        UsageError: one of them has no name or no ``=``.
+    """
+    pairs = []
+    for text in settings:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise UsageError(f"--set expects NAME=VALUE, for example --set tau=20. Got '{text}' instead.")
+        pairs.append((name.strip(), value.strip()))
+    return pairs
+
+
+def frame_range(text: str | None) -> tuple[int, int | None]:
+    """``A:B`` as first frame and the frame after the last; either may be missing.
+
+    Raises:
+        UsageError: not of that form, or empty.
+    """
+    if text is None:
+        return 0, None
+    first, colon, last = text.partition(":")
+    try:
+        start = int(first) if first.strip() else 0
+        stop = int(last) if last.strip() else None
+    except ValueError:
+        colon = ""
+    if not colon:
+        raise UsageError(f"--frames expects A:B, for example 100:200 or 100:. Got '{text}' instead.")
+    if start < 0 or (stop is not None and stop <= start):
+        raise UsageError(f"--frames {text} is empty: expected 0 <= A < B, counted from frame 0.")
+    return start, stop
+
+
+def existing(path: Path, what: str) -> Path:
+    """The path, if something is there.
+
+    Raises:
+        InputError: nothing is there.
+    """
+    if not path.exists():
+        raise InputError(f"There is no {what} at {path}. Check the path.")
+    return path
+
+
+class ParameterCommand(TyperCommand):
+    """A command whose help ends with the table of all parameters."""
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Append one line a parameter: name, default, range, meaning."""
+        from tsr_engine.cli.params import parameter_rows
+
+        super().format_epilog(ctx, formatter)
+        section = ""
+        for row in parameter_rows():
+            if row["section"] != section:
+                section = str(row["section"])
+                formatter.write(f"\nParameters for --set, section {section}:\n")
+            formatter.write(f"  {row['name']} = {row['default']}  {row['range']}\n      {row['description']}\n")

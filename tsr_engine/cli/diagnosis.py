@@ -1,0 +1,179 @@
+"""What this installation has, what it lacks, and how to get it."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import re
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from tsr_engine.errors import ModelError
+from tsr_engine.io.models import SHIPPED, load_component, read_manifest
+from tsr_engine.version import __version__
+
+Status = Literal["ok", "warning", "missing"]
+
+_PYTHON = (3, 11)
+_COMPONENTS = ("detector", "prior", "classifier")
+_CODECS: tuple[tuple[str, str, Status], ...] = (
+    ("h264", "r", "missing"),
+    ("libx264", "w", "missing"),
+    ("hevc", "r", "warning"),
+    ("vp9", "r", "warning"),
+    ("mjpeg", "r", "warning"),
+)
+_WANTED_MEMORY = 2.0
+_REINSTALL = "pip install --force-reinstall tsr"
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One finding.
+
+    Attributes:
+        name: what was looked at.
+        status: ``ok``, ``warning`` (works, with limits) or ``missing`` (something will fail).
+        found: what is there.
+        advice: how to get what is missing; empty where nothing is.
+    """
+
+    name: str
+    status: Status
+    found: str
+    advice: str = ""
+
+
+def diagnose(models: Path | None = None) -> list[Check]:
+    """All findings about this installation, in the order to read them.
+
+    Args:
+        models: the model folder to look at; unset: the models shipped with the package.
+    """
+    return [
+        _python(),
+        Check("tsr", "ok", __version__),
+        *_packages(),
+        *_codecs(),
+        _cores(),
+        _memory(),
+        _numba_cache(),
+        *_models(SHIPPED if models is None else models),
+    ]
+
+
+def _python() -> Check:
+    found = ".".join(str(part) for part in sys.version_info[:3])
+    if sys.version_info[:2] >= _PYTHON:
+        return Check("python", "ok", found)
+    return Check("python", "missing", found, f"Install Python {_PYTHON[0]}.{_PYTHON[1]} or newer.")
+
+
+def _packages() -> Iterator[Check]:
+    """Every runtime dependency that the package's own metadata names, against its lower bound."""
+    try:
+        requirements = importlib.metadata.requires("tsr") or []
+    except importlib.metadata.PackageNotFoundError:
+        yield Check("packages", "warning", "tsr is not installed, only on the path", "pip install .")
+        return
+    for requirement in requirements:
+        if ";" in requirement:  # extras, for development
+            continue
+        name, _, bound = requirement.partition(">=")
+        name = name.strip()
+        try:
+            found = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            yield Check(name, "missing", "not installed", f'pip install "{requirement}"')
+            continue
+        if _numbers(found) < _numbers(bound):
+            yield Check(name, "missing", f"{found}, older than {bound}", f'pip install "{requirement}"')
+        else:
+            yield Check(name, "ok", found)
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", version.split("+")[0])[:4])
+
+
+def _codecs() -> Iterator[Check]:
+    try:
+        import av
+    except ImportError as error:
+        yield Check("codecs", "missing", str(error), "pip install --force-reinstall av")
+        return
+    for codec, mode, otherwise in _CODECS:
+        purpose = "decode" if mode == "r" else "encode"
+        try:
+            av.Codec(codec, mode)
+        except (ValueError, av.FFmpegError):
+            yield Check(
+                f"{codec} ({purpose})", otherwise, "not in this build of PyAV", "pip install --only-binary av av"
+            )
+        else:
+            yield Check(f"{codec} ({purpose})", "ok", "available")
+
+
+def _cores() -> Check:
+    affinity = getattr(os, "sched_getaffinity", None)
+    cores = len(affinity(0)) if affinity else os.cpu_count() or 1
+    return Check("cores", "ok", str(cores))
+
+
+def _memory() -> Check:
+    """Available memory; Linux says, elsewhere it is not known without a further dependency."""
+    try:
+        text = Path("/proc/meminfo").read_text(encoding="ascii")
+        available = int(text.split("MemAvailable:")[1].split()[0]) / 2**20
+    except (OSError, IndexError, ValueError):
+        return Check("memory", "ok", "unknown on this system")
+    found = f"{available:.1f} GiB available"
+    if available >= _WANTED_MEMORY:
+        return Check("memory", "ok", found)
+    return Check("memory", "warning", found, f"Close other programs until {_WANTED_MEMORY:.0f} GiB are free.")
+
+
+def _numba_cache() -> Check:
+    """Compiled code is kept beside the package, else in a cache folder; without either each start compiles anew."""
+    configured = os.environ.get("NUMBA_CACHE_DIR")
+    home_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folders = [Path(configured)] if configured else [SHIPPED.parent, home_cache]
+    for folder in folders:
+        if _is_writable(folder):
+            return Check("compiled code cache", "ok", str(folder))
+    return Check(
+        "compiled code cache",
+        "warning",
+        f"{' and '.join(str(folder) for folder in folders)} cannot be written",
+        "Set NUMBA_CACHE_DIR to a folder that can be written; until then every start compiles for about a minute.",
+    )
+
+
+def _is_writable(folder: Path) -> bool:
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _models(folder: Path) -> Iterator[Check]:
+    advice = "tsr train all --gtsdb DIR --gtsrb DIR --out MODELS" if folder != SHIPPED else _REINSTALL
+    try:
+        names = set(read_manifest(folder)["components"])
+    except ModelError as error:
+        yield Check("models", "missing", str(error), advice)
+        return
+    for name in sorted(names | set(_COMPONENTS)):
+        try:
+            component = load_component(name, folder)
+        except ModelError as error:
+            yield Check(f"model {name}", "missing", str(error), advice)
+        else:
+            yield Check(f"model {name}", "ok", f"sha256 {component.sha256[:12]}")

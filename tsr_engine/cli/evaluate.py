@@ -1,0 +1,397 @@
+"""`tsr eval`: how well the engine does on annotated data."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from tsr_engine.cli.common import (
+    JsonOption,
+    ModelsOption,
+    ParameterCommand,
+    PresetOption,
+    SetOption,
+    make_params,
+    out_console,
+    print_json,
+    say,
+)
+from tsr_engine.cli.track import class_name
+from tsr_engine.errors import InputError, UsageError
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    help="Measure detection, classification, fusion or tracking on annotated data.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+OutOption = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Write figures as JSON and plots as PNG there.")
+]
+
+
+@app.command("tracking", cls=ParameterCommand)
+def tracking(
+    videos: Annotated[list[Path], typer.Argument(metavar="VIDEO_OR_FOLDER...", help="Annotated videos.")],
+    truth: Annotated[
+        Path | None,
+        typer.Option("--truth", metavar="DIR", help="Folder of <video>.csv; unset: beside the video, or in gt/ there."),
+    ] = None,
+    results: Annotated[
+        Path | None, typer.Option("--results", metavar="DIR", help="Score <video>.csv of this folder; track nothing.")
+    ] = None,
+    kf_alone: Annotated[
+        bool, typer.Option("--kf-alone", help="Track a second time by Kalman filter alone, for comparison (Fig. 11).")
+    ] = False,
+    min_width: Annotated[float, typer.Option("--min-width", help="Narrowest sign that counts, px.")] = 20.0,
+    preset: PresetOption = "default",
+    settings: SetOption = [],  # noqa: B006 - typer copies it
+    models: ModelsOption = None,
+    out: OutOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Score tracking: localisation error (Eq. 7), coverage, identities, Tables I and II by physical sign.
+
+    Truth is a CSV with the columns frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore.
+
+    \b
+    Examples:
+      tsr eval tracking clips/ --kf-alone --out report
+      tsr eval tracking drive.mp4 --truth annotations --preset paper
+    """
+    params = make_params(preset, settings)
+    from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
+    from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
+    from tsr_engine.io.video import open_video
+
+    pairs = [(video, _truth_of(video, truth)) for video in _videos(videos, truth)]
+    runs = {preset: params}
+    if kf_alone and results is None:
+        runs["KF alone"] = params.with_settings([("use_online", False)])
+    summaries: dict[str, Any] = {}
+    details: dict[str, Any] = {}
+    for name, chosen in runs.items():
+        reports = []
+        for video, table in pairs:
+            if results is not None:
+                with open_video(video) as opened:
+                    frames = len(opened.table)
+                rows = read_results(results / f"{video.stem}.csv")
+            else:
+                frames, rows = _track(video, chosen, models, f"{name}: {video.name}")
+            reports.append(evaluate_video(video.name, read_clip_truth(table), rows, frames, min_width))
+        summaries[name] = summarise(reports)
+        details[name] = [
+            {"video": r.name, "signs": len(r.signs), "found": sum(bool(s.ids) for s in r.signs),
+             "false_tracks": len(r.false_tracks)}
+            for r in reports
+        ]  # fmt: skip
+    content = {name: summary.as_dict() | {"by_video": details[name]} for name, summary in summaries.items()}
+    _write(out, "tracking.json", content)
+    if out is not None:
+        plot_errors(summaries, out / "tracking_error.png")
+    if json:
+        print_json(content)
+    else:
+        _print_summaries(summaries, details)
+
+
+@app.command("classification")
+def classification(
+    gtsrb: Annotated[
+        Path, typer.Option("--gtsrb", metavar="DIR_OR_CSV", help="Class folders, or a table with ClassId.")
+    ],
+    held_out: Annotated[
+        float | None,
+        typer.Option(
+            "--held-out", metavar="SHARE", help="Only this share of the tracks, drawn by --seed as in training."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of the split.")] = 0,
+    models: ModelsOption = None,
+    out: OutOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Score single crops: accuracy, recall by class, confusions.
+
+    \b
+    Examples:
+      tsr eval classification --gtsrb Final_Test/Images/GT-final_test.csv --out report
+      tsr eval classification --gtsrb Final_Training/Images --held-out 0.25
+    """
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.evaluation.classification import evaluate_classification, plot_confusion, predict_items
+    from tsr_engine.pipeline import load_classifier
+
+    items = [item for item in _crops(gtsrb, held_out, seed) if item.class_id is not None]
+    if not items:
+        raise InputError(f"{gtsrb} names no classes to compare with. Use class folders, or a table with ClassId.")
+    classifier = load_classifier(models)
+    true, predicted = [], []
+    with progress_bar("classifying", "crops") as show:
+        for answer in predict_items(items, classifier):
+            true.append(answer.item.class_id or 0)
+            predicted.append(answer.class_id)
+            show(len(true), len(items), "")
+    report = evaluate_classification(true, predicted)
+    content = {
+        "crops": report.pictures,
+        "accuracy": report.accuracy,
+        "recall_by_class": {str(c): recall for c, recall in report.per_class.items()},
+        "confusions": [{"true": c.true, "predicted": c.predicted, "count": c.count} for c in report.confusions()],
+    }
+    _write(out, "classification.json", content)
+    if out is not None:
+        plot_confusion(report, out / "confusion.png")
+    if json:
+        print_json(content)
+        return
+    console = out_console()
+    console.print(f"{report.accuracy:.4f} of {report.pictures} crops are right.")
+    for confusion in report.confusions(8):
+        names = class_name(confusion.true), class_name(confusion.predicted)
+        console.print(f"  {confusion.count} times '{names[0]}' was taken for '{names[1]}'", soft_wrap=True)
+
+
+@app.command("fusion", cls=ParameterCommand)
+def fusion(
+    gtsrb: Annotated[Path, typer.Option("--gtsrb", metavar="DIR", help="Class folders with tracks.")],
+    held_out: Annotated[
+        float | None,
+        typer.Option(
+            "--held-out", metavar="SHARE", help="Only this share of the tracks, drawn by --seed as in training."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of the split.")] = 0,
+    settings: SetOption = [],  # noqa: B006 - typer copies it
+    models: ModelsOption = None,
+    out: OutOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Score fused tracks: share of right ones after 1, 2, ... frames by way of weighting (Fig. 13).
+
+    \b
+    Example:
+      tsr eval fusion --gtsrb Final_Training/Images --held-out 0.25 --out report
+    """
+    params = make_params("default", settings)
+    from tsr_engine.evaluation.fusion import evaluate_fusion, plot_fusion, track_votes
+    from tsr_engine.pipeline import load_classifier
+
+    report = evaluate_fusion(track_votes(_crops(gtsrb, held_out, seed), load_classifier(models)), params.fusion)
+    content = report.as_dict()
+    _write(out, "fusion.json", content)
+    if out is not None:
+        plot_fusion(report, out / "fusion.png")
+    if json:
+        print_json(content)
+        return
+    from rich.table import Table
+
+    table = Table("frames", *report.rates, box=None, pad_edge=False, header_style="bold")
+    for i, frames in enumerate(report.frames):
+        if frames in (1, 2, 3, 5, 8, 12, 16, 20, 25, report.frames[-1]):
+            table.add_row(str(frames), *(f"{rates[i]:.4f}" for rates in report.rates.values()))
+    console = out_console()
+    console.print(f"{report.tracks} tracks; {report.single:.4f} of their single crops are right.")
+    console.print(table)
+
+
+@app.command("detection", cls=ParameterCommand)
+def detection(
+    gtsdb: Annotated[Path, typer.Option("--gtsdb", metavar="DIR", help="Scenes with gt.txt.")],
+    held_out: Annotated[
+        bool, typer.Option("--held-out", help="Only the scenes that training reported on, by the model's own seed.")
+    ] = False,
+    preset: PresetOption = "default",
+    settings: SetOption = [],  # noqa: B006 - typer copies it
+    models: ModelsOption = None,
+    out: OutOption = None,
+    json: JsonOption = False,
+) -> None:
+    """Score detections in still scenes: AP at IoU 0.5, recall by false positives a picture, with and without prior.
+
+    All 43 classes count as one.
+
+    \b
+    Example:
+      tsr eval detection --gtsdb GTSDB --held-out --out report
+    """
+    params = make_params(preset, settings)
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.evaluation.detection import score_detections
+    from tsr_engine.evaluation.detection_plot import plot_curves
+    from tsr_engine.io.pictures import read_picture
+    from tsr_engine.pipeline import load_detector
+    from tsr_engine.training.gtsdb import read_gtsdb
+
+    scenes = _held_out_scenes(read_gtsdb(gtsdb), models) if held_out else read_gtsdb(gtsdb)
+    detector = load_detector(params, models)
+    found = []
+    with progress_bar("detecting", "scenes") as show:
+        for done, scene in enumerate(scenes, 1):
+            found.append((detector.detect(read_picture(scene.path)), scene.boxes))
+            show(done, len(scenes), "")
+    curves = {
+        "with prior": score_detections([(d.boxes, d.scores, truth) for d, truth in found]),
+        "raw score": score_detections([(d.boxes, d.raw_scores, truth) for d, truth in found]),
+    }
+    content = {
+        name: {
+            "pictures": curve.pictures,
+            "signs": curve.signs,
+            "average_precision": curve.average_precision,
+            "recall_at": {str(rate): curve.recall_at(rate) for rate in (0.03, 0.1, 1.0)},
+        }
+        for name, curve in curves.items()
+    }
+    _write(out, "detection.json", content)
+    if out is not None:
+        plot_curves(curves, out / "precision_recall.png")
+    if json:
+        print_json(content)
+        return
+    console = out_console()
+    for name, curve in curves.items():
+        recalls = ", ".join(f"{curve.recall_at(rate):.3f} at {rate:g}" for rate in (0.03, 0.1, 1.0))
+        console.print(
+            f"{name}: AP {curve.average_precision:.4f} over {curve.signs} signs in {curve.pictures} scenes; recall "
+            f"{recalls} false positives a scene",
+            soft_wrap=True,
+        )
+
+
+def _held_out_scenes(scenes: list[Any], models: Path | None) -> list[Any]:
+    """The scenes that training kept for its report."""
+    from tsr_engine.io.models import load_component
+    from tsr_engine.training.offline import split_scenes
+
+    component = load_component("detector", models)
+    trained = dict(component.data.get("scenes", {})).get("scenes")
+    if trained == len(scenes):
+        say(
+            "warning: the model was trained once more on all scenes after its figures were taken; on these scenes it "
+            "does better than on new ones. Its held-out figures are in its manifest."
+        )
+    return split_scenes(scenes, component.seed or 0)[2]
+
+
+def _crops(source: Path, held_out: float | None, seed: int) -> list[Any]:
+    """The crops of a source, or the held-out part of its tracks."""
+    from tsr_engine.io.gtsrb import read_items, split_by_track
+
+    items = read_items(source)
+    if held_out is None:
+        return items
+    if not 0 < held_out < 1:
+        raise UsageError(f"--held-out expects a share between 0 and 1. Got {held_out:g} instead.")
+    return split_by_track([item for item in items if item.track is not None], held_out, seed)[1]
+
+
+def _print_summaries(summaries: dict[str, Any], details: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    rows = (
+        ("physical signs", "signs", "d"),
+        ("signs detected", "signs_detected", "d"),
+        ("detection rate", "detection_rate", "%"),
+        ("false tracks", "false_tracks", "d"),
+        ("false boxes per frame", "false_positives_per_frame", "f"),
+        ("correctly classified", "signs_classified", "d"),
+        ("... of detected", "classified_of_detected", "%"),
+        ("... of all", "classified_of_all", "%"),
+        ("coverage", "coverage", "%"),
+        ("ids per sign", "ids_per_sign", "f"),
+        ("mean of Eq. 7", "mean_error", "f"),
+        ("median of Eq. 7", "median_error", "f"),
+        ("mean of Eq. 7 over followed frames", "mean_error_followed", "f"),
+    )
+    table = Table("", *summaries, box=None, pad_edge=False, header_style="bold")
+    for title, field, kind in rows:
+        table.add_row(title, *(_format(getattr(summary, field), kind) for summary in summaries.values()))
+    console = out_console()
+    console.print(table)
+    for name, videos in details.items():
+        listed = ", ".join(f"{v['video']} {v['found']}/{v['signs']}" for v in videos)
+        console.print(f"{name}, signs found by video: {listed}", soft_wrap=True)
+
+
+def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[int, Any]:
+    """Frames of a video and its result rows, without writing anything."""
+    import tempfile
+
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.evaluation.tracking_rows import read_results
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.runs import RunRequest, track_video
+
+    with tempfile.TemporaryDirectory() as folder, progress_bar(title, "frames") as show:
+        csv = Path(folder) / "rows.csv"
+        report = track_video(
+            RunRequest(video, params, csv=csv),
+            load_components(params, models),
+            progress=lambda at: show(at.done, at.total, f"{at.rate:.1f}/s"),
+        )
+        for warning in report.warnings:
+            say(f"warning: {warning}")
+        return report.frames, read_results(csv)
+
+
+def _videos(sources: list[Path], truth: Path | None) -> list[Path]:
+    """The videos named, and those of the folders named that have a truth."""
+    videos: list[Path] = []
+    for source in sources:
+        if source.is_dir():
+            inside = sorted(
+                p for p in source.iterdir() if p.suffix.lower() in {".mp4", ".mov", ".avi", ".mkv", ".webm"}
+            )
+            annotated = [p for p in inside if _candidates(p, truth)]
+            if not annotated:
+                raise InputError(f"{source} has no video with a truth CSV. Name its folder with --truth.")
+            videos += annotated
+        elif source.exists():
+            videos.append(source)
+        else:
+            raise InputError(f"There is no video or folder at {source}. Check the path.")
+    return videos
+
+
+def _candidates(video: Path, truth: Path | None) -> list[Path]:
+    folders = [truth] if truth is not None else [video.parent, video.parent / "gt"]
+    return [path for folder in folders if (path := folder / f"{video.stem}.csv").is_file()]
+
+
+def _truth_of(video: Path, truth: Path | None) -> Path:
+    found = _candidates(video, truth)
+    if not found:
+        where = str(truth) if truth is not None else f"{video.parent} or its folder gt"
+        raise InputError(
+            f"There is no truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
+        )
+    return found[0]
+
+
+def _format(value: Any, kind: str) -> str:
+    if value is None:
+        return "-"
+    if kind == "%":
+        return f"{value:.2%}"
+    return f"{value:.4f}" if kind == "f" else str(value)
+
+
+def _write(out: Path | None, name: str, content: Any) -> None:
+    """One JSON file of figures, if a folder was named."""
+    if out is None:
+        return
+    import json as json_module
+
+    from tsr_engine.io.atomic import atomic_text
+
+    with atomic_text(out / name) as stream:
+        stream.write(json_module.dumps(content, indent=1, allow_nan=False) + "\n")

@@ -1,0 +1,135 @@
+"""The command `tsr`: registers the commands and turns every failure into one sentence and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from tsr_engine.cli import classify, detect, doctor, evaluate, params, replay, sample, track, train
+from tsr_engine.cli.common import ParameterCommand, say
+from tsr_engine.errors import TsrError
+from tsr_engine.version import __version__
+
+__all__ = ["app", "run"]
+
+EXIT_UNEXPECTED = 1
+EXIT_USAGE = 2
+EXIT_INTERRUPTED = 130
+EXIT_BROKEN_PIPE = 141
+
+EPILOG = (
+    "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
+    "6 disk, 130 interrupted, 1 anything unexpected."
+)
+
+
+class _Group(TyperGroup):
+    """A command group that explains an interruption."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the chosen command; Ctrl-C becomes a sentence and exit code 130."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            say("Interrupted. Nothing was written under the names of the outputs.")
+            raise typer.Exit(EXIT_INTERRUPTED) from None
+
+
+app = typer.Typer(
+    name="tsr",
+    cls=_Group,
+    help="Traffic signs in drive videos: detected, tracked, recognised, and explained frame by frame.",
+    epilog=EPILOG,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+def _version(value: bool) -> None:
+    if value:
+        typer.echo(f"tsr {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Traffic signs in drive videos: detected, tracked, recognised, and explained frame by frame."""
+
+
+app.command("track", cls=ParameterCommand)(track.track)
+app.command("detect", cls=ParameterCommand)(detect.detect)
+app.command("classify")(classify.classify)
+app.add_typer(train.app, name="train")
+app.add_typer(evaluate.app, name="eval")
+app.command("replay", cls=ParameterCommand)(replay.replay)
+app.command("sample")(sample.sample)
+app.command("params")(params.params)
+app.command("doctor")(doctor.doctor)
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Args:
+        arguments: the words after ``tsr``; unset: those of the process.
+    """
+    try:
+        result = app(args=arguments, standalone_mode=False)
+        sys.stdout.flush()
+    except TsrError as error:
+        return _failed(str(error), error.exit_code)
+    except BrokenPipeError:
+        # The reader of a pipe went away, as `head` does: nobody is left to be told.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115
+        return EXIT_BROKEN_PIPE
+    except (KeyboardInterrupt, typer.Abort):
+        return _failed("Interrupted.", EXIT_INTERRUPTED)
+    except Exception as error:
+        if hasattr(error, "format_message") and hasattr(error, "exit_code"):
+            return _wrong_use(error)
+        return _failed(_unexpected(error), EXIT_UNEXPECTED)
+    return result if isinstance(result, int) else 0
+
+
+def _failed(sentence: str, code: int) -> int:
+    if os.environ.get("TSR_TRACEBACK") and sys.exc_info()[0] is not None:
+        import traceback
+
+        traceback.print_exc()
+    say(sentence)
+    return code
+
+
+def _wrong_use(error: Any) -> int:
+    """A mistake on the command line, as the parser reports it, in one line."""
+    context = getattr(error, "ctx", None)
+    if type(error).__name__ == "NoArgsIsHelpError":  # `tsr` or `tsr train` alone
+        typer.echo(context.get_help() if context is not None else error.format_message(), err=True)
+        return EXIT_USAGE
+    message = " ".join(error.format_message().split()).rstrip(".")
+    path = context.command_path if context is not None else "tsr"
+    say(f"{message}. See `{path} --help`.")
+    return EXIT_USAGE
+
+
+def _unexpected(error: Exception) -> str:
+    text = str(error).strip().splitlines()
+    first = f": {text[0]}" if text else ""
+    return (
+        f"Unexpected failure ({type(error).__name__}{first}). Set TSR_TRACEBACK=1 to see where it happened, "
+        "and report it with that output."
+    )
+
+
+def main() -> None:
+    """Entry point of `python -m tsr_engine`."""
+    sys.exit(run())

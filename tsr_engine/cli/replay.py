@@ -1,0 +1,157 @@
+"""`tsr replay`: a run once more from its evidence, with other parameters."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tsr_engine.cli.common import (
+    JsonOption,
+    ModelsOption,
+    ParameterCommand,
+    SetOption,
+    out_console,
+    print_json,
+    say,
+    split_settings,
+)
+
+if TYPE_CHECKING:
+    from tsr_engine.replay import ReplayReport
+
+__all__ = ["ParameterCommand", "replay"]
+
+
+def replay(
+    evidence: Annotated[Path, typer.Argument(metavar="EVIDENCE", help="The folder that `tsr track --evidence` made.")],
+    settings: SetOption = [],  # noqa: B006 - typer copies it
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write one row a track and frame.")] = None,
+    preset: Annotated[
+        str | None, typer.Option("--preset", metavar="default|paper", help="Start from a preset, not from the run.")
+    ] = None,
+    models: ModelsOption = None,
+    other_models: Annotated[
+        bool, typer.Option("--other-models", help="Allow models other than those of the run.")
+    ] = False,
+    json: JsonOption = False,
+) -> None:
+    """Re-run everything after detection from a run's evidence, in seconds.
+
+    Unset parameters are those of the run; without --set the result equals the run bit by bit. The table shows which
+    tracks were gained, lost, split or relabelled. Parameters of decoding, detection and camera shift cannot be
+    changed this way.
+
+    \b
+    Examples:
+      tsr replay run1
+      tsr replay run1 --set tau=25 --csv rows.csv
+      tsr replay run1 --set prior_lambda=2 --set search_radius=40
+    """
+    pairs = split_settings(settings)
+    from tsr_engine.cli.interrupt import stop_on_interrupt
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.evidence import RESULT_HEADER, EvidenceReader
+    from tsr_engine.io.atomic import atomic_text
+    from tsr_engine.params import Params
+    from tsr_engine.pipeline import ResultStream, load_components
+    from tsr_engine.replay import ReplayReport, changed_parameters, check_models, run_params
+    from tsr_engine.replay import replay as replay_run
+
+    with EvidenceReader(evidence) as reader:
+        before = run_params(reader)
+        start = before if preset is None else _over(before, Params.preset(preset))
+        params = start.with_settings(pairs)
+        components = load_components(params, models)
+        if not other_models:
+            check_models(reader, components)
+        if reader.state != "complete":
+            say(f"warning: the run in {evidence} is {reader.state}: {len(reader)} frames are replayed.")
+    report, results = ReplayReport(), ResultStream()
+    with progress_bar("replaying", "frames") as show, stop_on_interrupt() as stopped:
+        frames = replay_run(evidence, params, components, report=report, on_frame=lambda _, n, m: show(n, m, ""))
+        if csv is None:
+            for _ in frames:
+                _check(stopped)
+        else:
+            with atomic_text(csv) as out:
+                out.write(RESULT_HEADER + "\n")
+                for frame in frames:
+                    out.writelines(row.line() + "\n" for row in results.add(frame))
+                    _check(stopped)
+                out.writelines(row.line() + "\n" for row in results.finish())
+    changed = changed_parameters(before, params)
+    if json:
+        print_json(report_as_json(report, changed, csv))
+    else:
+        print_report(report, changed)
+    if not changed and not other_models and report.identical != report.frames:
+        other = report.frames - report.identical
+        say(f"warning: {other} frames differ from the run, first at {report.first_difference}.")
+    if report.missing_pixels:
+        say(
+            f"warning: {report.missing_pixels} pixels in {report.missing_frames} frames are not in the evidence; the "
+            "nearest stored ones stood in for them. Track again with a larger keep_radius for exact results."
+        )
+
+
+def _over(run: Any, preset: Any) -> Any:
+    """A preset, but with the run's own parameters for the steps that a replay does not repeat."""
+    kept = {"detector": run.detector}
+    tracking = preset.tracking.model_copy(
+        update={name: getattr(run.tracking, name) for name in ("use_camera_shift", "shift_scale")}
+    )
+    return preset.model_copy(update=kept | {"tracking": tracking})
+
+
+def _check(stopped: Any) -> None:
+    if stopped():
+        raise KeyboardInterrupt
+
+
+def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -> dict[str, Any]:
+    """A replay's report in JSON's own types."""
+    from tsr_engine.cli.track import track_as_json
+
+    return {
+        "frames": report.frames,
+        "identical_frames": report.identical,
+        "changed_parameters": changed,
+        "missing_pixels": report.missing_pixels,
+        "missing_frames": report.missing_frames,
+        "seconds": round(report.seconds, 3),
+        "csv": None if csv is None else str(csv),
+        "tracks": [track_as_json(track) for track in report.tracks],
+        "gained": list(report.diff.gained),
+        "lost": list(report.diff.lost),
+        "switched": [{"track_id": a, "now": list(b)} for a, b in report.diff.switched],
+        "relabelled": [{"track_id": t, "before": a, "now": b} for t, a, b in report.diff.relabelled],
+    }
+
+
+def print_report(report: ReplayReport, changed: list[str]) -> None:
+    """What was replayed, the tracks, and what differs from the run."""
+    from tsr_engine.cli.track import class_name, track_table
+
+    console = out_console()
+    what = ", ".join(changed) if changed else "no parameter changed"
+    console.print(
+        f"{report.frames} frames replayed in {report.seconds:.1f} s ({what}); {report.identical} are identical.",
+        soft_wrap=True,
+    )
+    if report.tracks:
+        console.print(track_table(report.tracks))
+    diff = report.diff
+    if not diff:
+        console.print("The same tracks as in the run.")
+        return
+    for title, ids in (("Gained", diff.gained), ("Lost", diff.lost)):
+        if ids:
+            console.print(f"{title}: {', '.join(f'track {i}' for i in ids)}", soft_wrap=True)
+    for old, now in diff.switched:
+        console.print(f"Split: track {old} of the run is now {', '.join(map(str, now))}", soft_wrap=True)
+    for track_id, old, new in diff.relabelled:
+        console.print(f"Relabelled: track {track_id}, '{class_name(old)}' is now '{class_name(new)}'", soft_wrap=True)

@@ -1,0 +1,193 @@
+"""`tsr track`: one video in; result rows, evidence and an annotated video out."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tsr_engine.cli.common import (
+    JsonOption,
+    ModelsOption,
+    PresetOption,
+    SetOption,
+    frame_range,
+    make_params,
+    out_console,
+    print_json,
+    say,
+)
+
+if TYPE_CHECKING:
+    from tsr_engine.runs import RunReport
+
+__all__ = ["track"]
+
+EXIT_INTERRUPTED = 130
+
+
+def track(
+    video: Annotated[Path, typer.Argument(metavar="VIDEO", help="An MP4, MOV, AVI, MKV or WebM file.")],
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write one row a track and frame.")] = None,
+    evidence: Annotated[
+        Path | None,
+        typer.Option(
+            "--evidence", metavar="DIR", help="Keep all evidence there; the same command goes on after a kill."
+        ),
+    ] = None,
+    annotated: Annotated[
+        Path | None, typer.Option("--video", metavar="OUT.mp4", help="Write the video with everything drawn on it.")
+    ] = None,
+    preset: PresetOption = "default",
+    settings: SetOption = [],  # noqa: B006 - typer copies it
+    models: ModelsOption = None,
+    frames: Annotated[
+        str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1, counted from 0.")
+    ] = None,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Start over where --evidence already holds a run.")
+    ] = False,
+    timing: Annotated[bool, typer.Option("--timing", help="Print the time of each stage.")] = False,
+    json: JsonOption = False,
+) -> None:
+    """Track and recognise the traffic signs of one video.
+
+    Without any output option a table of the tracks is printed. The rows of --csv are
+    frame,track_id,x1,y1,x2,y2,class_id,score,source: frames from 0, pixel edges, confirmed tracks from their
+    first frame on, the class fused over the whole track, source in detected|predicted|relocalised.
+
+    \b
+    Examples:
+      tsr track drive.mp4
+      tsr track drive.mp4 --csv rows.csv --video seen.mp4
+      tsr track drive.mp4 --evidence run1 --set tau=20 --set motion=paper
+      tsr track drive.mp4 --preset paper --frames 100:400 --timing
+    """
+    start, stop = frame_range(frames)
+    params = make_params(preset, settings)
+    from tsr_engine.cli.interrupt import stop_on_interrupt
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.io.video_probe import check_file
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.runs import RunRequest, track_video
+
+    check_file(video)
+    components = load_components(params, models)
+    request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart)
+    with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
+        report = track_video(
+            request, components, progress=lambda at: show(at.done, at.total, f"{at.rate:.1f}/s"), stop=stopped
+        )
+    for warning in report.warnings:
+        say(f"warning: {warning}")
+    if json:
+        print_json(report_as_json(report, request))
+    else:
+        print_report(report, timing)
+    if report.interrupted:
+        last = report.first_frame + report.frames - 1
+        kept = " and ".join(str(path) for path in (csv, evidence, annotated) if path is not None)
+        where = f"kept in {kept}" if kept else "shown above"
+        again = " Run the same command again to go on." if evidence is not None else ""
+        say(f"Interrupted after frame {last}: results up to there are {where}.{again}")
+        raise typer.Exit(EXIT_INTERRUPTED)
+
+
+def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
+    """A run's report in JSON's own types."""
+    return {
+        "video": report.video,
+        "width": report.width,
+        "height": report.height,
+        "first_frame": report.first_frame,
+        "frames": report.frames,
+        "resumed_at": report.resumed_at,
+        "interrupted": report.interrupted,
+        "seconds": round(report.seconds, 3),
+        "csv": None if request.csv is None else str(request.csv),
+        "evidence": None if request.evidence is None else str(request.evidence),
+        "annotated": None if request.annotated is None else str(request.annotated),
+        "tracks": [track_as_json(track) for track in report.tracks],
+        "events": dict(sorted(report.events.items())),
+        "timing_ms": {
+            stage: {"frames": count, "median": round(median, 3), "p95": round(p95, 3)}
+            for stage, count, median, p95 in report.stage_table()
+        },
+        "warnings": list(report.warnings),
+    }
+
+
+def track_as_json(track: Any) -> dict[str, Any]:
+    """One track's summary in JSON's own types."""
+    return {
+        "track_id": track.track_id,
+        "class_id": track.class_id,
+        "class_name": class_name(track.class_id),
+        "share": round(track.share, 4),
+        "first_frame": track.first_frame,
+        "last_frame": track.last_frame,
+        "frames": {source: track.frames[source] for source in ("detected", "predicted", "relocalised")},
+        "best_score": round(track.best_score, 4),
+        "largest_side": round(track.largest_side, 1),
+    }
+
+
+def print_report(report: RunReport, timing: bool) -> None:
+    """The tracks as a table, and the stages if asked for."""
+    console = out_console()
+    n = len(report.tracks)
+    resumed = "" if report.resumed_at is None else f", resumed at frame {report.resumed_at}"
+    console.print(
+        f"{report.video}: {report.frames} frames of {report.width}x{report.height}, {n} sign{'s' * (n != 1)}, "
+        f"{report.computed / max(report.seconds, 1e-9):.1f} frames/s{resumed}",
+        soft_wrap=True,
+    )
+    if report.tracks:
+        console.print(track_table(report.tracks))
+    if timing:
+        console.print(stage_table(report))
+
+
+def track_table(tracks: list[Any]) -> Any:
+    """A table with one row a track."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for name in ("track", "class", "sign"):
+        table.add_column(name, justify="left" if name == "sign" else "right")
+    for name in ("frames", "detected", "predicted", "relocalised", "largest px", "vote share"):
+        table.add_column(name, justify="right")
+    for t in tracks:
+        table.add_row(
+            str(t.track_id),
+            "" if t.class_id < 0 else str(t.class_id),
+            class_name(t.class_id),
+            f"{t.first_frame}-{t.last_frame}",
+            *(str(t.frames[source]) for source in ("detected", "predicted", "relocalised")),
+            f"{t.largest_side:.0f}",
+            f"{t.share:.0%}",
+        )
+    return table
+
+
+def stage_table(report: RunReport) -> Any:
+    """A table of the stages: frames, median and 95th percentile in ms."""
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("stage")
+    for name in ("frames", "median ms", "p95 ms"):
+        table.add_column(name, justify="right")
+    for stage, count, median, p95 in report.stage_table():
+        table.add_row(stage, str(count), f"{median:.2f}", f"{p95:.2f}")
+    return table
+
+
+def class_name(class_id: int) -> str:
+    """The class's name; ``unknown`` for -1."""
+    from tsr_engine.recognition.catalogue import CATALOGUE
+
+    return CATALOGUE[class_id].name if 0 <= class_id < len(CATALOGUE) else "unknown"

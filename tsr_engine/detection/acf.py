@@ -1,0 +1,227 @@
+"""``M_off``: the offline detector on aggregated channel features (section III-A, Eq. 1 and 2).
+
+Pyramid, cascade over all windows, suppression, second look at the few that are left, calibration to log-odds, prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
+from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.prior import SpatialPrior, with_prior
+from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
+from tsr_engine.detection.second_look import SecondLook
+from tsr_engine.detection.trees import UNIT, TreeEnsemble
+from tsr_engine.detection.window import Window
+from tsr_engine.geometry.boxes import clip
+from tsr_engine.params.detector import DetectorParams, PriorParams
+from tsr_engine.protocols import TrainedPart
+from tsr_engine.records import Detections, FloatArray, Picture
+
+LEVEL_LIMIT = 2000
+"""Most candidates that one level hands on."""
+NODES_LIMIT = 400
+"""Prepared levels that are remembered: enough for several picture sizes."""
+
+
+@dataclass(frozen=True, slots=True)
+class AcfModel:
+    """Everything trained.
+
+    Attributes:
+        window: the cascade's window.
+        plan: the pyramid that it was trained on.
+        cascade: trees with rejection thresholds.
+        second_look: refinement and verification.
+        calibration: shape (3,): log-odds of being a sign = c0 * verifier + c1 * cascade + c2.
+    """
+
+    window: Window
+    plan: PyramidPlan
+    cascade: TreeEnsemble
+    second_look: SecondLook
+    calibration: tuple[float, float, float]
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: Mapping[str, Any]) -> AcfModel:
+        """From the arrays and settings of a model component (see :func:`to_arrays`).
+
+        Raises:
+            KeyError: an array or setting is missing.
+            ValueError: shapes do not fit together.
+        """
+        window = Window(**settings["window"])
+        plan = PyramidPlan(
+            shrink=window.shrink,
+            per_octave=int(settings["per_octave"]),
+            computed_per_octave=int(settings["computed_per_octave"]),
+            lambdas=tuple(float(v) for v in settings["lambdas"]),
+        )
+        c0, c1, c2 = (float(v) for v in settings["calibration"])
+        look = SecondLook(
+            arrays["step_weights"].astype(np.float32),
+            arrays["step_biases"].astype(np.float32),
+            _ensemble(arrays, "verifier", int(settings["verifier_window"])),
+        )
+        return cls(window, plan, _ensemble(arrays, "cascade", window.cells), look, (c0, c1, c2))
+
+    def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+        """Arrays and JSON settings from which :meth:`from_arrays` makes the same model."""
+        arrays: dict[str, NDArray[Any]] = {
+            "step_weights": self.second_look.weights.astype(np.float16),
+            "step_biases": self.second_look.biases,
+        }
+        for name, ensemble in (("cascade", self.cascade), ("verifier", self.second_look.verifier)):
+            arrays[f"{name}_features"] = ensemble.features.astype(np.uint16)
+            arrays[f"{name}_thresholds"] = ensemble.thresholds
+            arrays[f"{name}_leaves"] = ensemble.leaves
+            arrays[f"{name}_rejection"] = ensemble.rejection
+        settings = {
+            "window": {
+                "cells": self.window.cells,
+                "shrink": self.window.shrink,
+                "sign": self.window.sign,
+                "pad": self.window.pad,
+            },
+            "per_octave": self.plan.per_octave,
+            "computed_per_octave": self.plan.computed_per_octave,
+            "lambdas": list(self.plan.lambdas),
+            "calibration": list(self.calibration),
+            "verifier_window": self.second_look.verifier.window,
+        }
+        return arrays, settings
+
+
+def _ensemble(arrays: Mapping[str, NDArray[Any]], name: str, window: int) -> TreeEnsemble:
+    return TreeEnsemble(
+        arrays[f"{name}_features"].astype(np.int32),
+        arrays[f"{name}_thresholds"].astype(np.uint8),
+        arrays[f"{name}_leaves"].astype(np.int16),
+        arrays[f"{name}_rejection"].astype(np.int32),
+        window,
+    )
+
+
+class AcfDetector:
+    """Finds signs in one picture, without memory; implements :class:`tsr_engine.protocols.OfflineDetector`."""
+
+    name = "acf"
+
+    def __init__(
+        self,
+        model: AcfModel,
+        prior: SpatialPrior | None = None,
+        params: DetectorParams | None = None,
+        prior_params: PriorParams | None = None,
+    ) -> None:
+        self.model = model
+        self.prior = prior
+        self.params = params or DetectorParams()
+        self.prior_params = prior_params or PriorParams()
+        self._prepared: dict[tuple[int, int, int], ScanNodes] = {}
+        self._pool = ThreadPoolExecutor(1, "tsr-scan") if self.params.second_core else None
+
+    @classmethod
+    def from_components(
+        cls, detector: TrainedPart, prior: TrainedPart | None, params: DetectorParams, prior_params: PriorParams
+    ) -> AcfDetector:
+        """From loaded model components.
+
+        Raises:
+            ValueError: the component's arrays or settings are not those of an ACF detector.
+        """
+        try:
+            model = AcfModel.from_arrays(detector.arrays, detector.params)
+            spatial = None
+            if prior is not None:
+                spatial = SpatialPrior(prior.arrays["table"].astype(np.float32), float(prior.params["lambda"]))
+        except KeyError as error:
+            raise ValueError(f"The detector's model lacks {error.args[0]!r}.") from None
+        return cls(model, spatial, params, prior_params)
+
+    @property
+    def prior_weight(self) -> float:
+        """``lambda`` in force: the parameter's, or the learned one."""
+        if self.prior is None or not self.prior_params.use_prior:
+            return 0.0
+        chosen = self.prior_params.prior_lambda
+        return self.prior.weight if chosen is None else chosen
+
+    def detect(self, picture: Picture) -> Detections:
+        """Detections of one BGR picture, best final score first.
+
+        ``raw_scores`` are log-odds of being a sign; those below ``keep_score`` are left out.
+        """
+        height, width = picture.shape[:2]
+        boxes, scores = self.candidates(picture)
+        refined, verified = self.model.second_look.look(picture, boxes)
+        c0, c1, c2 = self.model.calibration
+        raw = c0 * verified + c1 * scores + c2
+        refined = clip(refined, width, height)
+        sane = (raw >= self.params.keep_score) & (np.minimum(*(refined[:, 2:] - refined[:, :2]).T) >= 4)
+        refined, raw = refined[sane], raw[sane]
+        prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(refined, width, height)
+        final = with_prior(raw, prior, self.prior_weight)
+        kept = suppress(refined, final, self.params.final_overlap)
+        return Detections(refined[kept], raw[kept], prior[kept], final[kept])
+
+    def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
+        """Boxes (n, 4) and scores (n,) that the cascade leaves after suppression, best first, at most ``look_limit``."""
+        scales, bands = self.search(picture.shape[1], picture.shape[0])
+        if self._pool is None or self.model.plan.computed_per_octave < 2:
+            boxes, scores = self._scan(picture, scales, bands, 0, 1)
+        else:
+            # neighbouring computed levels are half an octave apart: each core halves its own pictures
+            other = self._pool.submit(self._scan, picture, scales, bands, 1, 2)
+            boxes, scores = self._scan(picture, scales, bands, 0, 2)
+            more_boxes, more_scores = other.result()
+            boxes, scores = np.concatenate([boxes, more_boxes]), np.concatenate([scores, more_scores])
+        kept = suppress(boxes, scores, self.params.first_overlap, self.params.look_limit)
+        return boxes[kept], scores[kept]
+
+    def search(self, width: int, height: int) -> tuple[FloatArray, list[tuple[float, float]]]:
+        """Scales that are searched in a picture of width x height px, and for each the band of rows in px.
+
+        A small sign is far away, and what is far away is near the horizon.
+        """
+        window = self.model.window
+        top = window.sign / self.params.min_width
+        scales = level_scales(top, window.side / min(width, height), self.model.plan.per_octave)
+        bands = []
+        for scale in scales:
+            far = window.sign / scale < self.params.far_share * height
+            low, high = (self.params.far_top, self.params.far_bottom) if far else (0.0, 1.0)
+            bands.append((low * height, high * height))
+        return scales, bands
+
+    def _nodes(self, level: Level) -> ScanNodes:
+        """The cascade's nodes for a level; the same levels come with every picture of a video."""
+        key = (level.index, level.cells.shape[1], level.cells.shape[2])
+        nodes = self._prepared.get(key)
+        if nodes is None:
+            if len(self._prepared) > NODES_LIMIT:
+                self._prepared.clear()
+            nodes = prepare(self.model.cascade, level.cells.shape[1], level.cells.shape[2], level.gains)
+            self._prepared[key] = nodes
+        return nodes
+
+    def _scan(
+        self, picture: Picture, scales: FloatArray, bands: list[tuple[float, float]], chain: int, chains: int
+    ) -> tuple[FloatArray, FloatArray]:
+        window = self.model.window
+        boxes, scores = [np.zeros((0, 4))], [np.zeros(0)]
+        for level in build_pyramid(picture, scales, self.model.plan, bands, chain, chains, window.pad):
+            y, x, score = scan_level(level.cells, self.model.cascade, self.params.dense_trees, self._nodes(level))
+            if len(y) > LEVEL_LIMIT:
+                best = np.sort(np.argpartition(-score, LEVEL_LIMIT)[:LEVEL_LIMIT])
+                y, x, score = y[best], x[best], score[best]
+            boxes.append(window.to_boxes(y, x, level))
+            scores.append(score / UNIT)
+        return np.concatenate(boxes), np.concatenate(scores)

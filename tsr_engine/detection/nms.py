@@ -1,0 +1,52 @@
+"""Greedy non-maximum suppression."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tsr_engine.records import FloatArray
+
+
+@njit(cache=True, nogil=True)
+def _greedy(boxes, overlap, limit):  # type: ignore[no-untyped-def]
+    n = boxes.shape[0]
+    keep = np.empty(n, np.int64)
+    kept = 0
+    dead = np.zeros(n, np.bool_)
+    for i in range(n):
+        if dead[i]:
+            continue
+        keep[kept] = i
+        kept += 1
+        if kept == limit:
+            break
+        area_i = (boxes[i, 2] - boxes[i, 0]) * (boxes[i, 3] - boxes[i, 1])
+        for j in range(i + 1, n):
+            if dead[j]:
+                continue
+            w = min(boxes[i, 2], boxes[j, 2]) - max(boxes[i, 0], boxes[j, 0])
+            h = min(boxes[i, 3], boxes[j, 3]) - max(boxes[i, 1], boxes[j, 1])
+            if w <= 0 or h <= 0:
+                continue
+            area_j = (boxes[j, 2] - boxes[j, 0]) * (boxes[j, 3] - boxes[j, 1])
+            if w * h > overlap * min(area_i, area_j):
+                dead[j] = True
+    return keep[:kept]
+
+
+def suppress(boxes: FloatArray, scores: FloatArray, overlap: float, limit: int = 1000) -> NDArray[np.int64]:
+    """Indices of the kept boxes, best first.
+
+    A box goes when a better kept one covers more than ``overlap`` of the smaller of the two (the toolbox's ``min``
+    denominator). Ties in score keep the order of the input.
+
+    Args:
+        boxes: shape (n, 4), corners.
+        scores: shape (n,).
+        overlap: in [0, 1].
+        limit: at most this many are kept.
+    """
+    order = np.argsort(-scores, kind="stable")
+    return np.asarray(order[_greedy(np.ascontiguousarray(boxes[order], np.float64), overlap, limit)])

@@ -1,0 +1,50 @@
+"""Square patches around boxes, resampled so that the sign has a fixed size."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from tsr_engine.records import FloatArray, Picture
+
+
+def cut_patch(picture: Picture, box: FloatArray, sign: float, side: int) -> Picture:
+    """A patch of ``side`` px with the box in its middle.
+
+    Args:
+        picture: BGR uint8.
+        box: shape (4,), corners in px; may reach beyond the picture, whose border is replicated.
+        sign: px that the box's mean side (root of its area) has in the patch.
+        side: side of the patch, px.
+
+    Returns:
+        BGR uint8, shape (side, side, 3).
+    """
+    cx, cy = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
+    scale = sign / np.sqrt(max(1.0, (box[2] - box[0]) * (box[3] - box[1])))
+    if scale < 0.95:  # shrink with an area filter first: bilinear sampling alone would alias
+        margin = 0.75 * side / scale
+        height, width = picture.shape[:2]
+        x1, x2 = _span(cx, margin, width)
+        y1, y2 = _span(cy, margin, height)
+        region = picture[y1:y2, x1:x2]
+        size = (max(1, round((x2 - x1) * scale)), max(1, round((y2 - y1) * scale)))
+        picture = np.asarray(cv2.resize(region, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        cx, cy = (cx - x1) * size[0] / (x2 - x1), (cy - y1) * size[1] / (y2 - y1)
+        scale = 1.0
+    # OpenCV counts pixel centres, boxes count edges: half a pixel on either side of the map
+    matrix = np.array(
+        [
+            [scale, 0.0, side / 2 - scale * cx + 0.5 * (scale - 1)],
+            [0.0, scale, side / 2 - scale * cy + 0.5 * (scale - 1)],
+        ]
+    )
+    patch = cv2.warpAffine(picture, matrix, (side, side), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(patch, dtype=np.uint8)
+
+
+def _span(centre: float, margin: float, size: int) -> tuple[int, int]:
+    """Whole pixels of ``[centre - margin, centre + margin]`` inside ``[0, size]``, at least one."""
+    low = int(min(max(0.0, centre - margin), size - 1))
+    high = int(max(min(size, centre + margin), low + 1))
+    return low, high

@@ -1,0 +1,157 @@
+"""The soft cascade over every window of one pyramid level.
+
+The first trees are evaluated for a whole row of windows at once: a node of neighbouring windows reads neighbouring
+bytes, so one vector instruction compares dozens of windows, and no branch is taken. Windows that survive go on tree by
+tree. Both parts add the same whole numbers in the same order: the result equals the plain loop's to the bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tsr_engine.detection.trees import TreeEnsemble
+
+
+@dataclass(frozen=True, slots=True)
+class ScanNodes:
+    """An ensemble's nodes made ready for levels of one size and gain.
+
+    Attributes:
+        offsets: shape (trees, 7), int32: where each node's byte lies from a window's first byte.
+        thresholds: shape (trees, 7), uint8: corrected for cells that still lack the gains.
+    """
+
+    offsets: NDArray[np.int32]
+    thresholds: NDArray[np.uint8]
+
+
+def prepare(ensemble: TreeEnsemble, rows: int, columns: int, gains: NDArray[np.float64] | None = None) -> ScanNodes:
+    """Nodes for levels of (channels, rows, columns) cells.
+
+    ``floor(cell * gain) >= t`` is ``cell >= ceil(t / gain)``: the gains go into the thresholds.
+
+    Args:
+        ensemble: trees of depth 3.
+        rows: of the level, border included.
+        columns: likewise.
+        gains: the level's correction of each channel; unset: none.
+
+    Raises:
+        ValueError: trees of another depth.
+    """
+    if ensemble.depth != 3:
+        raise ValueError(f"The scan needs trees of depth 3. Got {ensemble.depth} instead.")
+    window = ensemble.window
+    channel, rest = np.divmod(ensemble.features, window * window)
+    dy, dx = np.divmod(rest, window)
+    offsets = np.asarray((channel * rows + dy) * columns + dx, dtype=np.int32)
+    if gains is None:
+        return ScanNodes(offsets, ensemble.thresholds)
+    wanted = np.ceil((ensemble.thresholds - 1e-9) / gains[channel])
+    return ScanNodes(offsets, np.asarray(np.clip(wanted, 0, 255), dtype=np.uint8))
+
+
+def scan_level(
+    cells: NDArray[np.uint8],
+    ensemble: TreeEnsemble,
+    dense_trees: int,
+    nodes: ScanNodes | None = None,
+    rows: tuple[int, int] | None = None,
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """All windows of one level that pass the cascade.
+
+    Args:
+        cells: shape (channels, rows, columns), uint8, contiguous.
+        ensemble: trees of depth 3 with their rejection thresholds; those of the first ``dense_trees - 1`` trees are not
+            looked at.
+        dense_trees: how many trees are evaluated without looking.
+        nodes: of :func:`prepare` for a level of this size; unset: prepared here, without gains.
+        rows: first and last + 1 window row to scan; unset: all.
+
+    Returns:
+        Row, column (int32, of the window's first cell) and score (int32, 1/UNIT) of the survivors, in scan order.
+
+    Raises:
+        ValueError: trees of another depth.
+    """
+    nodes = nodes or prepare(ensemble, cells.shape[1], cells.shape[2])
+    window = ensemble.window
+    ny, nx = cells.shape[1] - window + 1, cells.shape[2] - window + 1
+    first, last = (0, ny) if rows is None else (max(0, rows[0]), min(ny, rows[1]))
+    if ny < 1 or nx < 1 or last <= first:
+        none = np.zeros(0, np.int32)
+        return none, none, none
+    found, y, x, score = _scan(
+        cells.reshape(-1), cells.shape[2], first, last, nx, nodes.offsets,
+        nodes.thresholds, ensemble.leaves, ensemble.rejection, min(dense_trees, len(ensemble)),
+    )  # fmt: skip
+    return y[:found], x[:found], score[:found]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _add_tree(f0, f1, f2, f3, f4, f5, f6, t, v, acc):  # type: ignore[no-untyped-def]
+    """Adds one tree of depth 3 to a row of windows; ``t`` thresholds, ``v`` leaves."""
+    t0, t1, t2, t3, t4, t5, t6 = t[0], t[1], t[2], t[3], t[4], t[5], t[6]
+    v0, v1, v2, v3, v4, v5, v6, v7 = v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7]
+    for x in range(acc.shape[0]):
+        a = v1 if f3[x] >= t3 else v0
+        b = v3 if f4[x] >= t4 else v2
+        c = v5 if f5[x] >= t5 else v4
+        d = v7 if f6[x] >= t6 else v6
+        a = b if f1[x] >= t1 else a
+        c = d if f2[x] >= t2 else c
+        acc[x] += c if f0[x] >= t0 else a
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection, dense):  # type: ignore[no-untyped-def]
+    trees = offsets.shape[0]
+    acc = np.empty(nx, np.int16)
+    size = 1024
+    out_y, out_x, out_s = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
+    found = 0
+    for y in range(first, last):
+        base = y * columns
+        acc[:] = 0
+        for t in range(dense):
+            o = offsets[t]
+            _add_tree(
+                flat[base + o[0] : base + o[0] + nx], flat[base + o[1] : base + o[1] + nx],
+                flat[base + o[2] : base + o[2] + nx], flat[base + o[3] : base + o[3] + nx],
+                flat[base + o[4] : base + o[4] + nx], flat[base + o[5] : base + o[5] + nx],
+                flat[base + o[6] : base + o[6] + nx], thresholds[t], leaves[t], acc,
+            )  # fmt: skip
+        limit = rejection[dense - 1]
+        for x in range(nx):
+            if acc[x] < limit:
+                continue
+            total = np.int32(acc[x])
+            at = base + x
+            alive = True
+            for t in range(dense, trees):
+                o, v = offsets[t], thresholds[t]
+                k = 2 if flat[at + o[0]] >= v[0] else 1
+                k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
+                k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
+                total += leaves[t, k - 7]
+                if total < rejection[t]:
+                    alive = False
+                    break
+            if alive:
+                if found == size:
+                    size *= 2
+                    out_y, out_x, out_s = _longer(out_y, size), _longer(out_x, size), _longer(out_s, size)
+                out_y[found], out_x[found], out_s[found] = y, x, total
+                found += 1
+    return found, out_y, out_x, out_s
+
+
+@njit(cache=True, nogil=True)
+def _longer(array, size):  # type: ignore[no-untyped-def]
+    out = np.empty(size, array.dtype)
+    out[: array.shape[0]] = array
+    return out

@@ -1,0 +1,167 @@
+"""Classification of single crops: predictions, accuracy, confusions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tsr_engine.io.gtsrb import CropItem, read_picture
+from tsr_engine.protocols import CropClassifier
+from tsr_engine.recognition.catalogue import CATALOGUE, CLASS_COUNT
+from tsr_engine.recognition.crops import cut
+from tsr_engine.records import Picture
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """The classifier's answer for one picture."""
+
+    item: CropItem
+    class_id: int
+    probability: float
+
+
+def crop_of(item: CropItem, margin: float) -> Picture:
+    """The crop that a classifier wants: the ROI and its margin, or the whole picture where no ROI is given.
+
+    Without ROI the picture is taken as a GTSRB picture, which carries a border of about 10 % itself.
+
+    Raises:
+        InputError: an unreadable picture.
+    """
+    picture = read_picture(item)
+    return picture if item.roi is None else cut(picture, item.roi, margin)
+
+
+def predict_items(items: Iterable[CropItem], classifier: CropClassifier, batch: int = 64) -> Iterator[Prediction]:
+    """Classify pictures in order, ``batch`` in memory at a time.
+
+    Raises:
+        ValueError: a batch below 1.
+        InputError: an unreadable picture.
+    """
+    if batch < 1:
+        raise ValueError(f"batch must be >= 1. Got {batch} instead.")
+    source = iter(items)
+    while chunk := list(islice(source, batch)):
+        probabilities = classifier.probabilities([crop_of(item, classifier.margin) for item in chunk])
+        for item, row in zip(chunk, probabilities, strict=True):
+            best = int(row.argmax())
+            yield Prediction(item, best, float(row[best]))
+
+
+def classify_items(
+    items: Iterable[CropItem], classifier: CropClassifier, batch: int = 64
+) -> Iterator[tuple[str, int, float]]:
+    """``(filename, class_id, probability)`` of each picture, in order; see ``predict_items``."""
+    for prediction in predict_items(items, classifier, batch):
+        yield prediction.item.filename, prediction.class_id, prediction.probability
+
+
+@dataclass(frozen=True, slots=True)
+class Confusion:
+    """Two classes that were taken for each other."""
+
+    true: int
+    predicted: int
+    count: int
+    share: float
+    """Share of the true class's pictures."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClassificationReport:
+    """Figures over pictures with known class."""
+
+    matrix: NDArray[np.int64]
+    """Shape (43, 43): pictures by true class (row) and predicted class (column)."""
+
+    @property
+    def pictures(self) -> int:
+        """Number of pictures."""
+        return int(self.matrix.sum())
+
+    @property
+    def accuracy(self) -> float:
+        """Share of right answers, in [0, 1]; 0 without pictures."""
+        return float(np.trace(self.matrix) / max(self.pictures, 1))
+
+    @property
+    def per_class(self) -> dict[int, float]:
+        """Recall of each class that occurs: right answers divided by its pictures."""
+        totals = self.matrix.sum(1)
+        return {c: float(self.matrix[c, c] / totals[c]) for c in range(CLASS_COUNT) if totals[c]}
+
+    def confusions(self, most: int = 10) -> list[Confusion]:
+        """The most frequent confusions, most frequent first."""
+        off = self.matrix - np.diag(np.diag(self.matrix))
+        order = np.argsort(-off, axis=None, kind="stable")[:most]
+        totals = self.matrix.sum(1)
+        pairs = [(int(i) // CLASS_COUNT, int(i) % CLASS_COUNT) for i in order]
+        return [Confusion(t, p, int(off[t, p]), float(off[t, p] / totals[t])) for t, p in pairs if off[t, p]]
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for JSON."""
+        return {
+            "pictures": self.pictures,
+            "accuracy": self.accuracy,
+            "per_class": {str(c): recall for c, recall in self.per_class.items()},
+            "confusions": [
+                {
+                    "true": c.true,
+                    "true_name": CATALOGUE[c.true].name,
+                    "predicted": c.predicted,
+                    "predicted_name": CATALOGUE[c.predicted].name,
+                    "count": c.count,
+                    "share": c.share,
+                }
+                for c in self.confusions()
+            ],
+        }
+
+
+def evaluate_classification(true: Sequence[int], predicted: Sequence[int]) -> ClassificationReport:
+    """Compare true and predicted class ids.
+
+    Raises:
+        ValueError: different lengths, or ids outside 0..42.
+    """
+    t, p = np.asarray(true, dtype=np.int64), np.asarray(predicted, dtype=np.int64)
+    if t.shape != p.shape or t.ndim != 1:
+        raise ValueError(f"True and predicted ids must be lists of one length. Got {t.shape} and {p.shape}.")
+    for name, ids in (("true", t), ("predicted", p)):
+        if ids.size and not (ids.min() >= 0 and ids.max() < CLASS_COUNT):
+            raise ValueError(f"Class ids must be in 0..{CLASS_COUNT - 1}. Got {ids.min()}..{ids.max()} in {name}.")
+    matrix = np.zeros((CLASS_COUNT, CLASS_COUNT), dtype=np.int64)
+    np.add.at(matrix, (t, p), 1)
+    return ClassificationReport(matrix)
+
+
+def plot_confusion(report: ClassificationReport, path: Path) -> None:
+    """Write the confusion matrix, rows normalised to shares, as PNG.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    shares = report.matrix / np.maximum(report.matrix.sum(1, keepdims=True), 1)
+    figure = Figure(figsize=(13, 12), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    picture = axes.imshow(np.sqrt(shares), cmap="magma_r", vmin=0, vmax=1)
+    ticks = range(CLASS_COUNT)
+    axes.set_xticks(ticks, [c.short for c in CATALOGUE], rotation=90, fontsize=7)
+    axes.set_yticks(ticks, [f"{c.short}  {c.id}" for c in CATALOGUE], fontsize=7)
+    for row, column in zip(*np.nonzero(report.matrix - np.diag(np.diag(report.matrix))), strict=True):
+        axes.text(column, row, str(report.matrix[row, column]), ha="center", va="center", fontsize=5)
+    axes.set(xlabel="predicted", ylabel="true")
+    axes.set_title(f"{report.accuracy:.4f} of {report.pictures} pictures right; numbers: pictures confused")
+    bar = figure.colorbar(picture, ax=axes, shrink=0.7, ticks=[0, 0.5, 1], label="share of the true class")
+    bar.ax.set_yticklabels(["0", "0.25", "1"])
+    figure.savefig(path, format="png", dpi=110)

@@ -1,0 +1,199 @@
+"""How fusion over a track's frames pays off: rate against number of frames, and rates by physical sign.
+
+Counterpart of the paper's Fig. 13 and Table II.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tsr_engine.io.gtsrb import CropItem, read_picture, tracks_of
+from tsr_engine.params.fusion import FusionParams
+from tsr_engine.protocols import CropClassifier
+from tsr_engine.recognition.crops import cut
+from tsr_engine.recognition.fusion import Fusion
+
+Mode = Literal["scale", "equal", "clamped"]
+MODES: tuple[Mode, ...] = ("scale", "equal", "clamped")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackVotes:
+    """One physical sign with the classifier's answer for each of its frames."""
+
+    class_id: int
+    """True class."""
+    scales: NDArray[np.float64]
+    """Shape (t,): side of the sign in px (geometric mean of width and height), far to near."""
+    probabilities: NDArray[np.float32]
+    """Shape (t, 43)."""
+
+
+@dataclass(frozen=True, slots=True)
+class FusionReport:
+    """Rates of correctly classified tracks."""
+
+    tracks: int
+    frames: tuple[int, ...]
+    """Numbers of frames: 1, 2, ..."""
+    rates: Mapping[str, tuple[float, ...]]
+    """For each mode: share of tracks that are right after so many frames, far to near."""
+    single: float
+    """Share of single crops that are right."""
+    delta: float
+    scale: float
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for JSON."""
+        return {
+            "tracks": self.tracks,
+            "frames": list(self.frames),
+            "rates": {mode: list(rates) for mode, rates in self.rates.items()},
+            "single": self.single,
+            "fusion_delta": self.delta,
+            "fusion_scale": self.scale,
+        }
+
+
+def track_votes(items: Sequence[CropItem], classifier: CropClassifier) -> list[TrackVotes]:
+    """Classify every frame of every track, without fusing.
+
+    Args:
+        items: with tracks, classes and ROIs.
+        classifier: any crop classifier.
+
+    Raises:
+        InputError: an item without a track or with an unreadable picture.
+    """
+    result = []
+    for (class_id, _), frames in tracks_of(items).items():
+        boxes = [item.roi for item in frames if item.roi is not None]
+        crops = [cut(read_picture(item), item.roi, classifier.margin) for item in frames if item.roi is not None]
+        scales = np.array([np.sqrt((x2 - x1) * (y2 - y1)) for x1, y1, x2, y2 in boxes], dtype=np.float64)
+        result.append(TrackVotes(class_id, scales, classifier.probabilities(crops)))
+    return result
+
+
+def evaluate_fusion(
+    tracks: Sequence[TrackVotes], params: FusionParams | None = None, longest: int = 30
+) -> FusionReport:
+    """Share of tracks whose fused class is right after 1, 2, ... ``longest`` frames, far to near, for all modes.
+
+    A track shorter than a number of frames counts with what it has.
+
+    Args:
+        tracks: at least one.
+        params: ``fusion_delta`` and ``fusion_scale``; its mode is not used.
+        longest: largest number of frames, >= 1.
+
+    Raises:
+        ValueError: no tracks.
+    """
+    if not tracks:
+        raise ValueError("evaluate_fusion needs at least one track. Got none.")
+    params = params or FusionParams()
+    rates: dict[str, tuple[float, ...]] = {}
+    for mode in MODES:
+        settings = params.model_copy(update={"fusion_mode": mode})
+        rates[mode] = tuple(float(r) for r in np.mean([_right(track, settings, longest) for track in tracks], axis=0))
+    right = [track.probabilities.argmax(1) == track.class_id for track in tracks]
+    return FusionReport(
+        tracks=len(tracks),
+        frames=tuple(range(1, longest + 1)),
+        rates=rates,
+        single=float(np.concatenate(right).mean()),
+        delta=params.fusion_delta,
+        scale=params.fusion_scale,
+    )
+
+
+def _right(track: TrackVotes, params: FusionParams, longest: int) -> NDArray[np.bool_]:
+    """Whether the fused class is right after 1, ..., longest frames."""
+    state = Fusion.start(params)
+    right = np.zeros(longest, dtype=np.bool_)
+    for i in range(longest):
+        if i < len(track.scales):
+            state, record = state.update(track.probabilities[i], float(track.scales[i]))
+            right[i] = record.class_id == track.class_id
+        elif i:
+            right[i] = right[i - 1]
+    return right
+
+
+@dataclass(frozen=True, slots=True)
+class SignCounts:
+    """Table II: classification by physical sign."""
+
+    signs: int
+    """Annotated physical signs."""
+    detected: int
+    """Of these, signs with at least one track."""
+    correct: int
+    """Of these, signs whose fused class is right."""
+
+    @property
+    def rate_over_detected(self) -> float:
+        """``correct / detected``; 0 if nothing was detected."""
+        return self.correct / self.detected if self.detected else 0.0
+
+    @property
+    def rate_over_all(self) -> float:
+        """``correct / signs``; 0 if there are no signs."""
+        return self.correct / self.signs if self.signs else 0.0
+
+    def as_dict(self) -> dict[str, float | int]:
+        """Plain values for JSON."""
+        return {
+            "signs": self.signs,
+            "detected": self.detected,
+            "correct": self.correct,
+            "rate_over_detected": self.rate_over_detected,
+            "rate_over_all": self.rate_over_all,
+        }
+
+
+def sign_counts(truth: Mapping[int, int], fused: Mapping[int, int]) -> SignCounts:
+    """Count by physical sign.
+
+    Args:
+        truth: sign -> class id.
+        fused: sign -> fused class id, for the signs that were detected.
+
+    Raises:
+        ValueError: a fused sign that is not in the truth.
+    """
+    unknown = sorted(set(fused) - set(truth))
+    if unknown:
+        raise ValueError(f"Every fused sign must be in the truth. Unknown: {unknown}.")
+    correct = sum(truth[sign] == class_id for sign, class_id in fused.items())
+    return SignCounts(len(truth), len(fused), correct)
+
+
+def plot_fusion(report: FusionReport, path: Path) -> None:
+    """Write the rates against the number of frames as PNG (compare Fig. 13).
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    figure = Figure(figsize=(7, 4.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    marks = {"scale": "o", "equal": "s", "clamped": "^"}
+    for mode, rates in report.rates.items():
+        axes.plot(report.frames, rates, marker=marks.get(mode, "."), markersize=4, label=mode)
+    axes.set(
+        xlabel="fused frames, far to near",
+        ylabel="correctly classified signs",
+        title=f"{report.tracks} tracks, delta {report.delta:g} px, s_c {report.scale:g} px",
+    )
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(path, format="png", dpi=120)

@@ -1,0 +1,144 @@
+"""Rows of the tables back to records: the inverse of ``encode``."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.pixels import decode_pixels
+from tsr_engine.records import (
+    Detections,
+    Event,
+    FloatArray,
+    FrameEvidence,
+    GateVerdict,
+    Prediction,
+    Recognition,
+    Region,
+    Relocalisation,
+    Sample,
+    TrackFrame,
+)
+
+Row = tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRows:
+    """All rows of one frame: its row of ``frames`` and the others by table."""
+
+    head: Row
+    tables: dict[str, list[Row]]
+
+
+class EventRow(NamedTuple):
+    """A row of ``events``."""
+
+    frame: int
+    row: int
+    track_id: int
+    kind: Any
+    text: str
+    facts: str
+
+
+def frame_of(rows: FrameRows) -> FrameEvidence:
+    """One frame's evidence.
+
+    Raises:
+        EvidenceError: rows contradict each other or hold damaged values.
+    """
+    ordinal, seconds, width, height, shift_x, shift_y = rows.head[:6]
+    try:
+        by_track: dict[int, dict[str, list[Row]]] = {}
+        for name in ("predictions", "gates", "relocalisations", "samples", "recognitions"):
+            for row in rows.tables[name]:
+                by_track.setdefault(row[1], {}).setdefault(name, []).append(row)
+        return FrameEvidence(
+            ordinal=ordinal,
+            seconds=_float(seconds),
+            width=width,
+            height=height,
+            detections=_detections(rows.tables["detections"]),
+            shift=(_float(shift_x), _float(shift_y)),
+            tracks=tuple(track_of(row, by_track.get(row[1], {})) for row in rows.tables["track_frames"]),
+            events=tuple(event_of(EventRow(*row)) for row in rows.tables["events"]),
+            regions=tuple(Region(r[2], r[3], decode_pixels(r[6], r[4], r[5])) for r in rows.tables["regions"]),
+            timings={row[2]: _float(row[3]) for row in rows.tables["timings"]},
+        )
+    except (ValueError, TypeError, IndexError) as error:
+        raise EvidenceError(f"The evidence of frame {ordinal} is damaged: {error}.") from None
+
+
+def track_of(row: Row, tables: dict[str, list[Row]]) -> TrackFrame:
+    """One track in one frame, from its row of ``track_frames`` and its rows of the other tables."""
+    return TrackFrame(
+        track_id=row[1],
+        state=row[3],
+        source=row[4],
+        box=_array(row[5:9]),
+        score=_float(row[9]),
+        prediction=next((_prediction(r) for r in tables.get("predictions", ())), None),
+        detection=row[10],
+        gate=next((_verdict(r) for r in tables.get("gates", ())), None),
+        relocalisation=next((_relocalisation(r) for r in tables.get("relocalisations", ())), None),
+        samples=tuple(Sample(r[3], r[4], r[5], r[6]) for r in tables.get("samples", ())),
+        recognition=next((_recognition(r) for r in tables.get("recognitions", ())), None),
+    )
+
+
+def event_of(row: EventRow) -> Event:
+    """One event."""
+    return Event(row.kind, row.track_id, row.text, json.loads(row.facts))
+
+
+def _detections(rows: list[Row]) -> Detections:
+    table = np.array([row[2:] for row in rows], dtype=np.float64).reshape(-1, 7)
+    return Detections(np.ascontiguousarray(table[:, :4]), table[:, 4].copy(), table[:, 5].copy(), table[:, 6].copy())
+
+
+def _prediction(row: Row) -> Prediction:
+    return Prediction(_array(row[2:6]), np.frombuffer(row[6], "<f8").astype(np.float64).reshape(4, 4))
+
+
+def _verdict(row: Row) -> GateVerdict:
+    magnitude, symmetry, appearance, distance, product = map(_float, row[2:7])
+    return GateVerdict(magnitude, symmetry, appearance, distance, product, bool(row[7]))
+
+
+def _relocalisation(row: Row) -> Relocalisation:
+    return Relocalisation(
+        search_box=_array(row[2:6]),
+        box=_array(row[6:10]),
+        decision=_float(row[10]),
+        probability=_float(row[11]),
+        runner_up_box=_array(row[12:16]),
+        runner_up_decision=_float(row[16]),
+        windows=row[17],
+    )
+
+
+def _recognition(row: Row) -> Recognition:
+    return Recognition(
+        probabilities=np.frombuffer(row[2], "<f4").astype(np.float32),
+        scale=_float(row[3]),
+        weight=_float(row[4]),
+        votes=np.frombuffer(row[5], "<f8").astype(np.float64),
+        class_id=row[6],
+        share=_float(row[7]),
+        runner_up=row[8],
+    )
+
+
+def _array(values: Row) -> FloatArray:
+    # None, SQLite's stand-in for NaN, becomes NaN again.
+    return np.array(values, dtype=np.float64)
+
+
+def _float(value: float | None) -> float:
+    return math.nan if value is None else value

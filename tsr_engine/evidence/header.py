@@ -1,0 +1,169 @@
+"""``run.json``: what a run was made of, and how it ended. Written atomically."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.schema import RUN_FILE, SCHEMA_VERSION
+from tsr_engine.io.atomic import atomic_text
+from tsr_engine.version import __version__
+
+RunState = Literal["running", "complete", "interrupted", "failed"]
+
+
+@dataclass(frozen=True, slots=True)
+class VideoIdentity:
+    """Which file a run belongs to. The content counts; the name is for people."""
+
+    name: str
+    """File name without its folder."""
+    sha256: str
+    """Hex digest of the file's bytes."""
+    size: int
+    """Bytes."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunHeader:
+    """What a run was made of.
+
+    Attributes:
+        video: the file.
+        parameters: all parameters, as ``Params.model_dump()`` gives them.
+        models: component name -> sha256.
+        frame_table: summary of the provisional frame table (time base as text, announced frames, size, rotation,
+            ...); informative, not part of the identity.
+        engine_version: version that made the run.
+        schema_version: version of the store's tables.
+        created: UTC time in ISO 8601.
+        state: ``running`` until the run is closed.
+        reason: why it was interrupted or failed, one sentence.
+        keep_pixels: whether regions are stored; without them a run cannot be replayed.
+    """
+
+    video: VideoIdentity
+    parameters: Mapping[str, Any]
+    models: Mapping[str, str]
+    frame_table: Mapping[str, Any] = field(default_factory=dict)
+    engine_version: str = __version__
+    schema_version: int = SCHEMA_VERSION
+    created: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
+    state: RunState = "running"
+    reason: str = ""
+    keep_pixels: bool = True
+
+    def identity(self) -> str:
+        """Digest of all that decides the results: video content, parameters, models, engine, schema."""
+        content = {
+            "video": [self.video.sha256, self.video.size],
+            "parameters": self.parameters,
+            "models": dict(self.models),
+            "engine": self.engine_version,
+            "schema": self.schema_version,
+            "pixels": self.keep_pixels,
+        }
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    def ended(self, state: RunState, reason: str = "") -> RunHeader:
+        """The header with another state."""
+        return replace(self, state=state, reason=reason)
+
+    def differences(self, other: RunHeader) -> list[str]:
+        """What keeps two runs from being the same, each as "name: this against that"."""
+        found = []
+        if (self.video.sha256, self.video.size) != (other.video.sha256, other.video.size):
+            found.append(f"video: {self.video.name} against {other.video.name}")
+        for title, mine, theirs in (
+            ("parameter ", _flat(self.parameters), _flat(other.parameters)),
+            ("model ", dict(self.models), dict(other.models)),
+        ):
+            for name in sorted(mine.keys() | theirs.keys()):
+                a, b = mine.get(name, "unset"), theirs.get(name, "unset")
+                if a != b:
+                    found.append(f"{title}{name}: {str(a)[:12]} against {str(b)[:12]}")
+        if self.engine_version != other.engine_version:
+            found.append(f"engine version: {self.engine_version} against {other.engine_version}")
+        if self.schema_version != other.schema_version:
+            found.append(f"schema version: {self.schema_version} against {other.schema_version}")
+        if self.keep_pixels != other.keep_pixels:
+            found.append(f"pixels kept: {self.keep_pixels} against {other.keep_pixels}")
+        return found
+
+
+def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """A nested mapping as dotted names; values as JSON would give them back."""
+    flat: dict[str, Any] = {}
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = json.loads(json.dumps(value))
+    return flat
+
+
+def write_header(folder: Path, header: RunHeader) -> None:
+    """Write ``run.json``: the old content or the new one, never something between.
+
+    Raises:
+        StorageError: the folder cannot be written.
+    """
+    content = asdict(header) | {"identity": header.identity()}
+    with atomic_text(folder / RUN_FILE) as stream:
+        stream.write(json.dumps(content, indent=1, sort_keys=True) + "\n")
+
+
+def read_header(folder: Path) -> RunHeader:
+    """Read and check ``run.json``.
+
+    Raises:
+        EvidenceError: missing, damaged, or of another schema version.
+    """
+    path = folder / RUN_FILE
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise EvidenceError(
+            f"{folder} is no evidence folder: {RUN_FILE} is missing. Name the folder of a run."
+        ) from None
+    except (OSError, ValueError) as error:
+        raise EvidenceError(f"{path} is damaged ({error}). Restore it or track the video again.") from None
+    version = content.get("schema_version") if isinstance(content, dict) else None
+    if type(version) is int and version != SCHEMA_VERSION:
+        advice = "Update tsr" if version > SCHEMA_VERSION else "Track the video again"
+        raise EvidenceError(
+            f"{folder} has evidence schema {version}, this version reads schema {SCHEMA_VERSION}. {advice}."
+        )
+    try:
+        header = _header_of(content)
+        intact = header.identity() == content["identity"]
+    except (KeyError, TypeError, ValueError, AttributeError):
+        intact = False
+    if not intact:
+        raise EvidenceError(f"{path} is damaged: fields are missing or changed. Restore it or track the video again.")
+    return header
+
+
+def _header_of(content: dict[str, Any]) -> RunHeader:
+    video = content["video"]
+    state = content["state"]
+    if state not in ("running", "complete", "interrupted", "failed"):
+        raise ValueError(state)
+    return RunHeader(
+        video=VideoIdentity(str(video["name"]), str(video["sha256"]), int(video["size"])),
+        parameters=dict(content["parameters"]),
+        models=dict(content["models"]),
+        frame_table=dict(content["frame_table"]),
+        engine_version=str(content["engine_version"]),
+        schema_version=int(content["schema_version"]),
+        created=str(content["created"]),
+        state=cast(RunState, state),
+        reason=str(content["reason"]),
+        keep_pixels=bool(content["keep_pixels"]),
+    )

@@ -1,0 +1,324 @@
+"""Reading evidence: by range of frames, by track, as result rows. Works while another process writes.
+
+Every query covers a block of frames in a transaction of its own, so that a long read neither holds back the writer's
+checkpoints nor grows with the length of the run.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import sqlite3
+from array import array
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.decode import EventRow, FrameRows, event_of, frame_of, track_of
+from tsr_engine.evidence.encode import TableEntry, TrackSummary
+from tsr_engine.evidence.header import RunHeader, RunState, read_header
+from tsr_engine.evidence.schema import DATABASE, LOCK_FILE
+from tsr_engine.evidence.writer import check_identity
+from tsr_engine.records import Event, FrameEvidence, TrackFrame
+
+_BLOCK = 64
+_FRAME_TABLES = (
+    "detections",
+    "track_frames",
+    "predictions",
+    "gates",
+    "relocalisations",
+    "samples",
+    "recognitions",
+    "events",
+    "timings",
+)
+
+
+class ResultRow(NamedTuple):
+    """One row of the CSV that ``tsr track`` and ``tsr replay`` write; edges rounded to 2 decimals, score to 4."""
+
+    frame: int
+    track_id: int
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+    class_id: int
+    score: float
+    source: str
+
+    def line(self) -> str:
+        """The row as CSV text, without the end of line."""
+        return (
+            f"{self.frame},{self.track_id},{self.x1:.2f},{self.y1:.2f},{self.x2:.2f},{self.y2:.2f},"
+            f"{self.class_id},{self.score:.4f},{self.source}"
+        )
+
+
+RESULT_HEADER = ",".join(ResultRow._fields)
+
+
+@dataclass(frozen=True, slots=True)
+class StageTime:
+    """One stage over all frames that went through it, in seconds."""
+
+    total: float
+    frames: int
+    median: float
+
+
+class EvidenceReader:
+    """Read access to one run.
+
+    Raises:
+        EvidenceError: no run, a damaged one, or one of another schema version.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = Path(folder)
+        self.header: RunHeader = read_header(self.folder)
+        path = self.folder / DATABASE
+        if not path.is_file():
+            raise EvidenceError(f"{path} is missing. Track the video again.")
+        with self._reading():
+            self._connection = _open(path)
+        try:
+            check_identity(self._connection, self.folder, self.header)
+        except BaseException:
+            self._connection.close()
+            raise
+
+    def close(self) -> None:
+        """Release the store."""
+        self._connection.close()
+
+    def __enter__(self) -> EvidenceReader:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def state(self) -> RunState:
+        """How the run stands now: ``running`` only while a living process writes it."""
+        state = read_header(self.folder).state
+        return "interrupted" if state == "running" and not _is_locked(self.folder / LOCK_FILE) else state
+
+    @property
+    def first_frame(self) -> int | None:
+        """Ordinal of the first frame; None: none yet."""
+        return self._value("SELECT min(frame) FROM frames")
+
+    @property
+    def last_frame(self) -> int | None:
+        """Ordinal of the last committed frame; None: none yet."""
+        return self._value("SELECT max(frame) FROM frames")
+
+    def __len__(self) -> int:
+        """Number of committed frames."""
+        first, last = self.first_frame, self.last_frame
+        return 0 if first is None or last is None else last - first + 1
+
+    def frames(self, start: int = 0, stop: int | None = None, *, pixels: bool = True) -> Iterator[FrameEvidence]:
+        """The evidence of ``start <= frame < stop`` in order, exactly as it was appended.
+
+        Args:
+            start: first ordinal.
+            stop: ordinal to stop before; unset: the last one committed at the time of the call.
+            pixels: read the regions too.
+        """
+        for first, behind in self._blocks(start, stop):
+            with self._snapshot():
+                heads = self._rows("frames", first, behind)
+                tables = {name: self._grouped(name, first, behind) for name in _FRAME_TABLES}
+                tables["regions"] = self._grouped("regions", first, behind) if pixels else {}
+            for head in heads:
+                rows = FrameRows(head, {name: groups.get(head[0], []) for name, groups in tables.items()})
+                yield frame_of(rows)
+
+    def frame_table(self, start: int = 0, stop: int | None = None) -> Iterator[tuple[int, TableEntry]]:
+        """Ordinal and frame table entry of ``start <= frame < stop``."""
+        for first, behind in self._blocks(start, stop, 4096):
+            sql = "SELECT frame, pts, key_frame, corrupt FROM frames WHERE frame >= ? AND frame < ? ORDER BY frame"
+            for frame, pts, key, corrupt in self._query(sql, (first, behind)):
+                yield frame, TableEntry(pts, bool(key), bool(corrupt))
+
+    def track(self, track_id: int) -> Iterator[tuple[int, TrackFrame]]:
+        """Ordinal and everything known about one track, frame by frame."""
+        tables = ("track_frames", "predictions", "gates", "relocalisations", "samples", "recognitions")
+        span = self._query("SELECT min(frame), max(frame) FROM track_frames WHERE track_id = ?", (track_id,))[0]
+        if span[0] is None:
+            return
+        for first, behind in self._blocks(span[0], span[1] + 1):
+            groups: dict[str, dict[int, list[tuple[Any, ...]]]] = {}
+            with self._snapshot():
+                for name in tables:
+                    groups[name] = {}
+                    for row in self._rows(name, first, behind, "AND track_id = ?", (track_id,)):
+                        groups[name].setdefault(row[0], []).append(row)
+            for frame, (row, *_) in groups["track_frames"].items():
+                yield frame, track_of(row, {name: groups[name].get(frame, []) for name in tables[1:]})
+
+    def tracks(self, start: int | None = None, stop: int | None = None) -> Iterator[TrackSummary]:
+        """Summaries in order of identity; with ``start`` and ``stop`` only tracks seen in ``start <= frame < stop``."""
+        low, high = -1 if start is None else start, 2**62 if stop is None else stop
+        sql = "SELECT * FROM tracks WHERE first_frame < ? AND last_frame >= ? ORDER BY track_id"
+        for row in self._query(sql, (high, low)):
+            yield TrackSummary(*row)
+
+    def events(
+        self, start: int = 0, stop: int | None = None, *, track_id: int | None = None
+    ) -> Iterator[tuple[int, Event]]:
+        """Ordinal and event, in order."""
+        narrow, values = ("", ()) if track_id is None else ("AND track_id = ?", (track_id,))
+        for first, behind in self._blocks(start, stop, 4096):
+            for row in self._rows("events", first, behind, narrow, values):
+                yield row[0], event_of(EventRow(*row))
+
+    def result_rows(self, confirmed_only: bool = True) -> Iterator[ResultRow]:
+        """The rows of the result CSV, by frame, then by track.
+
+        Confirmed tracks come from their first frame on, each with the class fused over its whole life (-1: it was
+        never recognised). The frame in which a track dies carries no result.
+        """
+        classes = {t.track_id: t.class_id for t in self.tracks() if t.confirmed or not confirmed_only}
+        sql = (
+            "SELECT frame, track_id, x1, y1, x2, y2, score, source FROM track_frames "
+            "WHERE frame >= ? AND frame < ? AND state <> 'dead' ORDER BY frame, track_id"
+        )
+        for first, behind in self._blocks(0, None, 1024):
+            for frame, identity, x1, y1, x2, y2, score, source in self._query(sql, (first, behind)):
+                if identity in classes:
+                    label = classes[identity]
+                    yield ResultRow(
+                        frame,
+                        identity,
+                        round(x1, 2),
+                        round(y1, 2),
+                        round(x2, 2),
+                        round(y2, 2),
+                        -1 if label is None else label,
+                        round(score, 4),
+                        source,
+                    )
+
+    def quiet_frame(self, before: int | None = None) -> int | None:
+        """The last committed ordinal at which no track was alive, below ``before`` if given; None: there is none.
+
+        A resumed run rebuilds its state by replaying the evidence of the frames after it.
+        """
+        limit = 2**62 if before is None else before
+        return self._value("SELECT max(frame) FROM frames WHERE alive = 0 AND frame < ?", (limit,))
+
+    def stage_times(self) -> dict[str, StageTime]:
+        """Seconds per stage, over the frames that went through it, in order of first appearance."""
+        seconds: dict[str, array[float]] = {}
+        for first, behind in self._blocks(0, None, 4096):
+            for row in self._rows("timings", first, behind):
+                seconds.setdefault(row[2], array("d")).append(row[3])
+        return {stage: StageTime(float(np.sum(v)), len(v), float(np.median(v))) for stage, v in seconds.items()}
+
+    def _blocks(self, start: int, stop: int | None, size: int = _BLOCK) -> Iterator[tuple[int, int]]:
+        first, last = self.first_frame, self.last_frame
+        if first is None or last is None:
+            return
+        behind = last + 1 if stop is None else min(stop, last + 1)
+        for low in range(max(start, first), behind, size):
+            yield low, min(low + size, behind)
+
+    def _rows(
+        self, table: str, first: int, behind: int, narrow: str = "", values: tuple[Any, ...] = ()
+    ) -> list[tuple[Any, ...]]:
+        sql = f"SELECT * FROM {table} WHERE frame >= ? AND frame < ? {narrow} ORDER BY {_ORDER[table]}"  # noqa: S608
+        return self._query(sql, (first, behind, *values))
+
+    def _grouped(self, table: str, first: int, behind: int) -> dict[int, list[tuple[Any, ...]]]:
+        groups: dict[int, list[tuple[Any, ...]]] = {}
+        for row in self._rows(table, first, behind):
+            groups.setdefault(row[0], []).append(row)
+        return groups
+
+    def _value(self, sql: str, values: tuple[Any, ...] = ()) -> int | None:
+        value: int | None = self._query(sql, values)[0][0]
+        return value
+
+    def _query(self, sql: str, values: tuple[Any, ...]) -> list[tuple[Any, ...]]:
+        with self._reading():
+            return self._connection.execute(sql, values).fetchall()
+
+    @contextmanager
+    def _snapshot(self) -> Iterator[None]:
+        """Several queries that see the same state."""
+        with self._reading():
+            self._connection.execute("BEGIN")
+        try:
+            yield
+        finally:
+            if self._connection.in_transaction:
+                self._connection.rollback()
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.DatabaseError as error:
+            raise EvidenceError(
+                f"Cannot read {self.folder / DATABASE}: {error}. Track the video again if this stays."
+            ) from None
+
+
+_ORDER = {
+    "frames": "frame",
+    "detections": "frame, row",
+    "track_frames": "frame, row",
+    "predictions": "frame, track_id",
+    "gates": "frame, track_id",
+    "relocalisations": "frame, track_id",
+    "samples": "frame, track_id, row",
+    "recognitions": "frame, track_id",
+    "events": "frame, row",
+    "regions": "frame, row",
+    "timings": "frame, row",
+}
+
+
+def _open(path: Path) -> sqlite3.Connection:
+    address = f"{path.resolve().as_uri()}?mode=ro"
+    connection = _connect(address)
+    try:
+        connection.execute("SELECT 1 FROM sqlite_master").fetchone()
+    except sqlite3.OperationalError:
+        connection.close()
+        wal = path.with_name(f"{path.name}-wal")
+        if wal.exists() and wal.stat().st_size:
+            raise
+        # A finished store in a folder that cannot be written: nothing can change it, and no shared memory is needed.
+        connection = _connect(f"{address}&immutable=1")
+    return connection
+
+
+def _connect(address: str) -> sqlite3.Connection:
+    return sqlite3.connect(address, uri=True, isolation_level=None, timeout=30.0, check_same_thread=False)
+
+
+def _is_locked(path: Path) -> bool:
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(descriptor)
+    return False

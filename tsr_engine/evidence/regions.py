@@ -1,0 +1,157 @@
+"""Pixels on demand: from the frame itself, or from the rectangles that evidence has kept of it.
+
+Both serve the same crops bit by bit, so that a replay sees what the run saw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.records import Picture, Region
+
+Rectangle = tuple[int, int, int, int]
+"""``x1, y1, x2, y2`` in whole pixels, inside the frame, never empty."""
+
+
+class FramePixels:
+    """The live source: crops of one frame, and a record of what was asked for.
+
+    Args:
+        picture: BGR, uint8, shape (height, width, 3); not copied.
+    """
+
+    def __init__(self, picture: Picture) -> None:
+        self._picture = picture
+        self.height, self.width = picture.shape[:2]
+        self._asked: dict[Rectangle, None] = {}
+
+    def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
+        """The BGR pixels of ``[x1, x2) x [y1, y2)``; beyond the frame the border is replicated.
+
+        A request without area gives an empty picture and leaves no record.
+        """
+        if x2 <= x1 or y2 <= y1:
+            return np.zeros((max(0, y2 - y1), max(0, x2 - x1), 3), np.uint8)
+        inner = _inside(x1, y1, x2, y2, self.width, self.height)
+        self._asked[inner] = None
+        pixels = self._picture[inner[1] : inner[3], inner[0] : inner[2]]
+        return _replicate(pixels, inner, x1, y1, x2, y2)
+
+    def regions(self, pad: int = 0) -> tuple[Region, ...]:
+        """Copies of all pixels that were asked for, as few rectangles as is economical.
+
+        Args:
+            pad: px kept around each request as well, so that a replay may look a little further.
+        """
+        grown = [
+            (max(0, x1 - pad), max(0, y1 - pad), min(self.width, x2 + pad), min(self.height, y2 + pad))
+            for x1, y1, x2, y2 in self._asked
+        ]
+        return tuple(
+            Region(x1, y1, np.ascontiguousarray(self._picture[y1:y2, x1:x2])) for x1, y1, x2, y2 in merge(grown)
+        )
+
+
+class StoredPixels:
+    """A frame of which only some rectangles are known.
+
+    Args:
+        width: frame width, px.
+        height: frame height, px.
+        regions: the rectangles; where they overlap the later one counts.
+
+    Attributes:
+        missing: number of frame pixels that crops needed and no region holds, counted in each crop anew. They are
+            filled with the nearest stored pixel (black without any region).
+    """
+
+    def __init__(self, width: int, height: int, regions: Sequence[Region]) -> None:
+        self.width = width
+        self.height = height
+        self.missing = 0
+        self._regions = tuple(regions)
+
+    def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
+        """The BGR pixels of ``[x1, x2) x [y1, y2)``; beyond the frame the border is replicated."""
+        if x2 <= x1 or y2 <= y1:
+            return np.zeros((max(0, y2 - y1), max(0, x2 - x1), 3), np.uint8)
+        inner = left, top, right, bottom = _inside(x1, y1, x2, y2, self.width, self.height)
+        pixels = np.zeros((bottom - top, right - left, 3), np.uint8)
+        known = np.zeros(pixels.shape[:2], np.bool_)
+        for region in self._regions:
+            h, w = region.pixels.shape[:2]
+            a, b = max(left, region.x), min(right, region.x + w)
+            c, d = max(top, region.y), min(bottom, region.y + h)
+            if a < b and c < d:
+                part = region.pixels[c - region.y : d - region.y, a - region.x : b - region.x]
+                pixels[c - top : d - top, a - left : b - left] = part
+                known[c - top : d - top, a - left : b - left] = True
+        if not known.all():
+            self._fill(pixels, ~known, left, top)
+        return _replicate(pixels, inner, x1, y1, x2, y2)
+
+    def _fill(self, pixels: Picture, unknown: NDArray[np.bool_], left: int, top: int) -> None:
+        ys, xs = np.nonzero(unknown)
+        self.missing += len(ys)
+        nearest = np.full(len(ys), np.inf)
+        fill = np.zeros((len(ys), 3), np.uint8)
+        for region in self._regions:
+            h, w = region.pixels.shape[:2]
+            column = np.clip(xs + left - region.x, 0, w - 1)
+            row = np.clip(ys + top - region.y, 0, h - 1)
+            distance = np.hypot(xs + left - region.x - column, ys + top - region.y - row)
+            # "<=": of two equally near regions the later one counts, as where they overlap.
+            closer = distance <= nearest
+            nearest[closer] = distance[closer]
+            fill[closer] = region.pixels[row[closer], column[closer]]
+        pixels[ys, xs] = fill
+
+
+def merge(rectangles: Iterable[Rectangle]) -> list[Rectangle]:
+    """Fewer rectangles that cover the same pixels.
+
+    Two are replaced by their bounding box if that has no more pixels than both together. Those that remain may
+    still overlap a little; storing the overlap twice is cheaper than the bounding box.
+    """
+    merged: list[Rectangle] = []
+    for rectangle in sorted(set(rectangles)):
+        current = rectangle
+        while True:
+            partner = next((other for other in merged if _worth_merging(current, other)), None)
+            if partner is None:
+                break
+            merged.remove(partner)
+            current = _bounding(current, partner)
+        merged.append(current)
+    return sorted(merged)
+
+
+def _worth_merging(a: Rectangle, b: Rectangle) -> bool:
+    return _area(_bounding(a, b)) <= _area(a) + _area(b)
+
+
+def _bounding(a: Rectangle, b: Rectangle) -> Rectangle:
+    return min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])
+
+
+def _area(a: Rectangle) -> int:
+    return (a[2] - a[0]) * (a[3] - a[1])
+
+
+def _inside(x1: int, y1: int, x2: int, y2: int, width: int, height: int) -> Rectangle:
+    """The pixels of the frame that a crop needs: at least the border pixels nearest to it."""
+    left, top = min(max(int(x1), 0), width - 1), min(max(int(y1), 0), height - 1)
+    right, bottom = max(min(int(x2), width), 1), max(min(int(y2), height), 1)
+    return left, top, max(right, left + 1), max(bottom, top + 1)
+
+
+def _replicate(pixels: Picture, inner: Rectangle, x1: int, y1: int, x2: int, y2: int) -> Picture:
+    """``inner``'s pixels stretched to the requested rectangle by repeating its outermost rows and columns."""
+    if inner == (x1, y1, x2, y2):
+        return np.ascontiguousarray(pixels)
+    columns = np.clip(np.arange(x1, x2), inner[0], inner[2] - 1) - inner[0]
+    rows = np.clip(np.arange(y1, y2), inner[1], inner[3] - 1) - inner[1]
+    return np.ascontiguousarray(pixels[rows[:, None], columns[None, :]])

@@ -1,0 +1,84 @@
+"""The gate: whether a predicted crop is a confident sight of the sign (Eq. 3)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tsr_engine.gating.perceptual_hash import HashMemory
+from tsr_engine.gating.symmetry import SymmetryDetector
+from tsr_engine.params.gate import GateParams
+from tsr_engine.records import FloatArray, GateVerdict, Picture
+
+
+class Gate:
+    """``L_positive(f_k) = symm(f_k) * p_ph(mean of earlier crops, f_k) * p_pos(f_{k-1}, f_k)``, confident below tau.
+
+    Holds parameters only; what a track remembers is its :class:`HashMemory`, kept by the caller.
+    """
+
+    def __init__(self, params: GateParams) -> None:
+        self.params = params
+        self.margin = params.gate_margin
+        """Border on each side of the box that crops must carry, as a share of the box's side."""
+        self._symmetry = SymmetryDetector(params.symmetry_size, params.symmetry_contrast)
+
+    def remember(self, memory: HashMemory, crop: Picture) -> HashMemory:
+        """The memory after one more result of the track."""
+        return memory.add(crop, self.params.hash_memory)
+
+    def judge(
+        self,
+        crop: Picture,
+        memory: HashMemory,
+        centre: FloatArray,
+        previous_centre: FloatArray,
+        side: float | None = None,
+        shift: tuple[float, float] = (0.0, 0.0),
+    ) -> GateVerdict:
+        """Judge one predicted crop.
+
+        A product has a trap that is kept as the equation states it: a crop that equals its memory (``p_ph = 0``) or
+        has not moved at all (``p_pos = 0``) gives 0 and is confident, however weak its symmetry.
+
+        Args:
+            crop: BGR, uint8: the predicted box with its margin.
+            memory: the track's earlier crops, cut with the same margin.
+            centre: shape (2,), the candidate's centre, px.
+            previous_centre: shape (2,), the centre of the previous frame's result, px.
+            side: the candidate's mean side, px; unset: from the crop and its margin.
+            shift: global camera shift of the picture since the previous frame, px; used if ``position_camera``.
+
+        Returns:
+            The verdict. A candidate whose place is not finite, or whose crop has no pixels, is never confident.
+
+        Raises:
+            ValueError: the memory is empty.
+        """
+        appearance = float(memory.distance(crop))
+        magnitude = self._symmetry.measure(self._face(crop)).magnitude
+        symmetry = 1.0 / max(magnitude, self.params.symmetry_floor)
+        if side is None:
+            side = (crop.shape[0] + crop.shape[1]) / (2 + 4 * self.margin)
+        position = self._distance(centre, previous_centre, side, shift)
+        # 0 * inf has no value; an unusable candidate counts as infinitely far.
+        usable = math.isfinite(position) and crop.size > 0
+        product = symmetry * appearance * position if usable else math.inf
+        return GateVerdict(magnitude, symmetry, appearance, position, product, product < self.params.tau)
+
+    def _face(self, crop: Picture) -> Picture:
+        """The crop without its margin: background around a sign has no share in its symmetry."""
+        height, width = crop.shape[:2]
+        share = self.margin / (1 + 2 * self.margin)
+        y, x = round(height * share), round(width * share)
+        return crop[y : height - y, x : width - x]
+
+    def _distance(self, centre: FloatArray, previous: FloatArray, side: float, shift: tuple[float, float]) -> float:
+        moved = np.asarray(centre, dtype=np.float64) - np.asarray(previous, dtype=np.float64)
+        if self.params.position_camera:
+            moved = moved - np.asarray(shift, dtype=np.float64)
+        distance = math.hypot(float(moved[0]), float(moved[1]))
+        if self.params.position_unit == "side":
+            distance /= max(side, 1.0)
+        return distance if math.isfinite(distance) else math.inf

@@ -1,0 +1,72 @@
+"""Output files that appear whole or not at all: a temporary name in the same folder, then a rename."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TextIO
+
+from tsr_engine.errors import StorageError, UsageError
+
+__all__ = ["atomic_text", "refuse_inputs", "storage_error", "temporary_name"]
+
+
+def temporary_name(path: Path) -> Path:
+    """The name that a file is written under until it is complete: hidden, in the same folder, same suffix."""
+    return path.with_name(f".{path.stem}.part{path.suffix}")
+
+
+@contextmanager
+def atomic_text(path: Path) -> Iterator[TextIO]:
+    """A UTF-8 text file that takes its name only when the block ends without an exception.
+
+    Missing parent folders are made. After an exception nothing is left behind and an older file of that
+    name is untouched.
+
+    Raises:
+        StorageError: the folder cannot be written or the disk is full.
+    """
+    part = temporary_name(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            raise StorageError(f"Cannot write {path}: it is a folder. Name a file.")
+        with part.open("w", encoding="utf-8", newline="") as stream:
+            yield stream
+            stream.flush()
+            os.fsync(stream.fileno())
+        part.replace(path)
+    except OSError as error:
+        raise storage_error(path, error) from None
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def storage_error(path: Path, error: OSError) -> StorageError:
+    """An operating system's refusal to write, as a sentence that says what to do."""
+    reason = error.strerror or str(error)
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return StorageError(f"Cannot write {path}: the disk is full. Free some space or choose another folder.")
+    return StorageError(f"Cannot write {path}: {reason}. Choose another place or change its permissions.")
+
+
+def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> None:
+    """Refuse an output that is one of the inputs, also through links.
+
+    Raises:
+        UsageError: an output names an input.
+    """
+    sources = list(inputs)
+    for output in outputs:
+        if output is None:
+            continue
+        for source in sources:
+            same = output.resolve() == source.resolve()
+            if not same and output.exists() and source.exists():
+                same = output.samefile(source)
+            if same:
+                raise UsageError(f"The output {output} is the input itself. Choose another name for the output.")

@@ -1,0 +1,60 @@
+"""Work ahead of the consumer: an iterator run in a background thread behind a bounded queue."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
+    """Yield what ``make()`` yields, in order, up to ``depth`` items ahead of the consumer.
+
+    The iterator is made, advanced and closed in the background thread. Its exception reaches the consumer after
+    the items before it. Leaving early (``close()``, ``break``, an error) stops the thread.
+
+    Args:
+        make: makes the iterator.
+        depth: items that may wait, >= 1.
+    """
+    if depth < 1:
+        raise ValueError(f"The depth of reading ahead must be at least 1. Got {depth}.")
+    waiting: queue.Queue[tuple[T] | BaseException | None] = queue.Queue(maxsize=depth)
+    stop = threading.Event()
+
+    def put(item: tuple[T] | BaseException | None) -> bool:
+        while not stop.is_set():
+            try:
+                waiting.put(item, timeout=0.1)
+            except queue.Full:
+                continue
+            return True
+        return False
+
+    def produce() -> None:
+        items = make()
+        try:
+            for item in items:
+                if not put((item,)):
+                    return
+            put(None)
+        except BaseException as error:
+            put(error)  # raised again in the consumer's thread
+        finally:
+            close = getattr(items, "close", None)
+            if close is not None:
+                close()
+
+    thread = threading.Thread(target=produce, name="tsr-read-ahead", daemon=True)
+    thread.start()
+    try:
+        while (item := waiting.get()) is not None:
+            if isinstance(item, BaseException):
+                raise item
+            yield item[0]
+    finally:
+        stop.set()
+        thread.join()

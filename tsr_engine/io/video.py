@@ -1,0 +1,273 @@
+"""Video in: frame k is the same picture by sequential decoding and by random access.
+
+::
+
+    with open_video("drive.mp4") as video:
+        for frame in video.frames(ahead=4):
+            print(frame.ordinal, frame.time, frame.picture.shape)
+        frame = video.read(17)
+"""
+
+from __future__ import annotations
+
+import threading
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from tsr_engine.errors import UsageError, VideoError
+from tsr_engine.io.frame_table import BoolArray, FrameLedger, FrameTable, IntArray
+from tsr_engine.io.read_ahead import read_ahead
+from tsr_engine.io.video_cursor import Cursor
+from tsr_engine.io.video_decoder import Decoded, Decoder, Orientation
+from tsr_engine.io.video_probe import VideoLimits, check_size, video_sha256
+from tsr_engine.io.video_warnings import Announced, Found, describe
+from tsr_engine.records import Picture
+
+__all__ = ["Frame", "FrameTable", "Video", "VideoLimits", "open_video", "video_sha256"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One decoded frame.
+
+    Attributes:
+        ordinal: 0-based position in presentation order.
+        time: presentation time in seconds, exact.
+        picture: BGR, uint8, shape (height, width, 3), contiguous, upright.
+        key: decoding can start here.
+        corrupt: the decoder concealed damage in this picture or in one it may be predicted from; only pictures without
+            the flag are the same in every run.
+    """
+
+    ordinal: int
+    time: Fraction
+    picture: Picture
+    key: bool
+    corrupt: bool
+
+    @property
+    def seconds(self) -> float:
+        """``time`` as a float."""
+        return float(self.time)
+
+
+def open_video(path: Path | str, *, limits: VideoLimits | None = None, table: FrameTable | None = None) -> Video:
+    """Open a video file. Only its header and first picture are read.
+
+    Args:
+        path: a local MP4, MOV, AVI, MKV or WebM file.
+        limits: what the file may demand; unset: ``VideoLimits()``.
+        table: the file's frame table from an earlier pass, whole or in part: makes random access fast at once.
+
+    Raises:
+        VideoError: missing, not a video, without pictures, over the limits, or not the file of ``table``.
+    """
+    return Video(Path(path), VideoLimits() if limits is None else limits, table)
+
+
+class Video:
+    """An open video file; a context manager. Made by ``open_video``.
+
+    ``frames`` passes are independent of each other and of ``read``, which may be called from any thread.
+
+    Attributes:
+        path: the file.
+        width: of the upright picture, px.
+        height: of the upright picture, px.
+        rotation: the clockwise turn that stands stored pictures upright: 0, 90, 180 or 270 degrees.
+        codec: name of the codec, such as ``h264``.
+        rate: frames per second as announced, for writing output; never used to find a frame.
+    """
+
+    def __init__(self, path: Path, limits: VideoLimits, table: FrameTable | None = None) -> None:
+        self.path = path
+        self.limits = limits
+        self._lock = threading.RLock()
+        self._scan: tuple[IntArray, IntArray, BoolArray] | None = None
+        self._found: Found | None = None
+        decoder = Decoder(path, limits)
+        try:
+            if table is not None and table.time_base != decoder.time_base:
+                raise VideoError(f"{path} does not belong to its frame table: other time base. Import it again.")
+            self._ledger = FrameLedger(decoder.time_base, table)
+            self._cursor = Cursor(path, limits, self._ledger, self._ticks, decoder)
+            first = self._cursor.advance()
+            if first is None:
+                raise VideoError(f"{path} has no frame that can be decoded. Copy it again from its source.")
+            check_size(path, int(first.raw.width), int(first.raw.height), limits)
+            self.codec = str(decoder.stream.codec_context.codec.name)
+            self._announced = Announced.of(decoder)
+            self.rate = self._announced.rate
+            self._size = (int(first.raw.width), int(first.raw.height))
+            self._orientation = Orientation.of(first.raw)
+            self.rotation = self._orientation.degrees
+            self.width, self.height = self._size[:: -1 if self._orientation.transpose else 1]
+        except BaseException:
+            decoder.close()
+            raise
+
+    def __enter__(self) -> Video:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; closing twice is harmless."""
+        with self._lock:
+            self._cursor.close()
+
+    @property
+    def table(self) -> FrameTable:
+        """The frame table as far as it is known: confirmed rows, then those that a scan of the packets promises.
+
+        The scan reads the file once without decoding (132,400 frames in about a second); ``confirm`` decodes.
+        """
+        with self._lock:
+            confirmed = self._ledger.confirmed_stamps()
+            if self._ledger.complete:
+                ahead, key = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
+            else:
+                stamps, ticks, key = self._packet_scan()
+                is_ahead = ~np.isin(stamps, confirmed)
+                if len(confirmed) and not self._by_rank:
+                    is_ahead &= ticks > confirmed[-1]
+                ahead, key = stamps[is_ahead], key[is_ahead]
+            n = len(confirmed) + len(ahead)
+            times = np.array([self._ticks(k, 0) for k in range(n)], dtype=np.int64) if self._by_rank else None
+            return self._ledger.table(ahead, key, times)
+
+    @property
+    def expected(self) -> int | None:
+        """The best known number of frames, for progress: counted, else scanned, else announced, else None."""
+        if self._ledger.complete:
+            return len(self._ledger)
+        return self._announced.count if self._scan is None else len(self.table)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """One sentence for each thing that is wrong with the file, as far as it has been read.
+
+        Complete after ``confirm`` or after a pass of ``frames`` to the end; empty before the first look at ``table``.
+        """
+        with self._lock:
+            if self._ledger.complete and self._found is None:
+                self._packet_scan()
+            if self._found is None:
+                return ()
+            table = self.table
+            end = table.time(len(table) - 1) - table.time(0) + table.interval()
+            damaged = int(table.corrupt.sum())
+            return describe(self.path, self._announced, self._found, len(table), end, damaged)
+
+    def confirm(self) -> FrameTable:
+        """Decode to the end, without converting pictures, and return the complete table.
+
+        Raises:
+            VideoError: the file cannot be decoded.
+        """
+        if not self._ledger.complete:
+            for _ in self._walk(max(0, len(self._ledger) - 1), None):
+                pass
+        return self.table
+
+    def frames(self, start: int = 0, stop: int | None = None, *, ahead: int = 0) -> Iterator[Frame]:
+        """Frames ``start`` to ``stop - 1`` in presentation order.
+
+        A start beyond the confirmed rows is reached by decoding up to it, since only that shows which picture it is.
+
+        Args:
+            start: first ordinal, >= 0.
+            stop: end, exclusive; unset or beyond the end: to the last frame.
+            ahead: frames decoded in a background thread ahead of the consumer; 0: none.
+
+        Raises:
+            UsageError: the range is negative or starts beyond the end.
+            VideoError: the file cannot be decoded, or is not that of its table.
+        """
+        if start < 0 or (stop is not None and stop < start):
+            raise UsageError(f"A range of frames must be 0 <= start <= stop. Got {start}:{stop}.")
+        if ahead:
+            return read_ahead(lambda: self._pictures(start, stop), ahead)
+        return self._pictures(start, stop)
+
+    def read(self, ordinal: int) -> Frame:
+        """Frame ``ordinal``, by going back to a key frame and decoding until the table's stamp comes.
+
+        Beyond the confirmed rows everything in between is decoded once. Safe to call from several threads.
+
+        Raises:
+            UsageError: there is no such frame.
+            VideoError: the frame cannot be reached, or the file is not that of its table.
+        """
+        with self._lock:
+            inside = ordinal >= 0 and not (self._ledger.complete and ordinal >= len(self._ledger))
+            decoded = self._cursor.goto(ordinal) if inside else None
+            if decoded is None:
+                raise self._no_frame(ordinal)
+            return self._frame(self._cursor.decoder, ordinal, decoded)
+
+    def _pictures(self, start: int, stop: int | None) -> Iterator[Frame]:
+        for decoder, k, decoded in self._walk(start, stop):
+            yield self._frame(decoder, k, decoded)
+
+    def _walk(self, start: int, stop: int | None) -> Iterator[tuple[Decoder, int, Decoded]]:
+        """Decoded but unconverted frames of a range, from a decoder of their own."""
+        if start == stop:
+            return
+        cursor = Cursor(self.path, self.limits, self._ledger, self._ticks, Decoder(self.path, self.limits))
+        try:
+            decoded = cursor.goto(start)
+            if decoded is None:
+                raise self._no_frame(start)
+            while decoded is not None:
+                yield cursor.decoder, cursor.position, decoded
+                if stop is not None and cursor.position + 1 >= stop:
+                    return
+                decoded = cursor.advance()
+            if cursor.from_start:
+                self._found = Found.of(cursor.decoder)
+        finally:
+            cursor.close()
+
+    def _frame(self, decoder: Decoder, k: int, decoded: Decoded) -> Frame:
+        picture = decoder.picture(decoded, self._size, self._orientation)
+        return Frame(k, self._ticks(k, decoded.stamp) * self._ledger.time_base, picture, decoded.key, decoded.corrupt)
+
+    @property
+    def _by_rank(self) -> bool:
+        """Without presentation times, frame k is shown at the k-th smallest decoding time."""
+        return bool(self._cursor.decoder.by_position)
+
+    def _ticks(self, k: int, stamp: int) -> int:
+        if not self._by_rank:
+            return stamp
+        times = self._packet_scan()[1]
+        return int(times[k]) if k < len(times) else int(times[-1]) + k + 1 - len(times)
+
+    def _packet_scan(self) -> tuple[IntArray, IntArray, BoolArray]:
+        """Stamps, ticks and key flags of all packets whose pictures are to be shown, sorted by ticks."""
+        with self._lock:
+            if self._scan is None:
+                decoder = Decoder(self.path, self.limits)
+                try:
+                    # One flat array: an hour of video has too many frames for objects.
+                    flat = array("q")
+                    for row in decoder.scan():
+                        flat.extend(row)
+                    if self._found is None:
+                        self._found = Found.of(decoder)
+                finally:
+                    decoder.close()
+                rows = np.array(flat, dtype=np.int64).reshape(-1, 3)
+                rows = rows[np.argsort(rows[:, 1], kind="stable")]
+                self._scan = (rows[:, 0].copy(), rows[:, 1].copy(), rows[:, 2].astype(np.bool_))
+            return self._scan
+
+    def _no_frame(self, k: int) -> UsageError:
+        return UsageError(f"{self.path} has frames 0 to {len(self._ledger) - 1}. Got {k}; choose one of those.")

@@ -1,0 +1,167 @@
+"""A place in a video: steps forward, and jumps to any ordinal by key frame and stamp."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from tsr_engine.errors import VideoError
+from tsr_engine.io.frame_table import FrameLedger
+from tsr_engine.io.video_decoder import Decoded, Decoder
+from tsr_engine.io.video_probe import VideoLimits
+
+# Decoding on beats seeking while the wanted frame is this near.
+_NEAR = 24
+# How many key frames further back a jump tries before it counts from the first frame.
+_STEPS_BACK = 6
+
+
+class _MismatchError(Exception):
+    """The decoder's next frame is not the ledger's next row."""
+
+
+class Cursor:
+    """Walks one decoder over a video and checks every frame against a shared ledger, or enters it there.
+
+    Attributes:
+        position: ordinal of the current frame; -1 before the first.
+        from_start: the decoder has run from the first packet without a jump, so that its counts cover the file.
+    """
+
+    def __init__(
+        self, path: Path, limits: VideoLimits, ledger: FrameLedger, ticks: Callable[[int, int], int], decoder: Decoder
+    ) -> None:
+        """Start before the first frame.
+
+        Args:
+            path: the file.
+            limits: what it may demand, should it be opened again.
+            ledger: the confirmed frames.
+            ticks: the presentation time of a frame by ordinal and stamp, to search for.
+            decoder: a decoder at the start of the file; the cursor closes it.
+        """
+        self.decoder = decoder
+        self.position = -1
+        self.from_start = True
+        self._path = path
+        self._limits = limits
+        self._ledger = ledger
+        self._ticks = ticks
+        self._current: Decoded | None = None
+        self._pictures: Iterator[Decoded] = iter(self.decoder)
+
+    def close(self) -> None:
+        """Close the file; closing twice is harmless."""
+        self._current = None
+        self._pictures = iter(())
+        self.decoder.close()
+
+    def advance(self) -> Decoded | None:
+        """The next frame, or None at the end of the file.
+
+        Raises:
+            VideoError: the frame is not the one in the ledger.
+        """
+        try:
+            return self._step()
+        except _MismatchError:
+            raise self._other_file() from None
+
+    def goto(self, k: int) -> Decoded | None:
+        """Frame k, or None where the video ends before it.
+
+        A frame beyond the ledger is reached by decoding on from the ledger's end.
+
+        Raises:
+            VideoError: the frames on the way are not those in the ledger.
+        """
+        known = min(k, len(self._ledger) - 1)
+        if not self._is_ahead(k, known):
+            for start in self._starts(known):
+                if self._jump(start, known):
+                    break
+            else:
+                self._restart()
+        while self.position < k:
+            if self.advance() is None:
+                return None
+        return self._current
+
+    def _step(self) -> Decoded | None:
+        decoded = next(self._pictures, None)
+        if decoded is None:
+            if not self._ledger.finish(self.position + 1):
+                raise _MismatchError
+            return None
+        if not self._ledger.record(self.position + 1, decoded.stamp, decoded.key, decoded.corrupt):
+            raise _MismatchError
+        self.position += 1
+        self._current = decoded
+        return decoded
+
+    def _is_ahead(self, k: int, known: int) -> bool:
+        """Whether decoding on is the way to frame k."""
+        if self.position == k:
+            return self._current is not None
+        if not -1 <= self.position < k:
+            return False
+        key = self._ledger.key_at_or_before(known) if known >= 0 else None
+        return k - self.position <= _NEAR or key is None or key <= self.position
+
+    def _starts(self, k: int) -> Iterator[int]:
+        """Key frames from which frame k decodes as it does in sequence, nearest first.
+
+        Concealment leaves marks in the decoder beyond the next key frame, so the pictures from the start to the key
+        frame after it, and from the key frame before it, must be whole.
+        """
+        last = k
+        for _ in range(_STEPS_BACK):
+            key = self._ledger.key_at_or_before(last) if last >= 0 else None
+            if key is None:
+                return
+            before = self._ledger.key_at_or_before(key - 1) if key > 0 else key
+            if not self._ledger.corrupt_between(key if before is None else before, last):
+                yield key
+            last = key - 1
+
+    def _jump(self, start: int, k: int) -> bool:
+        """Seek to key frame ``start`` and decode to frame k; false where the decoder arrives elsewhere."""
+        stamp = self._ledger.stamp(start)
+        if self.decoder.tainted or self._ledger.damaged:
+            self._restart()
+        self.from_start = False
+        if not self.decoder.seek(self._ticks(start, stamp)):
+            return False
+        self._pictures = iter(self.decoder)
+        self._current = None
+        for decoded in self._pictures:
+            if decoded.stamp == stamp and decoded.key:
+                break
+            # Pictures before a key frame in presentation may lack their references; later ones are past the place.
+            if decoded.stamp > stamp:
+                return False
+        else:
+            return False
+        if not self._ledger.record(start, decoded.stamp, decoded.key, decoded.corrupt):
+            return False
+        self.position, self._current = start, decoded
+        try:
+            while self.position < k:
+                if self._step() is None:
+                    return False
+        except _MismatchError:
+            return False
+        return True
+
+    def _restart(self) -> None:
+        self.decoder.close()
+        self.decoder = Decoder(self._path, self._limits)
+        self.position, self.from_start = -1, True
+        self._current = None
+        self._pictures = iter(self.decoder)
+
+    def _other_file(self) -> VideoError:
+        return VideoError(
+            f"Frame {self.position + 1} of {self._path} is not the one in its frame table: the file has changed or "
+            "the table is another file's. Import the video again."
+        )

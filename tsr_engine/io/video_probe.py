@@ -1,0 +1,170 @@
+"""The door for video files: what is refused, and why, before a single picture is allocated."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import av
+
+from tsr_engine.errors import VideoError
+
+FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm"
+KINDS = "MP4, MOV, AVI, MKV or WebM"
+_HEAD = 64
+_ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
+
+
+@dataclass(frozen=True, slots=True)
+class VideoLimits:
+    """What a video may demand of this machine.
+
+    Attributes:
+        max_pixels: largest picture, width times height; the default admits 8K (7680x4320).
+        max_side: largest width or height in px.
+    """
+
+    max_pixels: int = 36_000_000
+    max_side: int = 16_384
+
+
+def video_sha256(path: Path | str) -> str:
+    """The identity of a video: SHA-256 of the file's bytes, hex, read in pieces of 1 MiB.
+
+    Raises:
+        VideoError: the file is missing or cannot be read.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise VideoError(_unreadable(path, error)) from None
+
+
+def check_file(path: Path) -> None:
+    """Refuse what is not a video file by its own first bytes, before a demuxer sees it.
+
+    Demuxers choose by content: a text playlist named ``x.mp4`` would be followed to other files.
+
+    Raises:
+        VideoError: missing, not a regular file, unreadable, empty, or of no known video container.
+    """
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise VideoError(f"Expected a video file, but {path} is a folder. Name one {KINDS} file.")
+        if not stat.S_ISREG(status.st_mode):
+            raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one {KINDS} file.")
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD)
+    except ValueError:
+        raise VideoError(f"{str(path)!r} is no file name. Name one {KINDS} file.") from None
+    except OSError as error:
+        raise VideoError(_unreadable(path, error)) from None
+    if not head:
+        raise VideoError(f"{path} is empty (0 bytes). Copy the video again from its source.")
+    if not _is_video_head(head):
+        raise VideoError(f"{path} is not a video: its first bytes are not those of {KINDS}. Convert it to MP4 first.")
+
+
+def _is_video_head(head: bytes) -> bool:
+    return (
+        head[4:8] in _ISO_BOXES or (head[:4] == b"RIFF" and head[8:11] == b"AVI") or head.startswith(b"\x1aE\xdf\xa3")
+    )
+
+
+def _unreadable(path: Path, error: OSError) -> str:
+    if isinstance(error, FileNotFoundError):
+        return f"There is no video at {path}. Check the path."
+    return f"Cannot read the video {path}: {error.strerror}. Check the file and its permissions."
+
+
+@contextmanager
+def open_container(path: Path, limits: VideoLimits) -> Iterator[tuple[Any, Any]]:
+    """Open a checked file for demuxing and find its video stream.
+
+    The demuxer is confined to local files and the named containers. The pixel limit also reaches the decoders that
+    the demuxer runs while it looks for stream parameters, so that a huge picture is refused before it is allocated.
+
+    Yields:
+        The PyAV container and its video stream; decoding runs on one thread, because concealment of damaged
+        pictures would otherwise depend on thread timing.
+
+    Raises:
+        VideoError: not a readable video, no video stream, no decoder, or a picture over the limits.
+    """
+    path = Path(os.path.abspath(path))  # noqa: PTH100 - resolve() would follow links and change the name shown
+    check_file(path)
+    options = {
+        "protocol_whitelist": "file",
+        "format_whitelist": FORMATS,
+        "max_pixels": _decoder_limit(limits),
+    }
+    try:
+        container = av.open(f"file:{path}", mode="r", options=options, metadata_errors="replace")
+    except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
+        raise VideoError(
+            f"{path} cannot be opened as a video ({reason(error)}): it is damaged or cut short, or not {KINDS}. "
+            "Copy it again from its source or repair it."
+        ) from None
+    with container:
+        stream = _video_stream(container, path)
+        context = stream.codec_context
+        width, height = int(context.width), int(context.height)
+        # A decoder that refuses a size leaves none behind.
+        if not width or not height:
+            raise VideoError(
+                f"{path} has pictures of no readable size, or of more than the limit of {limits.max_pixels} pixels. "
+                "Copy it again from its source, or scale it down."
+            )
+        check_size(path, width, height, limits)
+        context.options = {"max_pixels": _decoder_limit(limits)}
+        context.thread_type = "NONE"
+        context.thread_count = 1
+        yield container, stream
+
+
+def check_size(path: Path, width: int, height: int, limits: VideoLimits) -> None:
+    """Refuse pictures over the limits.
+
+    Raises:
+        VideoError: too many pixels or too long a side.
+    """
+    if width * height > limits.max_pixels or max(width, height) > limits.max_side:
+        raise VideoError(
+            f"{path} has pictures of {width}x{height}, more than the limit of {limits.max_pixels} pixels or "
+            f"{limits.max_side} px a side. Scale it down first."
+        )
+
+
+def _decoder_limit(limits: VideoLimits) -> str:
+    """What the decoders are held to: they count the padding of their buffers too."""
+    return str(2 * limits.max_pixels + 2**16)
+
+
+def _video_stream(container: Any, path: Path) -> Any:
+    # Cover art is a video stream of one attached picture.
+    streams = [s for s in container.streams.video if not s.disposition & s.disposition.__class__.attached_pic]
+    if not streams:
+        kind = "only sound" if container.streams.audio else "no streams that can be read"
+        raise VideoError(f"{path} has no pictures: it holds {kind}. Choose a file with a video stream.")
+    stream = streams[0]
+    if stream.codec_context is None:
+        raise VideoError(
+            f"{path} has pictures that cannot be decoded: the file is cut short, or coded in a way that this "
+            "installation does not know. Copy it again from its source or convert it to H.264."
+        )
+    return stream
+
+
+def reason(error: BaseException) -> str:
+    """The short cause of a decoder's exception, without file names."""
+    text = getattr(error, "strerror", None) or type(error).__name__
+    return str(text).rstrip(".")

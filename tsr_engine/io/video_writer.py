@@ -1,0 +1,214 @@
+"""Video out: H.264 in MP4, whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+from av.video.reformatter import ColorRange, Colorspace
+
+from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.records import Picture
+
+_TICKS = 90_000
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+class VideoWriter:
+    """Writes pictures to an MP4 that any player shows (H.264, yuv420p).
+
+    A context manager: the file appears under its name, complete and on disk, when the block ends; a block that
+    ends by an exception leaves nothing behind. Odd sizes grow by one row or column, a copy of the last.
+    """
+
+    def __init__(self, path: Path | str, width: int, height: int, rate: Fraction, *, crf: int = 20) -> None:
+        """Start a video.
+
+        Args:
+            path: the file to make; an older one is replaced only at the end.
+            width: of the pictures, px.
+            height: of the pictures, px.
+            rate: frames per second, announced and used where ``write`` gets no time.
+            crf: H.264 constant rate factor, 0 (lossless) to 51; 20 looks like the original.
+
+        Raises:
+            UsageError: an impossible size or rate.
+            StorageError: the folder cannot be written.
+        """
+        if width < 1 or height < 1 or rate <= 0 or not 0 <= crf <= 51:
+            raise UsageError(
+                "A video needs a size and a rate above 0 and crf in 0..51. "
+                f"Got {width}x{height}, {rate} frames per second, crf {crf}."
+            )
+        self.path = Path(path)
+        self.width, self.height, self.rate = width, height, Fraction(rate)
+        self.frames = 0
+        self._first: Fraction | None = None
+        self._last_tick = -1
+        self._part = self.path.with_name(f".{self.path.name}.part")
+        try:
+            self._sink = _Sink(self._part)
+        except OSError as error:
+            raise self._storage_error(error) from None
+        self._container: Any = av.open(self._sink, mode="w", format="mp4")
+        self._stream: Any = self._container.add_stream(
+            "libx264", rate=self.rate.limit_denominator(100_000), options={"crf": str(crf), "preset": "veryfast"}
+        )
+        self._stream.width, self._stream.height = width + width % 2, height + height % 2
+        self._stream.pix_fmt = "yuv420p"
+        self._stream.codec_context.time_base = Fraction(1, _TICKS)
+        # What the conversion from BGR does, said aloud: players take untagged HD for BT.709 and shift its colours.
+        self._stream.codec_context.colorspace = Colorspace.ITU601.value
+        self._stream.codec_context.color_range = ColorRange.MPEG.value
+        # The number of threads changes the bytes that x264 writes.
+        self._stream.codec_context.thread_count = 2
+
+    def __enter__(self) -> VideoWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+    def write(self, picture: Picture, time: Fraction | None = None) -> None:
+        """Append one picture.
+
+        Args:
+            picture: BGR, uint8, of the writer's height and width.
+            time: when it is shown, in seconds; later than the one before. Unset: by the rate.
+
+        Raises:
+            UsageError: another shape or type of picture, or a closed writer.
+            StorageError: the disk is full.
+        """
+        if self._container is None:
+            raise UsageError(f"The video {self.path} is closed. Open a new VideoWriter.")
+        if picture.shape != (self.height, self.width, 3) or picture.dtype != np.uint8:
+            raise UsageError(
+                f"Expected a picture of shape {(self.height, self.width, 3)} and type uint8 for {self.path}. "
+                f"Got {picture.shape} and {picture.dtype}."
+            )
+        when = self.frames / self.rate if time is None else Fraction(time)
+        self._first = when if self._first is None else self._first
+        tick = max(self._last_tick + 1, round((when - self._first) * _TICKS))
+        if self.width % 2 or self.height % 2:
+            picture = np.pad(picture, ((0, self.height % 2), (0, self.width % 2), (0, 0)), mode="edge")
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="bgr24")
+        frame.pts, frame.time_base = tick, Fraction(1, _TICKS)
+        self._mux(frame)
+        self._last_tick = tick
+        self.frames += 1
+
+    def close(self) -> None:
+        """Finish the file and give it its name; closing twice is harmless.
+
+        Raises:
+            StorageError: the disk is full; nothing is left behind.
+        """
+        if self._container is None:
+            return
+        if not self.frames:
+            self.abort()
+            return
+        self._mux(None)
+        try:
+            self._container.close()
+            self._sink.finish()
+            os.replace(self._part, self.path)  # noqa: PTH105 - both names at a glance
+            _sync_folder(self.path.parent)
+        except (av.FFmpegError, OSError) as error:
+            raise self._fail(error) from None
+        self._container = None
+
+    def abort(self) -> None:
+        """Give up: no file is left; harmless after ``close``."""
+        if self._container is None:
+            return
+        container, self._container = self._container, None
+        self._sink.discard = True
+        try:
+            container.close()
+        except (av.FFmpegError, OSError):
+            pass
+        finally:
+            self._sink.close()
+            self._part.unlink(missing_ok=True)
+
+    def _mux(self, frame: Any) -> None:
+        try:
+            self._container.mux(self._stream.encode(frame))
+            if self._sink.error is not None:
+                raise self._sink.error
+        except (av.FFmpegError, OSError) as error:
+            raise self._fail(error) from None
+
+    def _fail(self, error: Exception) -> StorageError:
+        cause = self._sink.error or error
+        self.abort()
+        return self._storage_error(cause)
+
+    def _storage_error(self, error: BaseException) -> StorageError:
+        if getattr(error, "errno", None) in _FULL:
+            return StorageError(f"The disk is full: {self.path} was not written. Free some space and run again.")
+        text = getattr(error, "strerror", None) or str(error)
+        return StorageError(f"Cannot write the video {self.path}: {text}. Choose another folder or free some space.")
+
+
+class _Sink:
+    """The file under its temporary name. It remembers the first failure, which libav reports late or never."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("wb")
+        self.name = str(path)
+        self.error: OSError | None = None
+        self.discard = False
+
+    def write(self, data: bytes) -> int:
+        if not self.discard and self.error is None:
+            try:
+                self._file.write(data)
+            except OSError as error:
+                self.error = error
+        return len(data)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        if self.discard or self.error is not None:
+            return 0
+        try:
+            return self._file.seek(offset, whence)
+        except OSError as error:
+            self.error = error
+            return 0
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def finish(self) -> None:
+        """Everything on disk, or the first failure."""
+        if self.error is None:
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        else:
+            raise self.error
+        self._file.close()
+
+    def close(self) -> None:
+        try:
+            self._file.close()
+        except OSError as error:  # the flush of what the full disk did not take
+            self.error = self.error or error
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,420 @@
+"""``IncrementalSVC``: a support vector machine that learns and unlearns one sample at a time, exactly.
+
+Cauwenberghs & Poggio, "Incremental and decremental support vector machine learning", NIPS 2000; Diehl &
+Cauwenberghs, "SVM incremental learning, adaptation and optimization", IJCNN 2003. It is the online detector
+``M_on`` of section III-D.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from numbers import Integral, Real
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tsr_engine.online.kernels import LINEAR, RBF, kernel_row
+from tsr_engine.online.path import CANDIDATE, follow_path
+from tsr_engine.online.repair import repair
+from tsr_engine.online.settle import gradient, settle, violation
+from tsr_engine.online.store import SampleStore
+from tsr_engine.records import FloatArray
+
+__all__ = ["IncrementalSVC"]
+
+IndexArray = NDArray[np.intp]
+
+_ACCEPTED = 1e-9
+"""KKT violation above which a solution is repaired."""
+
+
+class IncrementalSVC:
+    """Exact incremental and decremental two-class C-SVC.
+
+    After any sequence of :meth:`partial_fit` and :meth:`unlearn` the model is the batch solution on the samples
+    that are left, to rounding. Samples keep the order in which they came; :meth:`unlearn` closes the gaps.
+
+    The offset of a batch solution is not unique where no coefficient lies strictly between 0 and ``C``. The
+    convention here is that of libsvm, so that decision values compare: the middle of the interval of optimal
+    offsets. With samples of one class only the interval has one end, and the offset is that end (``+1`` or
+    ``-1``); without samples it is 0.
+
+    The same sequence of calls gives the same bits, whatever the number of threads.
+
+    Args:
+        C: upper bound of the coefficients, > 0.
+        kernel: ``"linear"`` (``<x, z>``) or ``"rbf"`` (``exp(-gamma |x - z|^2)``).
+        gamma: width of the RBF kernel, > 0; ``None`` for ``1 / n_features``. Without effect on a linear kernel.
+
+    Attributes:
+        X_: shape (n, d), the samples in force.
+        y_: shape (n,), their labels, -1 or +1.
+        alpha_: shape (n,), dual coefficients in [0, C].
+        intercept_: offset b.
+        margin_, error_, reserve_: indices of the sets S (0 < alpha < C), E (alpha = C), R (alpha = 0).
+        support_: indices with alpha > 0.
+        dual_coef_: shape (n,), ``y_i alpha_i``.
+        coef_: shape (d,), the weights of a linear model.
+        n_features_in_: d; 0 before the first sample.
+        dual_objective_: value of the maximised dual.
+
+    Examples:
+        >>> svm = IncrementalSVC(C=1.0).partial_fit([[0.0], [2.0]], [-1, 1])
+        >>> svm.decision_function([[2.0], [1.0]]).round(6).tolist()
+        [1.0, 0.0]
+        >>> len(svm.unlearn([0]).y_)
+        1
+    """
+
+    def __init__(self, C: float = 1.0, kernel: Literal["linear", "rbf"] = "linear", gamma: float | None = None) -> None:
+        if not _positive(C):
+            raise ValueError(_message("C", "a finite number greater than 0", C))
+        if kernel not in ("linear", "rbf"):
+            raise ValueError(_message("kernel", "'linear' or 'rbf'", kernel))
+        if gamma is not None and not _positive(gamma):
+            raise ValueError(_message("gamma", "None or a finite number greater than 0", gamma))
+        self.C = float(C)
+        self.kernel = kernel
+        self.gamma = None if gamma is None else float(gamma)
+        self._store = SampleStore(0)
+        self._b = 0.0
+        self._size = 0
+        self._coef: FloatArray | None = None
+
+    # -- learning ------------------------------------------------------------------------------------------
+
+    def partial_fit(self, X: ArrayLike, y: ArrayLike) -> IncrementalSVC:
+        """Learn samples, one after the other.
+
+        Args:
+            X: shape (m, d), finite; m may be 0.
+            y: shape (m,), labels -1 or +1.
+
+        Returns:
+            The model itself.
+
+        Raises:
+            ValueError: wrong shapes, labels or values; the model is unchanged.
+        """
+        samples = self._check_samples(X)
+        labels = _check_labels(y, len(samples))
+        if not len(samples):
+            return self
+        if not self._store.features:
+            self._store = SampleStore(samples.shape[1])
+        for x, label in zip(samples, labels, strict=True):
+            self._add(x, label)
+        self._coef = None
+        return self
+
+    def unlearn(self, indices: int | Iterable[int] | NDArray[Any]) -> IncrementalSVC:
+        """Forget samples.
+
+        Args:
+            indices: positions in ``X_`` *before* the call, in 0..n-1, without repetition.
+
+        Returns:
+            The model itself. Later samples move up.
+
+        Raises:
+            IndexError: an index out of range; the model is unchanged.
+            ValueError: an index twice, or not a whole number; the model is unchanged.
+        """
+        chosen = _check_indices(indices, len(self._store))
+        for position in sorted(chosen, reverse=True):
+            self._remove(position)
+        self._coef = None
+        return self
+
+    # -- use -----------------------------------------------------------------------------------------------
+
+    def decision_function(self, X: ArrayLike) -> FloatArray:
+        """``sum_j y_j alpha_j K(x_j, x) + b`` for each row of X, shape (m,).
+
+        Raises:
+            ValueError: wrong shape or values.
+        """
+        samples = self._check_samples(X)
+        if not len(self._store) or not len(samples):
+            return np.full(len(samples), self._b)
+        if self.kernel == "linear":
+            return np.asarray(samples @ self.coef_ + self._b)
+        store = self._store
+        weights = store.y[: store.n] * store.alpha[: store.n]
+        values = np.empty(store.n)
+        result = np.empty(len(samples))
+        for k, x in enumerate(samples):
+            kernel_row(store.X, store.n, x, RBF, self._width(), values)
+            result[k] = weights @ values
+        return result + self._b
+
+    def predict(self, X: ArrayLike) -> NDArray[np.int64]:
+        """Labels -1 or +1 (+1 at decision 0), shape (m,)."""
+        return np.where(self.decision_function(X) >= 0.0, 1, -1).astype(np.int64)
+
+    def kkt_residual(self) -> float:
+        """Largest violation of the optimality conditions, computed anew from samples and coefficients.
+
+        For alpha = 0 it is ``max(0, -g)``, for alpha = C ``max(0, g)``, otherwise ``|g|``; also counted are
+        ``|sum y alpha|`` and coefficients outside [0, C].
+        """
+        store = self._store
+        n = store.n
+        if not n:
+            return 0.0
+        g = np.empty(n)
+        gradient(self._signed_kernel(), store.y[:n], n, store.alpha[:n], self._b, g)
+        return float(violation(store.y, n, self.C, store.alpha, g))
+
+    def copy(self) -> IncrementalSVC:
+        """An independent model with the same state, bit for bit."""
+        twin = IncrementalSVC.__new__(IncrementalSVC)
+        twin.__dict__.update(self.__dict__)
+        twin._store = self._store.copy()
+        return twin
+
+    def __repr__(self) -> str:
+        return f"IncrementalSVC(C={self.C}, kernel={self.kernel!r}, gamma={self.gamma})"
+
+    # -- learned state -------------------------------------------------------------------------------------
+
+    @property
+    def X_(self) -> FloatArray:  # noqa: N802
+        """Samples in force, shape (n, d)."""
+        return self._store.X[self._store.order]
+
+    @property
+    def y_(self) -> NDArray[np.int64]:
+        """Labels -1 or +1, shape (n,)."""
+        return self._store.y[self._store.order].astype(np.int64)
+
+    @property
+    def alpha_(self) -> FloatArray:
+        """Dual coefficients in [0, C], shape (n,)."""
+        return self._store.alpha[self._store.order]
+
+    @property
+    def intercept_(self) -> float:
+        """Offset b."""
+        return self._b
+
+    @property
+    def margin_(self) -> IndexArray:
+        """Indices of S, 0 < alpha < C."""
+        return np.flatnonzero((self.alpha_ > 0.0) & (self.alpha_ < self.C))
+
+    @property
+    def error_(self) -> IndexArray:
+        """Indices of E, alpha = C."""
+        return np.flatnonzero(self.alpha_ >= self.C)
+
+    @property
+    def reserve_(self) -> IndexArray:
+        """Indices of R, alpha = 0."""
+        return np.flatnonzero(self.alpha_ <= 0.0)
+
+    @property
+    def support_(self) -> IndexArray:
+        """Indices with alpha > 0."""
+        return np.flatnonzero(self.alpha_ > 0.0)
+
+    @property
+    def dual_coef_(self) -> FloatArray:
+        """``y_i alpha_i``, shape (n,)."""
+        return np.asarray(self.alpha_ * self.y_)
+
+    @property
+    def n_features_in_(self) -> int:
+        """Number of features d; 0 before the first sample."""
+        return self._store.features
+
+    @property
+    def coef_(self) -> FloatArray:
+        """Weights of a linear model, shape (d,).
+
+        Raises:
+            AttributeError: the kernel is not linear.
+        """
+        if self.kernel != "linear":
+            raise AttributeError("IncrementalSVC has 'coef_' only with kernel='linear'.")
+        if self._coef is None:
+            self._coef = self.dual_coef_ @ self.X_
+            self._coef.flags.writeable = False
+        return self._coef
+
+    @property
+    def dual_objective_(self) -> float:
+        """``sum alpha - 1/2 alpha' Q alpha``; the maximum of the dual."""
+        alpha = self._store.alpha[: self._store.n]
+        return float(alpha.sum() - 0.5 * alpha @ self._store.Q[: len(alpha), : len(alpha)] @ alpha)
+
+    # -- the steps -----------------------------------------------------------------------------------------
+
+    def _add(self, x: FloatArray, label: float) -> None:
+        store = self._store
+        slot = store.append(x, label)
+        n = store.n
+        row = store.Q[slot]
+        kernel_row(store.X, n, store.X[slot], self._kind(), self._width(), row)
+        row[:n] *= store.y[:n] * label
+        store.diagonal[slot] = row[slot]
+        store.Q[:n, slot] = row[:n]
+        gradient_of_new = row[:n] @ store.alpha[:n] + label * self._b - 1.0
+        store.g[slot] = gradient_of_new
+        self._follow(slot, adding=True)
+
+    def _remove(self, position: int) -> None:
+        store = self._store
+        slot = int(store.order[position])
+        if store.alpha[slot] > 0.0:
+            self._size = store.leave_margin(slot, self._size)
+            if not self._follow(slot, adding=False):
+                # Without the sample the other coefficients no longer balance: start again from zero.
+                store.alpha[: store.n] = 0.0
+                self._size = 0
+                store.drop(position, self._size)
+                self._repair()
+                return
+        else:
+            self._size = store.leave_margin(slot, self._size)
+        store.drop(position, self._size)
+        self._settle()
+
+    def _follow(self, slot: int, *, adding: bool) -> bool:
+        store = self._store
+        store.status[slot] = CANDIDATE
+        self._b, self._size, finished = follow_path(
+            store.Q,
+            store.y,
+            store.n,
+            self.C,
+            store.scale(),
+            store.alpha,
+            store.g,
+            self._b,
+            store.status,
+            store.S,
+            self._size,
+            store.R,
+            slot,
+            adding,
+            store.beta,
+            store.slope,
+            store.blocked,
+        )
+        if adding:
+            if finished:
+                self._settle()
+            else:
+                self._repair()
+        return bool(finished)
+
+    def _settle(self) -> None:
+        store = self._store
+        self._b, self._size, regular = settle(
+            store.Q,
+            store.y,
+            store.n,
+            self.C,
+            store.scale(),
+            store.alpha,
+            store.g,
+            self._b,
+            store.status,
+            store.S,
+            self._size,
+            store.R,
+            store.beta,
+        )
+        if not regular or violation(store.y, store.n, self.C, store.alpha, store.g) > _ACCEPTED:
+            self._repair()
+
+    def _repair(self) -> None:
+        store = self._store
+        store.repairs += 1
+        self._b, self._size = repair(
+            store.Q,
+            store.y,
+            store.n,
+            self.C,
+            store.scale(),
+            store.alpha,
+            store.g,
+            store.status,
+            store.S,
+            store.R,
+            store.beta,
+        )
+
+    # -- kernels and checks --------------------------------------------------------------------------------
+
+    def _kind(self) -> int:
+        return LINEAR if self.kernel == "linear" else RBF
+
+    def _width(self) -> float:
+        return 1.0 / self._store.features if self.gamma is None else self.gamma
+
+    def _signed_kernel(self) -> FloatArray:
+        """``y_i y_j K(x_i, x_j)`` in the order of the store, computed from the samples."""
+        store = self._store
+        X, y = store.X[: store.n], store.y[: store.n]
+        inner = X @ X.T
+        if self.kernel == "rbf":
+            squares = np.empty_like(inner)
+            for i in range(store.n):
+                squares[i] = ((X - X[i]) ** 2).sum(axis=1)
+            inner = np.exp(-self._width() * squares)
+        return np.ascontiguousarray(inner * np.outer(y, y))
+
+    def _check_samples(self, X: ArrayLike) -> FloatArray:
+        try:
+            samples = np.asarray(X, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ValueError(
+                f"The samples X of IncrementalSVC must be numbers. Got {type(X).__name__} instead."
+            ) from None
+        if samples.ndim != 2 or samples.shape[1] == 0:
+            raise ValueError(
+                f"The samples X of IncrementalSVC must have shape (m, d), d > 0. Got {samples.shape} instead."
+            )
+        expected = self._store.features
+        if expected and samples.shape[1] != expected:
+            raise ValueError(
+                f"The samples X of IncrementalSVC must have {expected} features. Got {samples.shape[1]} instead."
+            )
+        if not np.isfinite(samples).all():
+            raise ValueError("The samples X of IncrementalSVC must be finite. Got NaN or infinity instead.")
+        return np.ascontiguousarray(samples)
+
+
+def _message(name: str, expected: str, got: object) -> str:
+    return f"The '{name}' parameter of IncrementalSVC must be {expected}. Got {got!r} instead."
+
+
+def _positive(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) > 0
+
+
+def _check_labels(y: ArrayLike, expected: int) -> FloatArray:
+    labels = np.asarray(y)
+    if labels.shape != (expected,):
+        raise ValueError(f"The labels y of IncrementalSVC must have shape ({expected},). Got {labels.shape} instead.")
+    wrong = [value for value in labels.tolist() if value not in (-1, 1)]
+    if wrong:
+        raise ValueError(f"The labels y of IncrementalSVC must be -1 or +1. Got {wrong[0]!r} instead.")
+    return labels.astype(np.float64)
+
+
+def _check_indices(indices: int | Iterable[int] | NDArray[Any], n: int) -> list[int]:
+    chosen = list(np.atleast_1d(np.asarray(indices if isinstance(indices, (int, np.ndarray)) else list(indices))))
+    for value in chosen:
+        if not isinstance(value, Integral):
+            raise ValueError(f"The indices to unlearn must be whole numbers. Got {value!r} instead.")  # noqa: TRY004
+        if not 0 <= int(value) < n:
+            raise IndexError(f"The indices to unlearn must be in 0..{n - 1} ({n} samples). Got {value} instead.")
+    numbers = [int(value) for value in chosen]
+    if len(set(numbers)) != len(numbers):
+        raise ValueError(f"The indices to unlearn must not repeat. Got {numbers} instead.")
+    return numbers

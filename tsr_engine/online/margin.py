@@ -1,0 +1,120 @@
+"""The inverse of the bordered margin kernel matrix, kept by rank-one updates.
+
+For margin vectors S the matrix is ``A = [[0, y_S'], [y_S, Q_SS]]`` and its inverse ``R`` gives the sensitivities
+``[d b, d alpha_S] = -R [y_c, Q_Sc] d alpha_c`` (Cauwenberghs & Poggio 2000, eq. 8-14). Row and column 0 belong
+to the offset b, row and column ``1 + j`` to ``S[j]``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tsr_engine.records import FloatArray
+
+DEPENDENT = 1e-10
+"""A sample whose Schur complement is below this share of the largest kernel diagonal does not enter S."""
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def sensitivity(
+    R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, c: int, beta: FloatArray
+) -> float:
+    """``beta = -R [y_c, Q_Sc]`` and the Schur complement ``Q_cc + [y_c, Q_Sc]' beta`` of sample ``c``."""
+    bordered = np.empty(size + 1)
+    bordered[0] = y[c]
+    for j in range(size):
+        bordered[j + 1] = Q[c, S[j]]
+    for i in range(size + 1):
+        row = R[i]
+        total = 0.0
+        for j in range(size + 1):
+            total += row[j] * bordered[j]
+        beta[i] = -total
+    schur = float(Q[c, c])
+    for j in range(size + 1):
+        schur += bordered[j] * beta[j]
+    return float(schur)
+
+
+@njit(cache=True, nogil=True)
+def expand(
+    R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, c: int, beta: FloatArray, schur: float
+) -> None:
+    """Enter ``c`` as the last margin vector; ``beta`` and ``schur`` as from :func:`sensitivity`."""
+    if size == 0:
+        R[0, 0] = -Q[c, c]
+        R[0, 1] = y[c]
+        R[1, 0] = y[c]
+        R[1, 1] = 0.0
+    else:
+        last = size + 1
+        scale = 1.0 / schur
+        for i in range(last):
+            factor = beta[i] * scale
+            for j in range(last):
+                R[i, j] += factor * beta[j]
+        for i in range(last):
+            R[last, i] = beta[i] * scale
+            R[i, last] = R[last, i]
+        R[last, last] = scale
+    S[size] = c
+
+
+@njit(cache=True, nogil=True)
+def contract(R: FloatArray, S: NDArray[np.int64], size: int, position: int) -> None:
+    """Take out the margin vector at ``position``; the last one takes its place."""
+    last = size
+    k = position + 1
+    if size > 1:
+        pivot = 1.0 / R[k, k]
+        for i in range(last + 1):
+            if i == k:
+                continue
+            factor = R[i, k] * pivot
+            # Column k is overwritten below or dropped: it may be touched, which keeps the loop free of branches.
+            for j in range(last + 1):
+                R[i, j] -= factor * R[k, j]
+        if k != last:
+            for j in range(last + 1):
+                R[k, j] = R[last, j]
+            for i in range(last + 1):
+                R[i, k] = R[i, last]
+            R[k, k] = R[last, last]
+    S[position] = S[size - 1]
+
+
+@njit(cache=True, nogil=True)
+def rebuild(
+    R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, scale: float, beta: FloatArray
+) -> int:
+    """Compute R for the members of S from scratch, well-conditioned samples first.
+
+    Args:
+        R: receives the inverse.
+        S: members; reordered.
+        size: number of members.
+        Q: signed kernel matrix.
+        y: labels.
+        scale: largest kernel diagonal.
+        beta: scratch space.
+
+    Returns:
+        How many members are independent: they are ``S[:result]``, the others depend on them.
+    """
+    if size == 0:
+        return 0
+    expand(R, S, 0, Q, y, S[0], beta, 1.0)
+    done = 1
+    for threshold in (1e-4, 1e-7, DEPENDENT):
+        j = done
+        while j < size:
+            c = S[j]
+            schur = sensitivity(R, S, done, Q, y, c, beta)
+            if schur > threshold * scale:
+                S[j] = S[done]
+                expand(R, S, done, Q, y, c, beta, schur)
+                done += 1
+            j += 1
+    return done

@@ -1,0 +1,166 @@
+"""Algorithm 2: the window around a prediction that the online detector takes for the sign."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.geometry.boxes import to_cxcywh
+from tsr_engine.online.features import CELLS, PAD, Layout, cell_maps, check_box, layout, pixel_extent, respond
+from tsr_engine.online.incremental_svm import IncrementalSVC
+from tsr_engine.params.online import OnlineParams
+from tsr_engine.protocols import PixelSource
+from tsr_engine.records import FloatArray, Relocalisation
+
+__all__ = ["relocalise", "search_extent"]
+
+_NEAR = 3
+"""Windows on each side of the peak that are scored at the other sizes."""
+_NEIGHBOURHOOD = 0.5
+"""The runner-up's centre is further from the peak than this share of the box's side."""
+
+
+def search_extent(box: FloatArray, params: OnlineParams) -> tuple[int, int, int, int]:
+    """The pixels that :func:`relocalise` asks for, ``x1, y1, x2, y2`` in the frame (may reach beyond it).
+
+    It grows with ``search_radius`` and ``search_scales``: with the largest that a replay may use, it covers all.
+
+    Raises:
+        ValueError: an empty or non-finite box.
+    """
+    check_box(box)
+    extents = np.array([place.extent for place in _layouts(box, params)])
+    return pixel_extent(np.concatenate([extents[:, :2].min(axis=0), extents[:, 2:].max(axis=0)]))
+
+
+def relocalise(pixels: PixelSource, box: FloatArray, svm: IncrementalSVC, params: OnlineParams) -> Relocalisation:
+    """Search the windows within ``search_radius`` of a predicted box (Algorithm 2).
+
+    ``P(y = 1)`` is the logistic of the decision value, so the most probable window is the one with the highest
+    decision value, less ``search_penalty`` for its displacement. All windows of the size nearest to the predicted
+    one are scored; those of the other ``search_scales`` next to its peak.
+
+    Args:
+        pixels: the frame; exactly one crop, :func:`search_extent`, is read.
+        box: the prediction, shape (4,).
+        svm: a linear model over descriptors.
+        params: how far, at which sizes.
+
+    Raises:
+        ValueError: an empty or non-finite box.
+    """
+    x1, y1, x2, y2 = search_extent(box, params)
+    picture = pixels.crop(x1, y1, x2, y2)
+    weights = np.ascontiguousarray(svm.coef_.reshape(-1, CELLS, CELLS), dtype=np.float32)
+    centre = to_cxcywh(box)[:2]
+    wide, *others = _layouts(box, params)
+    responses: list[_Response] = []
+    for first in (wide, *others):
+        place = first if not responses else _narrowed(first, centre, responses[0].peak_centre(), params)
+        values = np.empty((2 * place.reach[1] + 1, 2 * place.reach[0] + 1), dtype=np.float32)
+        respond(cell_maps(picture, (x1, y1), place), weights, svm.intercept_, PAD, values)
+        responses.append(_Response(place, values, values - _penalty(place, centre, params)))
+    best = max(responses, key=lambda response: float(response.score.max()))
+    row, column = best.peak()
+    place_of_peak = _refined(best.score, row, column) if params.search_subpixel else (float(column), float(row))
+    found = best.place.box(*place_of_peak)
+    decision = float(best.values[row, column])
+    other_box, other = _runner_up(responses, found)
+    return Relocalisation(
+        search_box=_outer([response.place for response in responses]),
+        box=found,
+        decision=decision,
+        probability=_logistic(decision),
+        runner_up_box=other_box,
+        runner_up_decision=other,
+        windows=sum(response.values.size for response in responses),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Response:
+    """Decision values of one window size, and the same less the penalty."""
+
+    place: Layout
+    values: NDArray[np.float32]
+    score: NDArray[np.float32]
+
+    def peak(self) -> tuple[int, int]:
+        row, column = np.unravel_index(int(self.score.argmax()), self.score.shape)
+        return int(row), int(column)
+
+    def peak_centre(self) -> FloatArray:
+        row, column = self.peak()
+        return to_cxcywh(self.place.box(float(column), float(row)))[:2]
+
+
+def _layouts(box: FloatArray, params: OnlineParams) -> list[Layout]:
+    """The windows of each size, the one nearest to the predicted size first."""
+    scales = sorted(params.search_scales, key=lambda scale: abs(math.log(scale)))
+    return [layout(box, params.search_radius, scale) for scale in scales]
+
+
+def _narrowed(place: Layout, centre: FloatArray, peak: FloatArray, params: OnlineParams) -> Layout:
+    """The windows of another size next to the peak of the first, all within the search radius."""
+    across, down = (min(_NEAR, reach) for reach in place.reach)
+    room = params.search_radius - np.array([across, down]) * place.pitch
+    return Layout(centre + np.clip(peak - centre, -room, room), place.pitch, (across, down))
+
+
+def _axes(place: Layout) -> tuple[FloatArray, FloatArray]:
+    """Displacement of the window centres in frame px, across and down."""
+    across = (np.arange(2 * place.reach[0] + 1) - place.reach[0]) * place.pitch[0]
+    down = (np.arange(2 * place.reach[1] + 1) - place.reach[1]) * place.pitch[1]
+    return across, down
+
+
+def _penalty(place: Layout, centre: FloatArray, params: OnlineParams) -> NDArray[np.float32]:
+    across, down = _axes(place)
+    across, down = across + (place.centre[0] - centre[0]), down + (place.centre[1] - centre[1])
+    squares = (across**2)[None, :] + (down**2)[:, None]
+    return np.asarray(params.search_penalty / params.search_radius**2 * squares, dtype=np.float32)
+
+
+def _refined(score: NDArray[np.float32], row: int, column: int) -> tuple[float, float]:
+    """Column and row of the peak of the parabolas through it and its neighbours."""
+    return column + _vertex(score[row], column), row + _vertex(score[:, column], row)
+
+
+def _vertex(values: NDArray[np.float32], at: int) -> float:
+    if not 0 < at < len(values) - 1:
+        return 0.0
+    before, here, after = (float(v) for v in values[at - 1 : at + 2])
+    curvature = before - 2.0 * here + after
+    return 0.0 if curvature >= 0.0 else min(0.5, max(-0.5, 0.5 * (before - after) / curvature))
+
+
+def _runner_up(responses: list[_Response], peak: FloatArray) -> tuple[FloatArray, float]:
+    """The best window away from the peak; the peak's own box where all windows are near it."""
+    cx, cy, w, h = to_cxcywh(peak)
+    best, result = -math.inf, (peak, -math.inf)
+    for response in responses:
+        place = response.place
+        across, down = _axes(place)
+        near_x = np.abs(across + place.centre[0] - cx) <= _NEIGHBOURHOOD * w
+        near_y = np.abs(down + place.centre[1] - cy) <= _NEIGHBOURHOOD * h
+        outside = np.where(near_y[:, None] & near_x[None, :], -np.inf, response.score)
+        row, column = np.unravel_index(int(outside.argmax()), outside.shape)
+        if outside[row, column] > best:
+            best = float(outside[row, column])
+            result = (place.box(float(column), float(row)), float(response.values[row, column]))
+    if math.isinf(result[1]):
+        return peak, float(min(response.values.min() for response in responses))
+    return result
+
+
+def _outer(places: list[Layout]) -> FloatArray:
+    """Outer edge of all boxes that were scored."""
+    boxes = np.array([b for p in places for b in (p.box(0.0, 0.0), p.box(2.0 * p.reach[0], 2.0 * p.reach[1]))])
+    return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
+
+
+def _logistic(value: float) -> float:
+    return 1.0 / (1.0 + math.exp(-value)) if value >= 0 else 1.0 - 1.0 / (1.0 + math.exp(value))

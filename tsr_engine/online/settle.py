@@ -1,0 +1,195 @@
+"""Bringing a dual solution to rest: exact gradient, refinement, offset without margin vectors, repair.
+
+The path of :mod:`tsr_engine.online.path` accumulates rounding. After each sample the gradient is computed anew
+from the coefficients and the margin equations are refined against it, so that errors do not add up over a track.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tsr_engine.online.margin import contract, rebuild
+from tsr_engine.online.path import ERROR, RESERVE
+from tsr_engine.records import FloatArray
+
+AT_BOUND = 1e-12
+"""An alpha within this share of C of a bound is at the bound."""
+
+
+@njit(cache=True, nogil=True)
+def gradient(Q: FloatArray, y: FloatArray, n: int, alpha: FloatArray, b: float, g: FloatArray) -> None:
+    """``g_i = sum_j Q_ij alpha_j + y_i b - 1`` for all samples."""
+    for i in range(n):
+        g[i] = y[i] * b - 1.0
+    for j in range(n):
+        factor = alpha[j]
+        if factor != 0.0:
+            for i in range(n):
+                g[i] += factor * Q[j, i]
+
+
+@njit(cache=True, nogil=True)
+def violation(y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray) -> float:
+    """Largest violation of the KKT conditions: signs of g by alpha, the box, and ``sum y alpha = 0``."""
+    worst, balance = 0.0, 0.0
+    for i in range(n):
+        balance += y[i] * alpha[i]
+        if alpha[i] <= 0.0:
+            value = max(-g[i], -alpha[i])
+        elif alpha[i] >= C:
+            value = max(g[i], alpha[i] - C)
+        else:
+            value = abs(g[i])
+        worst = max(worst, value)
+    return max(worst, abs(balance))
+
+
+@njit(cache=True, nogil=True)
+def offset_interval(y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray, b: float) -> tuple[float, float]:
+    """The offsets that keep all samples at a bound optimal, ``low <= b <= high`` up to rounding."""
+    low, high = -np.inf, np.inf
+    for i in range(n):
+        edge = b - y[i] * g[i]
+        if (alpha[i] <= 0.0) == (y[i] > 0.0):
+            low = max(low, edge)
+        else:
+            high = min(high, edge)
+    return low, high
+
+
+@njit(cache=True, nogil=True)
+def central_offset(low: float, high: float) -> float:
+    """The offset of libsvm where no margin vector fixes it: the middle; the finite end if there is only one."""
+    if np.isinf(low):
+        return 0.0 if np.isinf(high) else high
+    return low if np.isinf(high) else 0.5 * (low + high)
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def refine(
+    Q: FloatArray,
+    y: FloatArray,
+    n: int,
+    alpha: FloatArray,
+    g: FloatArray,
+    b: float,
+    S: NDArray[np.int64],
+    size: int,
+    R: FloatArray,
+    residual: FloatArray,
+) -> tuple[float, float]:
+    """One Newton step on ``g_S = 0, sum y alpha = 0`` and the exact gradient after it.
+
+    Returns:
+        The offset and the residual *before* the step.
+    """
+    balance = 0.0
+    for i in range(n):
+        balance += y[i] * alpha[i]
+    residual[0] = balance
+    worst = abs(balance)
+    for j in range(size):
+        residual[j + 1] = g[S[j]]
+        worst = max(worst, abs(g[S[j]]))
+    for i in range(size + 1):
+        change = 0.0
+        for j in range(size + 1):
+            change += R[i, j] * residual[j]
+        if i == 0:
+            b -= change
+        else:
+            alpha[S[i - 1]] -= change
+    gradient(Q, y, n, alpha, b, g)
+    return b, worst
+
+
+@njit(cache=True, nogil=True)
+def _leave_bounds(
+    C: float, alpha: FloatArray, status: NDArray[np.int8], S: NDArray[np.int64], size: int, R: FloatArray
+) -> int:
+    """Move margin vectors whose alpha is at a bound to the reserve and error sets; the new size of S."""
+    bound = AT_BOUND * C
+    for j in range(size - 1, -1, -1):
+        i = S[j]
+        if alpha[i] <= bound or alpha[i] >= C - bound:
+            alpha[i] = 0.0 if alpha[i] <= bound else C
+            status[i] = RESERVE if alpha[i] == 0.0 else ERROR
+            contract(R, S, size, j)
+            size -= 1
+    return size
+
+
+@njit(cache=True, nogil=True)
+def _solve_margin(
+    Q: FloatArray,
+    y: FloatArray,
+    n: int,
+    scale: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    b: float,
+    S: NDArray[np.int64],
+    size: int,
+    R: FloatArray,
+    beta: FloatArray,
+) -> tuple[float, bool]:
+    """Refine until the margin equations hold to rounding; False if S turns out to be dependent."""
+    rebuilt = False
+    before = np.inf
+    for _ in range(6):
+        b, worst = refine(Q, y, n, alpha, g, b, S, size, R, beta)
+        if worst <= 1e-12:
+            break
+        # An exact inverse takes a residual to rounding in one step: if not, it has drifted.
+        if not rebuilt and (worst > 1e-8 or (worst > 1e-2 * before and worst > 1e-11)):
+            rebuilt = True
+            if rebuild(R, S, size, Q, y, scale, beta) < size:
+                return b, False
+        before = worst
+    return b, True
+
+
+@njit(cache=True, nogil=True)
+def settle(
+    Q: FloatArray,
+    y: FloatArray,
+    n: int,
+    C: float,
+    scale: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    b: float,
+    status: NDArray[np.int8],
+    S: NDArray[np.int64],
+    size: int,
+    R: FloatArray,
+    beta: FloatArray,
+) -> tuple[float, int, bool]:
+    """Exact gradient, refinement of the margin equations, bounds, and the offset if no alpha is free.
+
+    Returns:
+        Offset, number of margin vectors, and whether the margin matrix is regular enough to go on with.
+    """
+    # Each round that does not end the loop takes a member out of S.
+    for _ in range(size + 1):
+        size = _leave_bounds(C, alpha, status, S, size, R)
+        gradient(Q, y, n, alpha, b, g)
+        if size == 0:
+            break
+        b, regular = _solve_margin(Q, y, n, scale, alpha, g, b, S, size, R, beta)
+        if not regular:
+            return b, size, False
+        free = True
+        for j in range(size):
+            free = free and 0.0 < alpha[S[j]] < C
+        if free:
+            break
+    if size == 0:
+        low, high = offset_interval(y, n, C, alpha, g, b)
+        change = central_offset(low, high) - b
+        b += change
+        for i in range(n):
+            g[i] += y[i] * change
+    return b, size, True

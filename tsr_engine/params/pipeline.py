@@ -1,0 +1,31 @@
+"""Parameters of the frame loop itself: what it does when its parts disagree, and which pixels it keeps."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from tsr_engine.params.base import Section
+
+
+class PipelineParams(Section):
+    """The loop of Algorithm 3, and the pixels that evidence keeps for a replay."""
+
+    rejected_measurement: Literal["relocalised", "detection"] = Field(
+        "detection",
+        description="measurement of a rejected prediction that has a detection: the online detector's window "
+        "(Algorithm 3), or the detection",
+    )
+    relocalise_probability: float = Field(
+        0.0, ge=0, le=1, description="least P(y = 1) of a window that replaces a rejected prediction"
+    )
+    sure_probability: float = Field(
+        0.5, ge=0, le=1, description="least P(y = 1) of a relocalisation that counts as evidence of the sign"
+    )
+    keep_radius: int = Field(
+        40, ge=1, le=200, description="largest search_radius that a replay finds pixels for, px around each prediction"
+    )
+    keep_context: float = Field(
+        0.5, ge=0, le=4, description="context kept around each detection for a replay, share of its size"
+    )

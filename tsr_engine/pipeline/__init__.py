@@ -1,0 +1,29 @@
+"""The frame loop of Algorithm 3, and what surrounds it in a live run and in a replay."""
+
+from tsr_engine.pipeline.companion import OnlineLearner, OnlineMaker, Parts
+from tsr_engine.pipeline.components import Components, load_classifier, load_components, load_detector
+from tsr_engine.pipeline.core import TrackingCore
+from tsr_engine.pipeline.frame import FrameInput
+from tsr_engine.pipeline.kept import keep_regions
+from tsr_engine.pipeline.results import ResultStream, TrackSummary
+from tsr_engine.pipeline.stored import RECOMPUTED, input_of, rebuild, rescored, start_core
+
+__all__ = [
+    "RECOMPUTED",
+    "Components",
+    "FrameInput",
+    "OnlineLearner",
+    "OnlineMaker",
+    "Parts",
+    "ResultStream",
+    "TrackSummary",
+    "TrackingCore",
+    "input_of",
+    "keep_regions",
+    "load_classifier",
+    "load_components",
+    "load_detector",
+    "rebuild",
+    "rescored",
+    "start_core",
+]

@@ -1,0 +1,71 @@
+"""What one track carries from frame to frame besides its filter: looks, online detector, votes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from tsr_engine.gating.perceptual_hash import HashMemory
+from tsr_engine.params import Params
+from tsr_engine.protocols import CropClassifier, PixelSource
+from tsr_engine.recognition.fusion import Fusion
+from tsr_engine.records import FloatArray, Recognition, Relocalisation, Sample
+
+__all__ = ["Companion", "OnlineLearner", "OnlineMaker", "Parts"]
+
+
+class OnlineLearner(Protocol):
+    """The online detector of one track (Algorithms 1 and 2)."""
+
+    def learn(self, pixels: PixelSource, box: FloatArray, label: int, frame: int) -> tuple[Sample, ...]:
+        """Learn one crop, unlearn what is too old, and say what was done."""
+        ...
+
+    def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
+        """The best window around a box; None where nothing can be searched."""
+        ...
+
+
+class OnlineMaker(Protocol):
+    """Makes the online detector of a new track."""
+
+    def __call__(self, pixels: PixelSource, box: FloatArray, frame: int) -> tuple[OnlineLearner, tuple[Sample, ...]]:
+        """The detector and the samples that it starts from, given the box of the track's first frame."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """The trained parts that decisions rest on.
+
+    Attributes:
+        classifier: class probabilities of crops.
+        make_online: makes the online detector of a new track.
+    """
+
+    classifier: CropClassifier
+    make_online: OnlineMaker | None = None
+
+
+@dataclass(slots=True)
+class Companion:
+    """The memory of one track."""
+
+    box: FloatArray
+    """Result of the last frame, shape (4,)."""
+    memory: HashMemory
+    """The looks of its earlier crops."""
+    fusion: Fusion
+    online: OnlineLearner | None = None
+    label: int | None = None
+    """Fused class so far."""
+
+    @classmethod
+    def start(cls, params: Params, box: FloatArray) -> Companion:
+        """The memory of a track in its first frame."""
+        return cls(box, HashMemory.empty(), Fusion.start(params.fusion))
+
+    def vote(self, probabilities: FloatArray, scale: float) -> Recognition:
+        """Add one frame's class probabilities (Eq. 4)."""
+        self.fusion, recognition = self.fusion.update(probabilities, scale)
+        return recognition

@@ -1,0 +1,282 @@
+"""One step of Algorithm 3: from detections and pixels to everything decided about a frame. No input, no output.
+
+::
+
+    predict -> associate -> gate each predicted crop -> learn, correct or relocalise -> births and deaths
+            -> classify each result -> fuse the votes of its track
+
+The same code serves the live run and the replay: what it sees of a picture it sees through ``PixelSource.crop``.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from tsr_engine.gating.gate import Gate
+from tsr_engine.geometry.boxes import area, clip, to_cxcywh
+from tsr_engine.params import Params
+from tsr_engine.pipeline.companion import Companion, Parts
+from tsr_engine.pipeline.frame import FrameInput
+from tsr_engine.pipeline.sentences import rejected, relabelled, relocalised
+from tsr_engine.protocols import PixelSource
+from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recognition.crops import crop_bounds
+from tsr_engine.records import (
+    Event,
+    FloatArray,
+    FrameEvidence,
+    GateVerdict,
+    Picture,
+    Prediction,
+    Recognition,
+    Relocalisation,
+    Sample,
+    TrackFrame,
+)
+from tsr_engine.tracking.tracker import TrackedFrame, Tracker, TrackStatus
+
+__all__ = ["TrackingCore"]
+
+_SMALLEST_SIDE = 4.0
+"""Boxes with a shorter side are not looked at, px."""
+_SHORTEST_STEP, _LONGEST_STEP = 1e-3, 250.0
+"""Limits on the time between two frames, in nominal intervals."""
+
+
+class TrackingCore:
+    """The engine's decisions for one video; deterministic.
+
+    Args:
+        params: all parameters of the run.
+        parts: the trained parts.
+        width: width of the pictures, px.
+        height: height of the pictures, px.
+        interval: nominal time between two frames, seconds.
+        first_id: id of the first track; a resumed run goes on counting.
+    """
+
+    def __init__(
+        self, params: Params, parts: Parts, width: int, height: int, *, interval: float, first_id: int = 1
+    ) -> None:
+        self.params = params
+        self._parts = parts
+        self._width, self._height = width, height
+        self._interval = interval
+        self._tracker = Tracker(params.tracking, width, height, first_id=first_id)
+        self._gate = Gate(params.gate)
+        self._companions: dict[int, Companion] = {}
+        self._clock: float | None = None
+
+    def step(self, frame: FrameInput) -> FrameEvidence:
+        """Take one frame.
+
+        Args:
+            frame: frames come in presentation order.
+
+        Returns:
+            The frame's evidence, with timings of the stages and without regions.
+        """
+        seconds: dict[str, float] = {}
+        notes: dict[int, _Note] = {}
+        events: list[Event] = []
+        with _timed(seconds, "track"):
+            predictions = self._tracker.predict(self._advance(frame.seconds), frame.shift)
+            matches = self._tracker.associate(frame.detections)
+        for track_id, prediction in predictions.items():
+            row = matches.get(track_id)
+            detected = None if row is None else frame.detections.boxes[row]
+            notes[track_id] = self._follow(frame, track_id, prediction, detected, seconds, events)
+        with _timed(seconds, "track"):
+            tracked = self._tracker.finish(frame.ordinal)
+        living = {status.track_id for status in tracked.tracks}
+        for status in tracked.tracks:
+            note = notes.setdefault(status.track_id, _Note(None, None, ()))
+            self._remember(frame, status, note, seconds)
+        recognitions = self._recognise(frame, tracked, seconds, events)
+        tracks = [_track_frame(status, notes[status.track_id], recognitions) for status in tracked.tracks]
+        for track_id, prediction in predictions.items():
+            if track_id not in living:
+                tracks.append(_last_frame(track_id, prediction, matches.get(track_id), notes[track_id]))
+                self._companions.pop(track_id, None)
+        return FrameEvidence(
+            ordinal=frame.ordinal,
+            seconds=frame.seconds,
+            width=self._width,
+            height=self._height,
+            detections=frame.detections,
+            shift=frame.shift,
+            tracks=tuple(tracks),
+            events=(*events, *tracked.events),
+            regions=(),
+            timings=seconds,
+        )
+
+    def skip(self, seconds: float) -> None:
+        """Set the clock to a frame that had no tracks and is not taken again."""
+        self._clock = seconds
+
+    def _advance(self, seconds: float) -> float:
+        """Nominal frame intervals since the previous frame."""
+        before, self._clock = self._clock, seconds
+        if before is None:
+            return 1.0
+        return min(max((seconds - before) / self._interval, _SHORTEST_STEP), _LONGEST_STEP)
+
+    def _follow(
+        self,
+        frame: FrameInput,
+        track_id: int,
+        prediction: Prediction,
+        detected: FloatArray | None,
+        seconds: dict[str, float],
+        events: list[Event],
+    ) -> _Note:
+        """Gate one prediction; learn, correct or relocalise (steps 4 to 6)."""
+        companion = self._companions[track_id]
+        verdict: GateVerdict | None = None
+        if self._visible(prediction.box) and companion.memory.count:
+            with _timed(seconds, "gate"):
+                verdict = self._judge(frame, prediction.box, companion)
+        if verdict is None or companion.online is None:
+            if detected is not None:
+                self._tracker.correct(track_id, detected)
+            return _Note(verdict, None, ())
+        with _timed(seconds, "learn"):
+            label = 1 if verdict.confident else -1
+            samples = companion.online.learn(frame.pixels, prediction.box, label, frame.ordinal)
+        use_detection = verdict.confident or self.params.pipeline.rejected_measurement == "detection"
+        if detected is not None and use_detection:
+            self._tracker.correct(track_id, detected)
+            if not verdict.confident:
+                events.append(rejected(track_id, verdict, self.params.gate, "its detection counts"))
+            return _Note(verdict, None, samples)
+        if verdict.confident:
+            return _Note(verdict, None, samples)
+        with _timed(seconds, "relocalise"):
+            found = companion.online.relocalise(frame.pixels, prediction.box, frame.ordinal)
+        if found is None or found.probability < self.params.pipeline.relocalise_probability:
+            events.append(rejected(track_id, verdict, self.params.gate, "no window around it looks like the sign"))
+            if detected is not None:
+                self._tracker.correct(track_id, detected)
+            return _Note(verdict, found, samples)
+        sure = found.probability >= self.params.pipeline.sure_probability
+        self._tracker.correct(track_id, found.box, source="relocalised", confident=sure, result=found.box)
+        events.append(relocalised(track_id, verdict, self.params.gate, prediction.box, found))
+        return _Note(verdict, found, samples)
+
+    def _judge(self, frame: FrameInput, box: FloatArray, companion: Companion) -> GateVerdict:
+        centre, before = to_cxcywh(box), to_cxcywh(companion.box)
+        crop = _cut(frame.pixels, box, self._gate.margin)
+        side = float(centre[2:].mean())
+        return self._gate.judge(crop, companion.memory, centre[:2], before[:2], side, frame.shift)
+
+    def _remember(self, frame: FrameInput, status: TrackStatus, note: _Note, seconds: dict[str, float]) -> None:
+        """What the next frame needs to know of this one's result; starts the memory of a new track."""
+        companion = self._companions.get(status.track_id)
+        if companion is None:
+            companion = self._companions[status.track_id] = Companion.start(self.params, status.box)
+        companion.box = status.box
+        if not self._visible(status.box):
+            return
+        if companion.online is None and self.params.online.use_online and self._parts.make_online is not None:
+            with _timed(seconds, "learn"):
+                companion.online, started = self._parts.make_online(frame.pixels, status.box, frame.ordinal)
+            note.samples = (*note.samples, *started)
+        is_seen = status.source != "predicted" or (note.gate is not None and note.gate.confident)
+        if is_seen:
+            with _timed(seconds, "gate"):
+                crop = _cut(frame.pixels, status.box, self._gate.margin)
+                companion.memory = self._gate.remember(companion.memory, crop)
+
+    def _recognise(
+        self, frame: FrameInput, tracked: TrackedFrame, seconds: dict[str, float], events: list[Event]
+    ) -> dict[int, Recognition]:
+        """Classify the frame's results together and add their votes (steps 7 and 8)."""
+        seen = [status for status in tracked.tracks if self._visible(status.box)]
+        if not seen:
+            return {}
+        classifier = self._parts.classifier
+        with _timed(seconds, "classify"):
+            crops = [_cut(frame.pixels, status.box, classifier.margin) for status in seen]
+            probabilities = classifier.probabilities(crops)
+        recognitions = {}
+        with _timed(seconds, "fuse"):
+            for status, row in zip(seen, probabilities, strict=True):
+                companion = self._companions[status.track_id]
+                width, height = to_cxcywh(status.box)[2:]
+                recognition = companion.vote(row, float(np.sqrt(width * height)))
+                recognitions[status.track_id] = recognition
+                if companion.label is not None and companion.label != recognition.class_id:
+                    names = CATALOGUE[companion.label].name, CATALOGUE[recognition.class_id].name
+                    events.append(relabelled(status.track_id, *names, recognition.share))
+                companion.label = recognition.class_id
+        return recognitions
+
+    def _visible(self, box: FloatArray) -> bool:
+        """Whether a box is worth looking at: of a sane size, and at least partly in the picture."""
+        if not np.isfinite(box).all():
+            return False
+        width, height = box[2] - box[0], box[3] - box[1]
+        if not (_SMALLEST_SIDE <= width <= self._width and _SMALLEST_SIDE <= height <= self._height):
+            return False
+        return float(area(clip(box, self._width, self._height))) >= 1.0
+
+
+@dataclass(slots=True)
+class _Note:
+    """What was found out about one prediction."""
+
+    gate: GateVerdict | None
+    relocalisation: Relocalisation | None
+    samples: tuple[Sample, ...]
+
+
+def _track_frame(status: TrackStatus, note: _Note, recognitions: Mapping[int, Recognition]) -> TrackFrame:
+    return TrackFrame(
+        track_id=status.track_id,
+        state=status.state,
+        source=status.source,
+        box=status.box,
+        score=status.score,
+        prediction=status.prediction,
+        detection=status.detection,
+        gate=note.gate,
+        relocalisation=note.relocalisation,
+        samples=note.samples,
+        recognition=recognitions.get(status.track_id),
+    )
+
+
+def _last_frame(track_id: int, prediction: Prediction, detection: int | None, note: _Note) -> TrackFrame:
+    """The frame in which a track ended: why it was given up stays on record."""
+    return TrackFrame(
+        track_id=track_id,
+        state="dead",
+        source="predicted",
+        box=prediction.box,
+        score=0.0,
+        prediction=prediction,
+        detection=detection,
+        gate=note.gate,
+        relocalisation=note.relocalisation,
+        samples=note.samples,
+        recognition=None,
+    )
+
+
+def _cut(pixels: PixelSource, box: FloatArray, margin: float) -> Picture:
+    return pixels.crop(*crop_bounds(box, margin))
+
+
+@contextmanager
+def _timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    began = time.perf_counter()
+    try:
+        yield
+    finally:
+        seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - began

@@ -1,0 +1,111 @@
+"""A run's results as they stream by: rows for the CSV, and one summary a track."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from tsr_engine.evidence.reader import ResultRow
+from tsr_engine.records import FrameEvidence, TrackFrame
+
+__all__ = ["ResultStream", "TrackSummary"]
+
+UNKNOWN_CLASS = -1
+
+
+@dataclass(slots=True)
+class TrackSummary:
+    """One track over the frames seen so far."""
+
+    track_id: int
+    first_frame: int
+    last_frame: int
+    confirmed: bool = False
+    class_id: int = UNKNOWN_CLASS
+    """Fused class, -1 before the first recognition."""
+    share: float = 0.0
+    """Share of the votes that the class has, in [0, 1]."""
+    best_score: float = float("-inf")
+    largest_side: float = 0.0
+    """Longest side of any of its boxes, px."""
+    frames: Counter[str] = field(default_factory=Counter)
+    """Frames by source."""
+
+    def extend(self, ordinal: int, track: TrackFrame) -> None:
+        """Take one more frame into account."""
+        if track.recognition is not None:
+            self.class_id, self.share = track.recognition.class_id, float(track.recognition.share)
+        if track.state == "dead":
+            return
+        self.confirmed |= track.state == "confirmed"
+        self.last_frame = ordinal
+        self.frames[track.source] += 1
+        self.best_score = max(self.best_score, float(track.score))
+        x1, y1, x2, y2 = track.box.tolist()
+        self.largest_side = max(self.largest_side, x2 - x1, y2 - y1)
+
+
+class ResultStream:
+    """Turns frames into result rows: by frame, then by track, confirmed tracks only and from their first frame on.
+
+    A row waits until every track of its frame has ended, because its class is the one fused over the whole
+    life of the physical sign (Eq. 4); ``finish`` releases what is left. Memory grows with the length of the
+    tracks in view, not with that of the video.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: deque[tuple[int, list[tuple[int, TrackFrame]]]] = deque()
+        self._live: dict[int, TrackSummary] = {}
+        self._ended: dict[int, TrackSummary] = {}
+        self.tracks: list[TrackSummary] = []
+        """Confirmed tracks that have ended, in the order of their end; after ``finish`` all of them, by id."""
+
+    def add(self, frame: FrameEvidence) -> Iterator[ResultRow]:
+        """Take one frame and yield the rows that are settled by it."""
+        alive: set[int] = set()
+        rows: list[tuple[int, TrackFrame]] = []
+        for track in frame.tracks:
+            identity = track.track_id
+            summary = self._live.get(identity)
+            if summary is None:
+                summary = self._live[identity] = TrackSummary(identity, frame.ordinal, frame.ordinal)
+            summary.extend(frame.ordinal, track)
+            if track.state != "dead":
+                alive.add(identity)
+                rows.append((identity, track))
+        if rows:
+            self._waiting.append((frame.ordinal, sorted(rows, key=lambda row: row[0])))
+        for identity in [i for i in self._live if i not in alive]:
+            self._end(identity)
+        yield from self._settled()
+
+    def finish(self) -> Iterator[ResultRow]:
+        """End all tracks and yield the remaining rows."""
+        for identity in list(self._live):
+            self._end(identity)
+        yield from self._settled()
+        self.tracks.sort(key=lambda track: track.track_id)
+
+    def _end(self, identity: int) -> None:
+        summary = self._live.pop(identity)
+        self._ended[identity] = summary
+        if summary.confirmed:
+            self.tracks.append(summary)
+
+    def _settled(self) -> Iterator[ResultRow]:
+        while self._waiting and all(identity in self._ended for identity, _ in self._waiting[0][1]):
+            ordinal, rows = self._waiting.popleft()
+            for identity, track in rows:
+                summary = self._ended[identity]
+                if summary.confirmed:
+                    yield result_row(ordinal, track, summary.class_id)
+        oldest = self._waiting[0][0] if self._waiting else None
+        for identity in [i for i, s in self._ended.items() if oldest is None or s.last_frame < oldest]:
+            del self._ended[identity]
+
+
+def result_row(ordinal: int, track: TrackFrame, class_id: int) -> ResultRow:
+    """One row of the result CSV."""
+    x1, y1, x2, y2 = (round(value, 2) for value in track.box.tolist())
+    return ResultRow(ordinal, track.track_id, x1, y1, x2, y2, class_id, round(float(track.score), 4), track.source)

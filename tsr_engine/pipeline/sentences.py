@@ -1,0 +1,74 @@
+"""Events of one frame in plain sentences, with the values behind them."""
+
+from __future__ import annotations
+
+from tsr_engine.geometry.boxes import to_cxcywh
+from tsr_engine.params.gate import GateParams
+from tsr_engine.records import Event, FloatArray, GateVerdict, Relocalisation
+
+__all__ = ["rejected", "relabelled", "relocalised"]
+
+# What the factors are for a sign that is followed well; only the choice of the sentence's reason rests on them.
+_USUAL_SYMMETRY = 1.5
+_USUAL_BITS = 8.0
+_USUAL_PIXELS = 3.0
+_USUAL_SIDES = 0.08
+
+
+def rejected(track_id: int, verdict: GateVerdict, gate: GateParams, answer: str) -> Event:
+    """The gate has turned a prediction down and no window took its place."""
+    text = f"Prediction of track {track_id} rejected, {_reason(verdict, gate)}; {answer}."
+    return Event("rejected", track_id, text, _values(verdict, gate))
+
+
+def relocalised(
+    track_id: int, verdict: GateVerdict, gate: GateParams, prediction: FloatArray, found: Relocalisation
+) -> Event:
+    """The gate has turned a prediction down and the online detector has found the sign beside it."""
+    before, after = to_cxcywh(prediction), to_cxcywh(found.box)
+    dx, dy = float(after[0] - before[0]), float(after[1] - before[1])
+    text = f"Prediction of track {track_id} rejected, {_reason(verdict, gate)}; relocalised {_move(dx, dy)}."
+    values = _values(verdict, gate) | {"dx": dx, "dy": dy, "probability": found.probability}
+    return Event("relocalised", track_id, text, values)
+
+
+def relabelled(track_id: int, before: str, after: str, share: float) -> Event:
+    """The fused class of a track has changed."""
+    text = f"Track {track_id} is now '{after}' with {share:.0%} of the votes, no longer '{before}'."
+    return Event("relabelled", track_id, text, {"before": before, "after": after, "share": share})
+
+
+def _values(verdict: GateVerdict, gate: GateParams) -> dict[str, float | int | str]:
+    return {
+        "l_positive": verdict.l_positive,
+        "tau": gate.tau,
+        "symmetry_magnitude": verdict.symmetry_magnitude,
+        "hash_distance": verdict.hash_distance,
+        "position_distance": verdict.position_distance,
+    }
+
+
+def _reason(verdict: GateVerdict, gate: GateParams) -> str:
+    """``L = 38.2 > 15, symmetry 0.21 is low``: the product, and the factor that weighs most in it."""
+    if gate.position_unit == "side":
+        place, usual = f"{verdict.position_distance:.2f} of its side", _USUAL_SIDES
+    else:
+        place, usual = f"{verdict.position_distance:.1f} px", _USUAL_PIXELS
+    weights = {
+        f"symmetry {verdict.symmetry_magnitude:.2f} is low": verdict.symmetry / _USUAL_SYMMETRY,
+        f"its look has changed in {verdict.hash_distance:.0f} of 64 bits": verdict.hash_distance / _USUAL_BITS,
+        f"it lies {place} from the last result": verdict.position_distance / usual,
+    }
+    worst = max(weights, key=lambda name: weights[name])
+    relation = ">" if verdict.l_positive > gate.tau else "="
+    return f"L = {verdict.l_positive:.1f} {relation} {gate.tau:g}, {worst}"
+
+
+def _move(dx: float, dy: float) -> str:
+    """``6 px left and 2 px down``."""
+    parts = []
+    if abs(dx) >= 0.5:
+        parts.append(f"{abs(dx):.0f} px {'left' if dx < 0 else 'right'}")
+    if abs(dy) >= 0.5:
+        parts.append(f"{abs(dy):.0f} px {'up' if dy < 0 else 'down'}")
+    return " and ".join(parts) if parts else "in place"

@@ -1,0 +1,88 @@
+"""Stored frames as inputs of the core: the way back from evidence, for replay and for going on after a kill."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsr_engine.detection.prior import with_prior
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence import EvidenceReader, StoredPixels, differences
+from tsr_engine.params import Params
+from tsr_engine.pipeline.companion import Parts
+from tsr_engine.pipeline.core import TrackingCore
+from tsr_engine.pipeline.frame import FrameInput
+from tsr_engine.records import Detections, FrameEvidence
+
+__all__ = ["RECOMPUTED", "input_of", "rebuild", "rescored", "start_core"]
+
+NOT_COMPARED = frozenset({"timings", "regions"})
+"""Fields of ``FrameEvidence`` in which a replay differs from the run by nature."""
+RECOMPUTED = NOT_COMPARED
+
+
+def input_of(frame: FrameEvidence, detections: Detections | None = None) -> tuple[FrameInput, StoredPixels]:
+    """What the core needs to take a stored frame once more, and the pixels that count what they lack.
+
+    Args:
+        frame: with regions.
+        detections: others than the stored ones, such as rescored ones.
+    """
+    pixels = StoredPixels(frame.width, frame.height, frame.regions)
+    used = frame.detections if detections is None else detections
+    return FrameInput(frame.ordinal, frame.seconds, used, frame.shift, pixels), pixels
+
+
+def rescored(detections: Detections, weight: float) -> Detections:
+    """Detections with the final score ``raw + (P - 1/2) * weight`` (Eq. 2), best first.
+
+    Suppression is not repeated: what the run's own non-maximum suppression dropped is not in the store.
+    """
+    scores = with_prior(detections.raw_scores, detections.prior, weight)
+    order = np.argsort(-scores, kind="stable")
+    return Detections(detections.boxes[order], detections.raw_scores[order], detections.prior[order], scores[order])
+
+
+def start_core(reader: EvidenceReader, params: Params, parts: Parts, *, first_id: int = 1) -> TrackingCore:
+    """A core for the video that a store belongs to.
+
+    Raises:
+        EvidenceError: the store is empty or lacks what the core needs.
+    """
+    table = reader.header.frame_table
+    try:
+        size = int(table["width"]), int(table["height"])
+        interval = float(table["interval"])
+    except (KeyError, TypeError, ValueError):
+        raise EvidenceError(f"{reader.folder} does not say the size and rate of its video. Track it again.") from None
+    return TrackingCore(params, parts, *size, interval=interval, first_id=first_id)
+
+
+def rebuild(reader: EvidenceReader, params: Params, parts: Parts, last: int) -> TrackingCore:
+    """The core as it was after frame ``last``: the frames since no track was alive are taken once more.
+
+    Args:
+        reader: the run, with pixels.
+        params: the run's own parameters.
+        parts: the run's own trained parts.
+        last: last stored frame.
+
+    Raises:
+        EvidenceError: the pixels were not kept, or the frames do not come out as they are stored.
+    """
+    quiet = reader.quiet_frame(before=last + 1)
+    used = [] if quiet is None else [track.track_id for track in reader.tracks(stop=quiet + 1)]
+    core = start_core(reader, params, parts, first_id=1 + max(used, default=0))
+    if quiet is not None:
+        core.skip(next(reader.frames(quiet, quiet + 1, pixels=False)).seconds)
+    start = 0 if quiet is None else quiet + 1
+    if start <= last and not reader.header.keep_pixels:
+        raise EvidenceError(f"{reader.folder} holds no pixels, so its run cannot go on. Start over in a new folder.")
+    for stored in reader.frames(start, last + 1):
+        again = core.step(input_of(stored)[0])
+        found = next(differences(again, stored, ignore=NOT_COMPARED), None)
+        if found is not None:
+            raise EvidenceError(
+                f"{reader.folder} cannot be continued: frame {stored.ordinal} comes out differently here ({found}). "
+                "Start over in a new folder."
+            )
+    return core

@@ -1,0 +1,130 @@
+"""The sign classifier: descriptor, feature map, one-vs-rest support vector machine, calibrated softmax.
+
+The paper maps the scores of a multi-class SVM to probabilities by softmax (III-E). On raw margins that saturates,
+and the frames that err with confidence then rule a track's vote; a temperature fitted on tracks that the machine has
+not seen makes the probabilities mean what they say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import ModelError
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe
+from tsr_engine.recognition.features import FeatureMap
+from tsr_engine.records import Picture
+
+if TYPE_CHECKING:
+    from tsr_engine.protocols import CropClassifier
+
+COMPONENT = "classifier"
+GEOMETRY = {"side": SIDE, "cell": CELL, "channels": CHANNELS, "margin": MARGIN}
+"""What the weights assume of the descriptor; stored with them and checked."""
+
+Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class SignClassifier:
+    """Class margins and probabilities of sign crops. Implements ``CropClassifier``."""
+
+    features: FeatureMap
+    weights: Array
+    """Shape (h, 43): one hyperplane a class."""
+    bias: Array
+    """Shape (43,)."""
+    temperature: float
+    """Margins are divided by it before the softmax, > 0."""
+    margin: float = MARGIN
+    """Border on each side of the box that a crop must carry, as a share of the box's side."""
+
+    def __post_init__(self) -> None:
+        shape = (self.features.length, CLASS_COUNT)
+        if self.weights.shape != shape or self.bias.shape != (CLASS_COUNT,):
+            raise ValueError(
+                f"SignClassifier needs weights {shape} and bias ({CLASS_COUNT},). "
+                f"Got {self.weights.shape} and {self.bias.shape} instead."
+            )
+        if not (np.isfinite(self.temperature) and self.temperature > 0):
+            raise ValueError(f"The temperature must be finite and > 0. Got {self.temperature} instead.")
+
+    def margins(self, crops: Sequence[Picture]) -> Array:
+        """Decision values of the 43 hyperplanes, shape (n, 43); > 0 speaks for the class.
+
+        Args:
+            crops: BGR, uint8, any sizes: a sign's box and its ``margin``.
+
+        Raises:
+            ValueError: a crop that is not a BGR picture.
+        """
+        return self.margins_of(describe(crops))
+
+    def margins_of(self, descriptors: Array) -> Array:
+        """Decision values of descriptors that are already computed, shape (n, 4320) -> (n, 43)."""
+        features = self.features(descriptors)
+        out = np.empty((len(features), CLASS_COUNT), dtype=np.float32)
+        for row, feature in zip(out, features, strict=True):
+            np.dot(feature, self.weights, out=row)
+        out += self.bias
+        return out
+
+    def probabilities(self, crops: list[Picture]) -> Array:
+        """``P(c | x)``, shape (n, 43), rows sum to 1; a row does not depend on the rest of the batch.
+
+        Args:
+            crops: as for ``margins``.
+        """
+        return softmax(self.margins(crops), self.temperature)
+
+    @classmethod
+    def from_component(cls, component: Any) -> SignClassifier:
+        """The classifier that a model component (``arrays`` and ``params``) holds.
+
+        Raises:
+            ModelError: missing or misshapen arrays, or weights for another descriptor.
+        """
+        arrays: Mapping[str, NDArray[Any]] = component.arrays
+        params: Mapping[str, Any] = component.params
+        found = {key: params.get(key) for key in GEOMETRY}
+        if found != GEOMETRY:
+            raise ModelError(
+                f"The classifier was trained for another descriptor: expected {GEOMETRY}, got {found}. "
+                "Train it again with `tsr train classifier`."
+            )
+        try:
+            plain = {
+                key: np.ascontiguousarray(arrays[key], dtype=np.float32)
+                for key in ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
+            }
+            features = FeatureMap(plain["filters"], plain["filter_bias"], plain["hidden"], plain["hidden_bias"])
+            return cls(features, plain["weights"], plain["bias"], float(params["temperature"]))
+        except (KeyError, ValueError, IndexError, TypeError) as error:
+            raise ModelError(
+                f"The classifier component is damaged: {error}. Train it again with `tsr train classifier`."
+            ) from None
+
+
+def softmax(margins: NDArray[Any], temperature: float = 1.0) -> Array:
+    """Row-wise ``exp(m / T) / sum exp(m / T)``, shape (n, c), computed in float64 without overflow.
+
+    Args:
+        margins: shape (n, c).
+        temperature: > 0; above 1 flattens.
+    """
+    scaled = np.asarray(margins, dtype=np.float64) / temperature
+    scaled -= scaled.max(axis=1, keepdims=True, initial=-np.inf)
+    np.exp(scaled, out=scaled)
+    scaled /= scaled.sum(axis=1, keepdims=True)
+    return scaled.astype(np.float32)
+
+
+if TYPE_CHECKING:
+
+    def _is_crop_classifier(classifier: SignClassifier) -> CropClassifier:
+        return classifier

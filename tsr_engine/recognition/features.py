@@ -1,0 +1,78 @@
+"""The explicit feature map between descriptor and support vector machine.
+
+Filters look at windows of 4x4 cells of the descriptor every 2 cells (25 positions), a hidden layer combines what
+they find; both are followed by ``max(0, .)``. The map plays the part of a kernel, but is learned together with the
+machine, so that some hundred features do what thousands of fixed ones would (Tang 2013: deep learning with linear
+support vector machines).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from tsr_engine.recognition.descriptor import CHANNELS, GRID
+
+WINDOW = 4
+"""Side of a filter's window, cells."""
+STRIDE = 2
+"""Distance between windows, cells."""
+POSITIONS = ((GRID - WINDOW) // STRIDE + 1) ** 2
+WINDOW_LENGTH = WINDOW * WINDOW * CHANNELS
+
+Array = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureMap:
+    """Learned filters and hidden layer, plain float32 arrays."""
+
+    filters: Array
+    """Shape (480, f)."""
+    filter_bias: Array
+    """Shape (f,)."""
+    hidden: Array
+    """Shape (25 f, h)."""
+    hidden_bias: Array
+    """Shape (h,)."""
+
+    def __post_init__(self) -> None:
+        f, h = self.filters.shape[1], self.hidden.shape[1]
+        wanted = {
+            "filters": (WINDOW_LENGTH, f),
+            "filter_bias": (f,),
+            "hidden": (POSITIONS * f, h),
+            "hidden_bias": (h,),
+        }
+        for name, shape in wanted.items():
+            if getattr(self, name).shape != shape:
+                raise ValueError(f"FeatureMap.{name} must have shape {shape}. Got {getattr(self, name).shape} instead.")
+
+    @property
+    def length(self) -> int:
+        """Number of features."""
+        return int(self.hidden.shape[1])
+
+    def __call__(self, descriptors: Array) -> Array:
+        """Features, shape (n, 4320) -> (n, h), all >= 0.
+
+        Rows are mapped one by one, so that a crop's features do not depend on its batch.
+        """
+        out = np.empty((len(descriptors), self.length), dtype=np.float32)
+        for row, descriptor in zip(out, descriptors, strict=True):
+            found = windows(descriptor[None]) @ self.filters
+            found += self.filter_bias
+            np.maximum(found, 0, out=found)
+            np.dot(found.reshape(-1), self.hidden, out=row)
+        out += self.hidden_bias
+        return np.maximum(out, 0, out=out)
+
+
+def windows(descriptors: Array) -> Array:
+    """All windows of a batch of descriptors as rows, shape (n, 4320) -> (n * 25, 480)."""
+    grid = descriptors.reshape(len(descriptors), GRID, GRID, CHANNELS)
+    view = sliding_window_view(grid, (WINDOW, WINDOW), axis=(1, 2))[:, ::STRIDE, ::STRIDE]
+    return np.ascontiguousarray(view.transpose(0, 1, 2, 4, 5, 3)).reshape(-1, WINDOW_LENGTH)

@@ -1,0 +1,232 @@
+"""Replay: a run's evidence once more through the core, with other parameters, without decoding or detecting.
+
+With the run's own parameters every record comes out bit by bit as it is stored. With others the report says which
+tracks differ, and how many pixels were asked for that the evidence does not hold.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from tsr_engine.errors import EvidenceError, ModelError, UsageError
+from tsr_engine.evidence import EvidenceReader, differences
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.params import Params
+from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream, TrackSummary, input_of, rescored, start_core
+from tsr_engine.records import FrameEvidence
+
+__all__ = ["ReplayReport", "TrackDiff", "changed_parameters", "check_models", "replay", "run_params"]
+
+FIXED = ("detector.", "tracking.use_camera_shift", "tracking.shift_scale")
+"""Parameters of steps that a replay does not repeat."""
+MATCH_IOU = 0.3
+"""Two boxes of one frame belong together from this IoU on."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackDiff:
+    """How the confirmed tracks of a replay differ from those of the run.
+
+    Attributes:
+        gained: ids of replayed tracks that lie on no track of the run.
+        lost: ids of the run's tracks that no replayed track lies on.
+        switched: pairs ``(run's id, replayed ids)`` of tracks that now have another number of parts.
+        relabelled: triples ``(replayed id, class before, class now)``.
+    """
+
+    gained: tuple[int, ...] = ()
+    lost: tuple[int, ...] = ()
+    switched: tuple[tuple[int, tuple[int, ...]], ...] = ()
+    relabelled: tuple[tuple[int, int, int], ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.gained or self.lost or self.switched or self.relabelled)
+
+
+@dataclass(slots=True)
+class ReplayReport:
+    """What a replay has found."""
+
+    frames: int = 0
+    identical: int = 0
+    """Frames whose every record equals the stored one, bit by bit."""
+    first_difference: str = ""
+    """Where the first other frame differs first."""
+    missing_pixels: int = 0
+    """Pixels asked for that the evidence does not hold."""
+    missing_frames: int = 0
+    """Frames in which any were missing."""
+    seconds: float = 0.0
+    before: list[TrackSummary] = field(default_factory=list)
+    """Confirmed tracks of the run."""
+    tracks: list[TrackSummary] = field(default_factory=list)
+    """Confirmed tracks of the replay."""
+    diff: TrackDiff = field(default_factory=TrackDiff)
+
+
+def run_params(reader: EvidenceReader) -> Params:
+    """The parameters that a run was made with.
+
+    Raises:
+        EvidenceError: this version does not know them.
+    """
+    stored = reader.header.parameters
+    pairs = [(f"{section}.{name}", value) for section, values in stored.items() for name, value in values.items()]
+    try:
+        return Params().with_settings([(name, _plain(value)) for name, value in pairs])
+    except UsageError as error:
+        raise EvidenceError(f"{reader.folder} was made with other parameters than this version has: {error}") from None
+
+
+def changed_parameters(before: Params, now: Params) -> list[str]:
+    """Dotted names of the parameters that differ."""
+    old, new = before.model_dump(), now.model_dump()
+    return [f"{section}.{leaf}" for section, leaf in Params.names() if old[section][leaf] != new[section][leaf]]
+
+
+def check_models(reader: EvidenceReader, components: Components) -> None:
+    """Refuse to replay with other models than those of the run.
+
+    Raises:
+        ModelError: a component that the replay uses has another hash.
+    """
+    for name, digest in components.models.items():
+        stored = reader.header.models.get(name)
+        if stored != digest and name not in ("detector", "prior"):
+            raise ModelError(
+                f"{reader.folder} was made with another {name} (expected sha256 {str(stored)[:12]}..., "
+                f"got {digest[:12]}...). Name its models with --models, or allow others with --other-models."
+            )
+
+
+def replay(
+    folder: Path,
+    params: Params,
+    components: Components,
+    *,
+    on_frame: Callable[[FrameEvidence, int, int], None] | None = None,
+    report: ReplayReport | None = None,
+) -> Iterator[FrameEvidence]:
+    """Take the frames of a run once more and yield what comes out.
+
+    Args:
+        folder: the run's evidence.
+        params: parameters of the replay.
+        components: trained parts; the detector is not used.
+        on_frame: called after each frame with it, the number done and the number to do.
+        report: filled on the way; complete when the iterator is exhausted.
+
+    Raises:
+        EvidenceError: no run, a damaged one, or one without pixels.
+        UsageError: a parameter of a step that a replay does not repeat has been changed.
+    """
+    report = ReplayReport() if report is None else report
+    began = time.perf_counter()
+    with EvidenceReader(folder) as reader:
+        before = run_params(reader)
+        changed = changed_parameters(before, params)
+        _refuse_fixed(folder, changed)
+        if not reader.header.keep_pixels:
+            raise EvidenceError(f"{folder} holds no pixels and cannot be replayed. Track the video again with pixels.")
+        weight = _weight(reader, before, params, components)
+        core = start_core(reader, params, components.parts)
+        old, new = ResultStream(), ResultStream()
+        comparison = _Comparison()
+        total = len(reader)
+        for stored in reader.frames():
+            found = stored.detections if weight is None else rescored(stored.detections, weight)
+            given, pixels = input_of(stored, found)
+            again = replace(core.step(given), regions=stored.regions)
+            _count(report, again, stored, pixels.missing)
+            comparison.add(stored, again)
+            _drain(old.add(stored))
+            _drain(new.add(again))
+            if on_frame is not None:
+                on_frame(again, report.frames, total)
+            yield again
+        _drain(old.finish())
+        _drain(new.finish())
+        report.before, report.tracks = old.tracks, new.tracks
+        report.diff = comparison.result(old.tracks, new.tracks)
+    report.seconds = time.perf_counter() - began
+
+
+def _count(report: ReplayReport, again: FrameEvidence, stored: FrameEvidence, missing: int) -> None:
+    report.frames += 1
+    difference = next(differences(again, stored, ignore=RECOMPUTED), None)
+    if difference is None:
+        report.identical += 1
+    elif not report.first_difference:
+        report.first_difference = f"frame {stored.ordinal}, {difference}"
+    report.missing_pixels += missing
+    report.missing_frames += missing > 0
+
+
+def _refuse_fixed(folder: Path, changed: list[str]) -> None:
+    for name in changed:
+        if name.startswith(FIXED[0]) or name in FIXED[1:]:
+            raise UsageError(
+                f"A replay does not repeat the step that {name} belongs to. Leave it, or track the video of {folder} "
+                "again."
+            )
+
+
+def _weight(reader: EvidenceReader, before: Params, params: Params, components: Components) -> float | None:
+    """The lambda to score detections anew with; None: the stored scores stand."""
+    if before.prior == params.prior:
+        return None
+    if not params.prior.use_prior:
+        return 0.0
+    if params.prior.prior_lambda is not None:
+        return params.prior.prior_lambda
+    learned = reader.header.frame_table.get("learned_lambda", components.learned_lambda)
+    return float(learned)
+
+
+def _plain(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _drain(rows: Iterator[object]) -> None:
+    for _ in rows:
+        pass
+
+
+class _Comparison:
+    """Which tracks of two runs lie on each other, from the frames that both have them in."""
+
+    def __init__(self) -> None:
+        self._together: Counter[tuple[int, int]] = Counter()
+
+    def add(self, old: FrameEvidence, new: FrameEvidence) -> None:
+        mine = [track for track in old.tracks if track.state != "dead"]
+        theirs = [track for track in new.tracks if track.state != "dead"]
+        for a in mine:
+            for b in theirs:
+                if float(iou(a.box, b.box)[0, 0]) >= MATCH_IOU:
+                    self._together[a.track_id, b.track_id] += 1
+
+    def result(self, old: list[TrackSummary], new: list[TrackSummary]) -> TrackDiff:
+        before = {track.track_id: track for track in old}
+        now = {track.track_id: track for track in new}
+        pairs = {pair: n for pair, n in self._together.items() if pair[0] in before and pair[1] in now}
+        parts: dict[int, list[int]] = {}
+        source: dict[int, int] = {}
+        # The run's track that a replayed one lies on most often is its origin; of two equal ones the older.
+        for a, b in sorted(pairs, key=lambda pair: (-pairs[pair], pair)):
+            parts.setdefault(a, []).append(b)
+            source.setdefault(b, a)
+        return TrackDiff(
+            gained=tuple(sorted(now.keys() - source.keys())),
+            lost=tuple(sorted(before.keys() - parts.keys())),
+            switched=tuple((a, tuple(sorted(b))) for a, b in sorted(parts.items()) if len(b) > 1),
+            relabelled=tuple(
+                (b, before[a].class_id, now[b].class_id)
+                for b, a in sorted(source.items())
+                if before[a].class_id != now[b].class_id
+            ),
+        )

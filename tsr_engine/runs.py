@@ -1,0 +1,390 @@
+"""A live run: video in; evidence, result rows and an annotated video out, frame by frame in flat memory.
+
+A run with an evidence folder survives a kill: the next call with the same folder replays the stored frames since
+the last one without tracks, which rebuilds the tracker, and goes on where the store ends.
+"""
+
+from __future__ import annotations
+
+import time
+from array import array
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError
+from tsr_engine.evidence import (
+    RESULT_HEADER,
+    EvidenceReader,
+    EvidenceWriter,
+    FramePixels,
+    ResultRow,
+    RunHeader,
+    RunState,
+    TableEntry,
+    VideoIdentity,
+)
+from tsr_engine.evidence.schema import RUN_FILE
+from tsr_engine.io.atomic import atomic_text, refuse_inputs
+from tsr_engine.io.overlay import draw
+from tsr_engine.io.read_ahead import read_ahead
+from tsr_engine.io.video import Frame, Video, open_video, video_sha256
+from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, FrameInput, ResultStream, TrackingCore, TrackSummary, keep_regions, rebuild
+from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.records import FrameEvidence
+from tsr_engine.tracking.camera_shift import CameraShift
+
+__all__ = ["Progress", "RunReport", "RunRequest", "track_video"]
+
+CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
+AHEAD = 4
+"""Frames that are decoded ahead of the engine."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """What to track, and where the results go.
+
+    Attributes:
+        video: the file.
+        params: all parameters.
+        evidence: folder of the evidence store; unset: none is kept.
+        csv: file of the result rows; unset: none.
+        annotated: file of the annotated video; unset: none.
+        start: first frame.
+        stop: frame after the last; unset: to the end.
+        restart: start over where the evidence folder already holds a run.
+    """
+
+    video: Path
+    params: Params
+    evidence: Path | None = None
+    csv: Path | None = None
+    annotated: Path | None = None
+    start: int = 0
+    stop: int | None = None
+    restart: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a run is."""
+
+    done: int
+    """Frames done, those of an earlier part of the run included."""
+    total: int | None
+    """Frames to do, as far as it is known."""
+    rate: float
+    """Frames a second of this call."""
+    remaining: float | None
+    """Seconds left at that rate."""
+
+
+@dataclass(slots=True)
+class RunReport:
+    """What a run has done."""
+
+    video: str
+    width: int
+    height: int
+    frames: int = 0
+    """Frames with results, those of an earlier part of the run included."""
+    first_frame: int = 0
+    resumed_at: int | None = None
+    """First frame of this call if an earlier one was continued."""
+    interrupted: bool = False
+    seconds: float = 0.0
+    """Wall time of this call."""
+    computed: int = 0
+    """Frames computed by this call."""
+    tracks: list[TrackSummary] = field(default_factory=list)
+    events: Counter[str] = field(default_factory=Counter)
+    """Events by kind."""
+    stages: dict[str, array[float]] = field(default_factory=dict)
+    """Stage -> seconds of each frame that went through it, in this call."""
+    warnings: tuple[str, ...] = ()
+
+    def stage_table(self) -> list[tuple[str, int, float, float]]:
+        """Rows ``(stage, frames, median ms, 95th percentile ms)``."""
+        return [
+            (stage, len(seconds), float(np.median(seconds)) * 1e3, float(np.percentile(seconds, 95)) * 1e3)
+            for stage, seconds in self.stages.items()
+        ]
+
+
+def track_video(
+    request: RunRequest,
+    components: Components,
+    *,
+    progress: Callable[[Progress], None] | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> RunReport:
+    """Track one video.
+
+    Args:
+        request: what to do.
+        components: detector and trained parts.
+        progress: called after each frame.
+        stop: asked before each frame; true ends the run as interrupted, with everything so far written.
+
+    Returns:
+        The report. Outputs of an interrupted or failed run hold the frames up to there.
+
+    Raises:
+        VideoError: the video cannot be opened or decoded.
+        EvidenceError: the evidence folder belongs to something else.
+        StorageError: an output cannot be written.
+        UsageError: an output is the input, or the range lies beyond the end.
+    """
+    refuse_inputs([request.csv, request.annotated], [request.video])
+    if request.csv is not None and request.annotated is not None and request.csv == request.annotated:
+        raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
+    with open_video(request.video) as video:
+        return _Run(request, components, video, progress, stop or (lambda: False)).execute()
+
+
+class _Run:
+    """The state of one call of ``track_video``."""
+
+    def __init__(
+        self,
+        request: RunRequest,
+        components: Components,
+        video: Video,
+        progress: Callable[[Progress], None] | None,
+        stop: Callable[[], bool],
+    ) -> None:
+        self.request = request
+        self.components = components
+        self.video = video
+        self.progress = progress
+        self.stop = stop
+        self.report = RunReport(request.video.name, video.width, video.height, first_frame=request.start)
+        self.results = ResultStream()
+        table = video.table
+        self.interval, self.time_base = float(table.interval()), table.time_base
+        self.rows: Any = None
+        self.writer: EvidenceWriter | None = None
+        self.annotated: VideoWriter | None = None
+
+    def execute(self) -> RunReport:
+        began = time.perf_counter()
+        failure: BaseException | None = None
+        with ExitStack() as outputs:
+            self._open_outputs(outputs)
+            try:
+                last = self._earlier_part()
+                self._compute(last, began)
+            except BaseException as error:
+                if not self.report.frames:
+                    raise
+                failure = error
+            self._finish(failure)
+        self.report.seconds = time.perf_counter() - began
+        if failure is not None:
+            raise failure
+        return self.report
+
+    def _open_outputs(self, outputs: ExitStack) -> None:
+        request = self.request
+        if request.evidence is not None:
+            self.writer = self._open_evidence(request.evidence)
+            outputs.callback(self.writer.close, "failed", "The run ended before its first frame.")
+        if request.csv is not None:
+            self.rows = outputs.enter_context(atomic_text(request.csv))
+            self.rows.write(RESULT_HEADER + "\n")
+        if request.annotated is not None:
+            request.annotated.parent.mkdir(parents=True, exist_ok=True)
+            self.annotated = VideoWriter(request.annotated, self.video.width, self.video.height, self.video.rate)
+            outputs.callback(self.annotated.abort)
+
+    def _open_evidence(self, folder: Path) -> EvidenceWriter:
+        table = self.video.table
+        path = self.request.video
+        header = RunHeader(
+            video=VideoIdentity(path.name, video_sha256(path), path.stat().st_size),
+            parameters=self.request.params.model_dump(mode="json"),
+            models=dict(self.components.models),
+            frame_table={
+                "time_base": str(table.time_base),
+                "frames": len(table),
+                "width": self.video.width,
+                "height": self.video.height,
+                "rotation": self.video.rotation,
+                "interval": self.interval,
+                "learned_lambda": self.components.learned_lambda,
+            },
+        )
+        if not (folder / RUN_FILE).exists() or self.request.restart:
+            return EvidenceWriter.create(folder, header, overwrite=self.request.restart)
+        writer = EvidenceWriter.resume(folder, header)
+        # The interval decides predictions: a resumed run keeps the one it began with.
+        self.interval = float(writer.header.frame_table["interval"])
+        return writer
+
+    def _earlier_part(self) -> int | None:
+        """Pass on what an earlier call has stored; the last stored frame, None if there is none."""
+        if self.writer is None or self.writer.last_frame is None:
+            return None
+        last, start = self.writer.last_frame, self.request.start
+        with EvidenceReader(self.writer.folder) as reader:
+            if reader.first_frame != start:
+                raise EvidenceError(
+                    f"{self.writer.folder} holds frames from {reader.first_frame} on, expected from {start} on. "
+                    "Use the same --frames, or a new folder."
+                )
+            for frame in reader.frames(start, last + 1, pixels=False):
+                self._pass_on(frame)
+        self.report.resumed_at = last + 1
+        return last
+
+    def _core(self, last: int | None) -> TrackingCore:
+        """A fresh core, or the one that a run had after frame ``last``."""
+        params, parts = self.request.params, self.components.parts
+        if last is None or self.writer is None:
+            return TrackingCore(params, parts, self.video.width, self.video.height, interval=self.interval)
+        with EvidenceReader(self.writer.folder) as reader:
+            return rebuild(reader, params, parts, last)
+
+    def _compute(self, last: int | None, began: float) -> None:
+        """Everything after the last stored frame."""
+        request = self.request
+        core = self._core(last)
+        tracking = request.params.tracking
+        shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
+        stored = self._stored_frames(last)
+        first = request.start if last is None or self.annotated is not None else last
+        if request.stop is not None and last is not None and last + 1 >= request.stop and self.annotated is None:
+            return
+        total = self._total()
+        frames = self.video.frames(first, request.stop)
+        source = read_ahead(lambda: _timed_frames(frames), AHEAD)
+        try:
+            for frame, decode_seconds in source:
+                if self.stop():
+                    self.report.interrupted = True
+                    break
+                if last is not None and frame.ordinal <= last:
+                    if frame.ordinal == last:
+                        shift.step(frame.picture)
+                    if stored is not None:
+                        self._annotate(frame, next(stored))
+                    continue
+                evidence = self._one_frame(core, shift, frame, decode_seconds)
+                self._pass_on(evidence)
+                self._annotate(frame, evidence)
+                self._tell(total, began)
+        finally:
+            source.close()  # type: ignore[attr-defined]
+        if not self.report.frames and not self.report.interrupted:
+            raise InputError(f"{request.video} has no frame {request.start}. Choose a smaller start of --frames.")
+
+    def _one_frame(self, core: TrackingCore, shift: CameraShift, frame: Frame, decode_seconds: float) -> FrameEvidence:
+        clock = time.perf_counter
+        seconds = {"decode": decode_seconds}
+        t0 = clock()
+        detections = self.components.detector.detect(frame.picture)
+        t1 = clock()
+        moved = shift.step(frame.picture) if self.request.params.tracking.use_camera_shift else (0.0, 0.0)
+        t2 = clock()
+        seconds |= {"detect": t1 - t0, "shift": t2 - t1}
+        pixels = FramePixels(frame.picture)
+        evidence = core.step(FrameInput(frame.ordinal, frame.seconds, detections, moved, pixels))
+        seconds |= evidence.timings
+        t3 = clock()
+        if self.writer is not None:
+            regions = keep_regions(evidence, pixels, self.request.params)
+            evidence = replace(evidence, regions=regions, timings=seconds)
+            self.writer.append(evidence, self._table_entry(frame))
+            seconds["evidence"] = clock() - t3
+        for stage, value in seconds.items():
+            self.report.stages.setdefault(stage, array("d")).append(value)
+        whole = clock() - t0
+        self.report.stages.setdefault("whole frame", array("d")).append(whole)
+        self.report.computed += 1
+        return replace(evidence, timings=seconds)
+
+    def _table_entry(self, frame: Frame) -> TableEntry:
+        return TableEntry(int(frame.time / self.time_base), frame.key, frame.corrupt)
+
+    def _pass_on(self, frame: FrameEvidence) -> None:
+        """Count a frame and write the rows that it settles."""
+        self.report.frames += 1
+        self.report.events.update(event.kind for event in frame.events)
+        self._write_rows(self.results.add(frame))
+
+    def _write_rows(self, rows: Iterator[ResultRow]) -> None:
+        for row in rows:
+            if self.rows is not None:
+                self.rows.write(row.line() + "\n")
+
+    def _annotate(self, frame: Frame, evidence: FrameEvidence) -> None:
+        if self.annotated is not None:
+            began = time.perf_counter()
+            shown = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
+            self.annotated.write(draw(frame.picture, shown, CLASS_NAMES), frame.time)
+            self.report.stages.setdefault("annotate", array("d")).append(time.perf_counter() - began)
+
+    def _stored_frames(self, last: int | None) -> Iterator[FrameEvidence] | None:
+        """The evidence of the earlier part for the annotated video, if both are there."""
+        if last is None or self.annotated is None or self.writer is None:
+            return None
+        return _read_stored(self.writer.folder, self.request.start, last + 1)
+
+    def _total(self) -> int | None:
+        expected = self.video.expected
+        behind = expected if self.request.stop is None else min(self.request.stop, expected or self.request.stop)
+        return None if behind is None else max(0, behind - self.request.start)
+
+    def _tell(self, total: int | None, began: float) -> None:
+        if self.progress is None:
+            return
+        rate = self.report.computed / max(time.perf_counter() - began, 1e-9)
+        left = None if total is None else max(0, total - self.report.frames) / max(rate, 1e-9)
+        self.progress(Progress(self.report.frames, total, rate, left))
+
+    def _finish(self, failure: BaseException | None) -> None:
+        """Close the outputs with whatever has been computed; they stay readable after a failure too."""
+        self._write_rows(self.results.finish())
+        self.report.tracks = self.results.tracks
+        self.report.warnings = self.video.warnings
+        if self.writer is not None:
+            state, reason = _end(self.report, failure)
+            if failure is None:
+                self.writer.close(state, reason)
+            else:
+                with suppress(StorageError):
+                    self.writer.close(state, reason)
+        if self.annotated is not None and failure is None:
+            self.annotated.close()
+
+
+def _end(report: RunReport, failure: BaseException | None) -> tuple[RunState, str]:
+    """How evidence says that the run ended."""
+    if report.interrupted or isinstance(failure, KeyboardInterrupt):
+        return "interrupted", f"Interrupted after {report.frames} frames."
+    if failure is not None:
+        return "failed", str(failure)
+    return "complete", ""
+
+
+def _timed_frames(frames: Iterator[Frame]) -> Iterator[tuple[Frame, float]]:
+    """Each frame with the seconds that decoding it took."""
+    while True:
+        began = time.perf_counter()
+        frame = next(frames, None)
+        if frame is None:
+            return
+        yield frame, time.perf_counter() - began
+
+
+def _read_stored(folder: Path, start: int, stop: int) -> Iterator[FrameEvidence]:
+    with EvidenceReader(folder) as reader:
+        yield from reader.frames(start, stop, pixels=False)

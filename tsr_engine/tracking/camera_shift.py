@@ -1,0 +1,168 @@
+"""Global shift of the picture between two frames: the part of the flow that camera rotation explains.
+
+A camera that drives and turns sees two flows at once: every point runs away from the focus of expansion (FOE), the
+nearer the faster, and the whole picture shifts with the rotation. Flow across the ray from the FOE comes from
+rotation alone, whatever the depth, so every tracked point gives one clean equation for the shift. Flow along the
+ray is used with less weight, with one common growth for all points.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numba import njit
+
+from tsr_engine.records import FloatArray, Picture
+
+_POINTS = 120
+_CELL = 12
+"""Side of the cells of the small picture of which each offers its strongest corner, px."""
+_LEAST_POINTS = 8
+_RADIAL_WEIGHT = 0.3
+_ROUNDS = 6
+_SMALLEST_SCALE = 0.15
+"""Floor of the robust residual scale, px of the small picture."""
+
+
+UNKNOWN = (1e-9, 1e-9)
+"""The shift where too little can be tracked: as good as none, yet not the exact zero of a repeated picture."""
+
+
+class CameraShift:
+    """Estimates the shift from sparse Lucas-Kanade flow on a small grey picture; holds the previous one.
+
+    A picture that repeats the one before has a shift of exactly (0.0, 0.0), and no other has: the tracker tells from
+    it that the world stood still for this frame and catches up in the next.
+
+    Args:
+        scale: the picture is made smaller by this factor.
+        foe: focus of expansion as shares of the picture's width and height.
+    """
+
+    def __init__(self, scale: int = 4, foe: tuple[float, float] = (0.5, 0.5)) -> None:
+        self._scale = scale
+        self._foe = foe
+        self._previous: Any = None
+        self.repeated = False
+        """Whether the last picture was the one before once more."""
+
+    def step(self, picture: Picture) -> tuple[float, float]:
+        """Shift (dx, dy) from the previous picture to this one, px of the full picture.
+
+        Exactly zero for a picture that repeats the one before; ``UNKNOWN`` for the first picture, after a change of
+        size, and where too little can be tracked.
+        """
+        height, width = picture.shape[:2]
+        small = (max(width // self._scale, 16), max(height // self._scale, 16))
+        grey = cv2.cvtColor(cv2.resize(picture, small, interpolation=cv2.INTER_LINEAR), cv2.COLOR_BGR2GRAY)
+        before, self._previous = self._previous, grey
+        self.repeated = False
+        if before is None or before.shape != grey.shape:
+            return UNKNOWN
+        if cv2.norm(before, grey, cv2.NORM_L1) <= 0.25 * grey.size:
+            self.repeated = True
+            return 0.0, 0.0
+        start = _corners(before)
+        if len(start) < _LEAST_POINTS:
+            return UNKNOWN
+        end, found, _ = cv2.calcOpticalFlowPyrLK(
+            _same_exposure(before, grey), grey, start, None, winSize=(9, 9), maxLevel=3, criteria=(3, 10, 0.03)
+        )
+        kept = found[:, 0] == 1
+        origin = np.array([self._foe[0] * small[0], self._foe[1] * small[1]])
+        points = start[kept, 0].astype(np.float64) + 0.5 - origin
+        flow = (end[kept, 0] - start[kept, 0]).astype(np.float64)
+        if len(points) < _LEAST_POINTS:
+            return UNKNOWN
+        shift = fit_shift(points, flow)[0]
+        return float(shift[0] * width / small[0]), float(shift[1] * height / small[1])
+
+
+def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADIAL_WEIGHT) -> tuple[FloatArray, float]:
+    """Robust fit of ``flow = shift + growth * points`` that trusts the component across the ray most.
+
+    Iteratively reweighted least squares with Cauchy weights, scale from the median absolute residual.
+
+    Args:
+        points: shape (n, 2), n >= 2, relative to the FOE.
+        flow: shape (n, 2), same unit.
+        radial_weight: weight of the equations along the ray, in [0, 1]; 1 is the plain similarity without rotation.
+
+    Returns:
+        The shift, shape (2,), and the growth per frame.
+    """
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    flow = np.ascontiguousarray(flow, dtype=np.float64)
+    # Start from the median flow, so that a few wild points cannot lead the first round astray.
+    start = np.array([*np.median(flow, axis=0), 0.0])
+    solution = _reweighted(points, flow, start, radial_weight**2, _ROUNDS, _SMALLEST_SCALE)
+    return solution[:2], float(solution[2])
+
+
+@njit(cache=True, nogil=True)
+def _reweighted(
+    points: FloatArray, flow: FloatArray, start: FloatArray, radial: float, rounds: int, least: float
+) -> FloatArray:
+    """The rounds of ``fit_shift``: shift x, shift y, growth."""
+    n = len(points)
+    dx, dy, growth = start[0], start[1], start[2]
+    across = np.empty(n)
+    for _ in range(rounds):
+        for i in range(n):
+            radius = max(np.hypot(points[i, 0], points[i, 1]), 1e-6)
+            ux, uy = points[i, 0] / radius, points[i, 1] / radius
+            across[i] = abs(ux * (flow[i, 1] - dy) - uy * (flow[i, 0] - dx))
+        spread = 2.0 * max(1.4826 * np.median(across), least)
+        normal = np.zeros((3, 3))
+        target = np.zeros(3)
+        for i in range(n):
+            radius = max(np.hypot(points[i, 0], points[i, 1]), 1e-6)
+            ux, uy = points[i, 0] / radius, points[i, 1] / radius
+            along = ux * (flow[i, 0] - dx) + uy * (flow[i, 1] - dy) - growth * radius
+            # Across the ray: -uy dx + ux dy = cross; along it: ux dx + uy dy + radius growth = run.
+            a = 1.0 / (1.0 + (across[i] / spread) ** 2)
+            b = radial / (1.0 + (along / spread) ** 2)
+            cross = ux * flow[i, 1] - uy * flow[i, 0]
+            run = ux * flow[i, 0] + uy * flow[i, 1]
+            normal[0, 0] += a * uy * uy + b * ux * ux
+            normal[0, 1] += (b - a) * ux * uy
+            normal[1, 1] += a * ux * ux + b * uy * uy
+            normal[0, 2] += b * ux * radius
+            normal[1, 2] += b * uy * radius
+            normal[2, 2] += b * radius * radius
+            target[0] += b * ux * run - a * uy * cross
+            target[1] += b * uy * run + a * ux * cross
+            target[2] += b * radius * run
+        normal[1, 0], normal[2, 0], normal[2, 1] = normal[0, 1], normal[0, 2], normal[1, 2]
+        for k in range(3):
+            normal[k, k] += 1e-9
+        solved = np.linalg.solve(normal, target)
+        dx, dy, growth = solved[0], solved[1], solved[2]
+    return np.array([dx, dy, growth])
+
+
+def _same_exposure(before: Any, grey: Any) -> Any:
+    """The earlier picture with the later one's mean and contrast: the flow takes brightness for constant."""
+    mean_before, std_before = (float(v[0, 0]) for v in cv2.meanStdDev(before))
+    mean, std = (float(v[0, 0]) for v in cv2.meanStdDev(grey))
+    if min(std, std_before) < 1.0 or (abs(mean - mean_before) < 1.0 and abs(std - std_before) < 1.0):
+        return before
+    levels = (np.arange(256) - mean_before) * (std / std_before) + mean
+    return cv2.LUT(before, np.clip(np.rint(levels), 0, 255).astype(np.uint8))
+
+
+def _corners(grey: Any) -> Any:
+    """The strongest corner of each cell, the best ``_POINTS`` of them; shape (n, 1, 2), float32."""
+    strength = cv2.cornerMinEigenVal(grey, 3)
+    rows, columns = grey.shape[0] // _CELL, grey.shape[1] // _CELL
+    cells = strength[: rows * _CELL, : columns * _CELL].reshape(rows, _CELL, columns, _CELL)
+    cells = cells.transpose(0, 2, 1, 3).reshape(rows * columns, _CELL * _CELL)
+    place = cells.argmax(axis=1)
+    best = cells[np.arange(len(cells)), place]
+    order = np.argsort(-best, kind="stable")[:_POINTS]
+    order = order[best[order] > max(1e-5, 0.002 * float(best.max(initial=0.0)))]
+    y = (order // columns) * _CELL + place[order] // _CELL
+    x = (order % columns) * _CELL + place[order] % _CELL
+    return np.stack([x, y], axis=1).astype(np.float32)[:, None]

@@ -1,0 +1,67 @@
+"""Constant velocity of centre and size: the usual filter of box trackers, by filterpy."""
+
+from __future__ import annotations
+
+import numpy as np
+from filterpy.common import Q_discrete_white_noise
+from filterpy.kalman import predict, update
+
+from tsr_engine.protocols import MotionState
+from tsr_engine.records import FloatArray
+from tsr_engine.tracking.noise import MeasurementNoise
+
+_H = np.eye(4, 8)
+
+
+class ConstantVelocityMotion:
+    """Kalman filter over ``cx, cy, w, h`` and their velocities, 8 states, px and px per frame.
+
+    Process noise is a discrete white acceleration whose standard deviation is a share of the box's size.
+
+    Args:
+        noise: measurement noise.
+        process: standard deviation of the acceleration per frame^2, as a share of the size.
+    """
+
+    name = "constant_velocity"
+
+    def __init__(self, noise: MeasurementNoise, process: float = 0.01) -> None:
+        self._noise = noise
+        self._process = process
+
+    def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
+        """State at rest, with a velocity uncertainty of a tenth of the size per frame."""
+        z = np.asarray(measurement, dtype=np.float64)
+        sizes = np.array([z[2], z[3], z[2], z[3]])
+        P = np.zeros((8, 8))
+        P[:4, :4] = self._noise.covariance(z[2], z[3])
+        P[4:, 4:] = np.diag((0.1 * sizes) ** 2)
+        return MotionState(np.concatenate([z, np.zeros(4)]), P)
+
+    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
+        """``x + v dt``, plus the camera shift on the centre."""
+        F = np.eye(8)
+        F[:4, 4:] = dt * np.eye(4)
+        w, h = state.mean[2:4]
+        block = Q_discrete_white_noise(dim=2, dt=dt, var=1.0)
+        Q = np.kron(block, np.diag((self._process * np.array([w, h, w, h])) ** 2))
+        B = np.eye(8, 2)
+        x, P = predict(state.mean, state.covariance, F=F, Q=Q, u=np.asarray(shift, dtype=np.float64), B=B)
+        x[2:4] = np.maximum(x[2:4], 1.0)
+        return MotionState(np.asarray(x), np.asarray(P))
+
+    def update(self, state: MotionState, measurement: FloatArray, noise: float = 1.0) -> MotionState:
+        """Standard Kalman update."""
+        R = self._noise.covariance(state.mean[2], state.mean[3], noise)
+        z = np.asarray(measurement, dtype=np.float64)
+        x, P = update(state.mean, state.covariance, z, R, H=_H)[:2]
+        x[2:4] = np.maximum(x[2:4], 1.0)
+        return MotionState(np.asarray(x), np.asarray(P))
+
+    def box_of(self, state: MotionState) -> FloatArray:
+        """``cx, cy, w, h``, shape (4,)."""
+        return state.mean[:4].copy()
+
+    def innovation(self, state: MotionState) -> FloatArray:
+        """``H P H' + R``, shape (4, 4), px^2."""
+        return np.asarray(state.covariance[:4, :4] + self._noise.covariance(state.mean[2], state.mean[3]))

@@ -1,0 +1,169 @@
+"""Looming: the motion of a sign that a camera nears on a road, filtered in inverse width.
+
+A sign of metric width W at depth Z is ``w = f W / Z`` px wide. At constant speed Z falls linearly, so
+``q = 1 / w`` is linear in time where ``w`` and the centre are hyperbolic. The centre moves along the ray from
+the focus of expansion (FOE), its distance from it in proportion to ``w``; a rotating camera shifts the whole
+picture on top. Constant displacement and constant velocity lag behind such a target; this model does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from tsr_engine.protocols import MotionState
+from tsr_engine.records import FloatArray
+from tsr_engine.tracking.noise import MeasurementNoise
+
+CX, CY, Q, RATE, ASPECT, VX, VY, FX, FY = range(9)
+"""Places in the state: centre, inverse width, its rate, height / width, drift, FOE; in px and frames."""
+_STATES = 9
+_WIDEST, _NARROWEST = 4000.0, 2.0
+_ASPECTS = (0.2, 5.0)
+
+
+@dataclass(frozen=True, slots=True)
+class LoomingNoise:
+    """Process noise of the looming model, per frame; see ``TrackingParams`` for each meaning."""
+
+    growth_start: float = 0.015
+    growth_spread: float = 0.015
+    growth: float = 0.001
+    scale: float = 0.004
+    aspect: float = 0.004
+    centre: float = 0.01
+    centre_px: float = 0.3
+    drift_px: float = 0.2
+    drift_decay: float = 0.95
+    foe_spread: float = 0.05
+
+
+class LoomingMotion:
+    """Extended Kalman filter over ``cx, cy, q, dq/dt, h/w``, a slow drift of the centre, and the FOE.
+
+    ``q' = q + dq dt`` and ``c' = foe + (c - foe) q / q' + drift dt + shift``. The drift takes up what the
+    picture's shift leaves over; it fades by ``drift_decay`` a frame. The FOE starts where it is assumed, with a
+    standard deviation of ``foe_spread`` of the picture's width and height, and follows from the centre's path.
+    Measured are ``cx, cy, 1 / q, aspect / q``.
+
+    Args:
+        noise: measurement noise.
+        process: process noise.
+        foe: focus of expansion as shares of the picture's width and height.
+    """
+
+    name = "looming"
+
+    def __init__(
+        self,
+        noise: MeasurementNoise,
+        process: LoomingNoise | None = None,
+        foe: tuple[float, float] = (0.5, 0.5),
+    ) -> None:
+        self._noise = noise
+        self._process = process or LoomingNoise()
+        self._foe = foe
+
+    def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
+        """State of a track born from one measurement, with the usual growth of an approached sign."""
+        cx, cy, w, h = (float(v) for v in measurement)
+        p = self._process
+        q = 1.0 / w
+        mean = np.array([cx, cy, q, -p.growth_start * q, h / w, 0.0, 0.0, self._foe[0] * width, self._foe[1] * height])
+        n = self._noise
+        std = [n.centre * w, n.centre * h, n.size * q, p.growth_spread * q, 1.4 * n.size * h / w]
+        drift = p.drift_px / np.sqrt(max(1.0 - p.drift_decay**2, 0.01))
+        foe = [p.foe_spread * width, p.foe_spread * height]
+        return MotionState(mean, np.diag(np.array([*std, drift, drift, *foe]) ** 2))
+
+    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
+        """Time update along the ray from the FOE, then the camera shift."""
+        p = self._process
+        wander = np.array([p.centre, p.centre_px, p.scale, p.growth, p.aspect, p.drift_px, p.drift_decay])
+        return MotionState(*_time_update(state.mean, state.covariance, float(dt), shift[0], shift[1], wander))
+
+    def update(self, state: MotionState, measurement: FloatArray, noise: float = 1.0) -> MotionState:
+        """Measurement update, linearised at the prediction, Joseph form."""
+        n = self._noise
+        z = np.asarray(measurement, dtype=np.float64)
+        return MotionState(*_measurement_update(state.mean, state.covariance, z, noise * n.centre, noise * n.size))
+
+    def box_of(self, state: MotionState) -> FloatArray:
+        """``cx, cy, w, h``, shape (4,)."""
+        x = state.mean
+        return np.array([x[CX], x[CY], 1.0 / x[Q], x[ASPECT] / x[Q]])
+
+    def innovation(self, state: MotionState) -> FloatArray:
+        """``H P H' + R``, shape (4, 4), px^2."""
+        box = self.box_of(state)
+        H = _jacobian(state.mean)
+        return np.asarray(H @ state.covariance @ H.T + self._noise.covariance(box[2], box[3]))
+
+
+@njit(cache=True, nogil=True)
+def _time_update(
+    x: FloatArray, P: FloatArray, dt: float, shift_x: float, shift_y: float, wander: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance one step on.
+
+    ``wander``: process noise in the order centre, centre_px, scale, growth, aspect, drift_px, drift_decay.
+    """
+    q = x[Q]
+    # A step never more than doubles the width: a wrong rate must not throw the box over the picture.
+    ahead = max(q + x[RATE] * dt, 0.5 * q, 1.0 / _WIDEST)
+    zoom = q / ahead
+    fade = wander[6] ** dt
+    mean = x.copy()
+    F = np.eye(_STATES)
+    for c, foe, drift, shift in ((CX, FX, VX, shift_x), (CY, FY, VY, shift_y)):
+        ray = x[c] - x[foe]
+        mean[c] = x[foe] + ray * zoom + x[drift] * dt + shift
+        mean[drift] = x[drift] * fade
+        F[c, c] = zoom
+        F[c, Q] = ray * (ahead - q) / ahead**2
+        F[c, RATE] = -ray * q * dt / ahead**2
+        F[c, foe] = 1.0 - zoom
+        F[c, drift] = dt
+        F[drift, drift] = fade
+    F[Q, RATE] = dt
+    mean[Q] = min(ahead, 1.0 / _NARROWEST)
+    w, h = 1.0 / mean[Q], mean[ASPECT] / mean[Q]
+    P = F @ P @ F.T
+    P[CX, CX] += dt * ((wander[0] * w) ** 2 + wander[1] ** 2)
+    P[CY, CY] += dt * ((wander[0] * h) ** 2 + wander[1] ** 2)
+    P[Q, Q] += dt * (wander[2] * mean[Q]) ** 2
+    P[RATE, RATE] += dt * (wander[3] * mean[Q]) ** 2
+    P[ASPECT, ASPECT] += dt * (wander[4] * mean[ASPECT]) ** 2
+    P[VX, VX] += dt * wander[5] ** 2
+    P[VY, VY] += dt * wander[5] ** 2
+    return mean, P
+
+
+@njit(cache=True, nogil=True)
+def _measurement_update(
+    x: FloatArray, P: FloatArray, z: FloatArray, centre: float, size: float
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance after one measurement, linearised at ``x``, Joseph form."""
+    w, h = 1.0 / x[Q], x[ASPECT] / x[Q]
+    H = _jacobian(x)
+    R = np.diag(np.array([(centre * w) ** 2, (centre * h) ** 2, (size * w) ** 2, (size * h) ** 2]))
+    K = np.linalg.solve(H @ P @ H.T + R, H @ P).T.copy()
+    mean = x + K @ (z - np.array([x[CX], x[CY], w, h]))
+    mean[Q] = min(max(mean[Q], 1.0 / _WIDEST), 1.0 / _NARROWEST)
+    mean[ASPECT] = min(max(mean[ASPECT], _ASPECTS[0]), _ASPECTS[1])
+    rest = np.eye(_STATES) - K @ H
+    return mean, rest @ P @ rest.T + K @ R @ K.T
+
+
+@njit(cache=True, nogil=True)
+def _jacobian(mean: FloatArray) -> FloatArray:
+    """d(cx, cy, w, h) / d(state), shape (4, 9)."""
+    q, aspect = mean[Q], mean[ASPECT]
+    H = np.zeros((4, _STATES))
+    H[0, CX] = H[1, CY] = 1.0
+    H[2, Q] = -1.0 / q**2
+    H[3, Q] = -aspect / q**2
+    H[3, ASPECT] = 1.0 / q
+    return H

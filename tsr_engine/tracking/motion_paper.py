@@ -1,0 +1,70 @@
+"""The paper's motion model (section III-B): state [x, y, w, h], F = I, B u = mean displacement."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tsr_engine.protocols import MotionState
+from tsr_engine.records import FloatArray
+from tsr_engine.tracking.noise import MeasurementNoise
+
+
+class PaperMotion:
+    """Kalman filter whose control input carries all of the motion.
+
+    The paper leaves F, B and u open. Read here: F = I and ``B u`` = the mean displacement per frame over the last
+    ``window`` estimates. The model is stateless, so the estimates that u needs travel in the state:
+    ``mean[:4]`` is ``cx, cy, w, h``; then follow up to ``window`` rows ``age, cx, cy, w, h`` of earlier estimates,
+    youngest first. The covariance is that of the first four, 4x4.
+
+    Args:
+        noise: measurement noise.
+        window: number of displacements that are averaged.
+        process: standard deviation of the process noise per frame, as a share of the size.
+    """
+
+    name = "paper"
+
+    def __init__(self, noise: MeasurementNoise, window: int = 5, process: float = 0.08) -> None:
+        self._noise = noise
+        self._window = window
+        self._process = process
+
+    def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
+        """State of a track born from one measurement; the picture's size is not needed."""
+        z = np.asarray(measurement, dtype=np.float64)
+        return MotionState(z.copy(), self._noise.covariance(z[2], z[3]))
+
+    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
+        """``x + B u``: the last estimate moved on by the mean displacement, and by the camera shift."""
+        now = state.mean[:4]
+        past = state.mean[4:].reshape(-1, 5)
+        velocity = (now - past[-1, 1:]) / past[-1, 0] if len(past) and past[-1, 0] > 0 else np.zeros(4)
+        # Earlier estimates follow the camera shift, so that u holds no rotation and none is counted twice.
+        camera = np.array([shift[0], shift[1], 0.0, 0.0])
+        past = np.vstack([np.concatenate([[0.0], now]), past])[: self._window]
+        past = past + np.concatenate([[dt], camera])
+        ahead = now + velocity * dt + camera
+        ahead[2:] = np.maximum(ahead[2:], 1.0)
+        std = self._process * np.array([now[2], now[3], now[2], now[3]])
+        return MotionState(np.concatenate([ahead, past.ravel()]), state.covariance + np.diag(std**2) * dt)
+
+    def update(self, state: MotionState, measurement: FloatArray, noise: float = 1.0) -> MotionState:
+        """Standard Kalman update of ``cx, cy, w, h``; the earlier estimates stay."""
+        x, P = state.mean[:4], state.covariance
+        R = self._noise.covariance(x[2], x[3], noise)
+        # P and R are symmetric, so K' = S^-1 P.
+        K = np.linalg.solve(P + R, P).T
+        x = x + K @ (np.asarray(measurement, dtype=np.float64) - x)
+        x[2:] = np.maximum(x[2:], 1.0)
+        rest = np.eye(4) - K
+        P = rest @ P @ rest.T + K @ R @ K.T
+        return MotionState(np.concatenate([x, state.mean[4:]]), P)
+
+    def box_of(self, state: MotionState) -> FloatArray:
+        """``cx, cy, w, h``, shape (4,)."""
+        return state.mean[:4].copy()
+
+    def innovation(self, state: MotionState) -> FloatArray:
+        """``P + R``, shape (4, 4), px^2."""
+        return np.asarray(state.covariance + self._noise.covariance(state.mean[2], state.mean[3]))

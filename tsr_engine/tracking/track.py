@@ -1,0 +1,83 @@
+"""One track: its filter state, the evidence for it, and its life cycle."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from tsr_engine.params.tracking import TrackingParams
+from tsr_engine.protocols import MotionState
+from tsr_engine.records import FloatArray, Prediction, Source, TrackState
+
+
+@dataclass(slots=True)
+class Track:
+    """A sign candidate that is followed from frame to frame.
+
+    ``tentative`` until ``confirm_hits`` detections of at least ``birth_score`` fall into the last ``confirm_window``
+    frames, then ``confirmed`` until it dies. All counts are in frames.
+    """
+
+    track_id: int
+    motion: MotionState
+    box: FloatArray
+    """The result of the current frame, shape (4,)."""
+    score: float
+    born: int
+    """Ordinal of the first frame."""
+    state: TrackState = "tentative"
+    source: Source = "detected"
+    prediction: Prediction | None = None
+    detection: int | None = None
+    """Row of this frame's associated detection."""
+    age: int = 0
+    """Frames since birth."""
+    missed: int = 0
+    """Frames since the last detection or confident relocalisation."""
+    undetected: int = 0
+    """Frames since the last detection."""
+    hits: int = 0
+    """Detections of at least ``birth_score``, over its whole life."""
+    recent: deque[tuple[int, float]] = field(default_factory=deque)
+    """(age, score) of the detections that count for confirmation."""
+    measured: bool = False
+    """A measurement has come in this frame."""
+
+    def begin_frame(self, prediction: Prediction, motion: MotionState) -> None:
+        """Takes the time update; until something corrects it, the prediction is the result."""
+        self.age += 1
+        self.missed += 1
+        self.undetected += 1
+        self.motion = motion
+        self.prediction = prediction
+        self.box = prediction.box
+        self.source = "predicted"
+        self.detection = None
+        self.measured = False
+
+    def detected(self, row: int, score: float, params: TrackingParams) -> None:
+        """Counts an associated detection."""
+        self.detection = row
+        self.score = score
+        self.missed = 0
+        self.undetected = 0
+        if score >= params.birth_score:
+            self.hits += 1
+            self.recent.append((self.age, score))
+
+    def may_confirm(self, params: TrackingParams) -> bool:
+        """Whether the detections of the last ``confirm_window`` frames suffice."""
+        while self.recent and self.recent[0][0] <= self.age - params.confirm_window:
+            self.recent.popleft()
+        if len(self.recent) < params.confirm_hits:
+            return False
+        return sum(score for _, score in self.recent) / len(self.recent) >= params.confirm_score
+
+    def limit(self, params: TrackingParams) -> int:
+        """Missed frames that this track survives.
+
+        A tentative track has as many as leave its confirmation within the window possible.
+        """
+        if self.state == "confirmed":
+            return params.max_coast
+        return min(params.max_coast, max(params.confirm_window - params.confirm_hits, 0))

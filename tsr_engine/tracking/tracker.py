@@ -1,0 +1,317 @@
+"""The tracker: prediction, association, correction, birth and death, in separate steps.
+
+The gate and the online detector act between prediction and update, so the frame's loop belongs to the pipeline::
+
+    tracker = Tracker(params.tracking, width, height)
+    for ordinal, picture in video:
+        predictions = tracker.predict(dt, shift)             # track_id -> Prediction
+        matches = tracker.associate(detections)              # track_id -> row of detections
+        for track_id, prediction in predictions.items():     # gate, relocalisation, then:
+            tracker.correct(track_id, box, source="detected")
+        frame = tracker.finish(ordinal)                      # tracks of this frame and events
+
+``step`` runs that loop without gate and online detector (the paper's "KF alone").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tsr_engine.geometry.boxes import area, clip, intersection, iou, to_cxcywh, to_xyxy
+from tsr_engine.params.tracking import TrackingParams
+from tsr_engine.protocols import MotionModel
+from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source, TrackState
+from tsr_engine.tracking.assignment import Gates, associate
+from tsr_engine.tracking.motion import make_motion
+from tsr_engine.tracking.track import Track
+
+_NESTED = 0.65
+"""Share of the smaller box inside a detected track's box from which a detection is a second view of that sign."""
+
+_MOST_REPEATS = 2
+"""Repeated pictures in a row that are taken for dropped frames."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackStatus:
+    """One track after a frame."""
+
+    track_id: int
+    state: TrackState
+    source: Source
+    box: FloatArray
+    """Shape (4,): the frame's result."""
+    score: float
+    prediction: Prediction | None
+    """None in the frame of birth."""
+    detection: int | None
+    """Row of the associated detection."""
+    missed: int
+    """Frames since the last detection or confident relocalisation; 0 if in this frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackedFrame:
+    """What ``Tracker.finish`` returns: the living tracks by id, and what happened.
+
+    A track that ended in this frame is not among ``tracks``; its event says why. Events: ``born``, ``confirmed``,
+    ``missed`` (first frame of a run without evidence), ``died``.
+    """
+
+    tracks: tuple[TrackStatus, ...]
+    events: tuple[Event, ...]
+
+
+class Tracker:
+    """Follows signs through one video. Deterministic; ids count from 1 in each instance.
+
+    Args:
+        params: all thresholds.
+        width: width of the pictures, px.
+        height: height of the pictures, px.
+        motion: motion model; by default the one that ``params.motion`` names.
+        first_id: id of the first track, >= 1.
+    """
+
+    def __init__(
+        self,
+        params: TrackingParams,
+        width: int,
+        height: int,
+        motion: MotionModel | None = None,
+        *,
+        first_id: int = 1,
+    ) -> None:
+        self._params = params
+        self._width = width
+        self._height = height
+        self._motion = motion or make_motion(params)
+        self._gates = Gates.of(params)
+        self._tracks: dict[int, Track] = {}
+        self._next_id = first_id
+        self._detections = Detections.empty()
+        self._taken: set[int] = set()
+        self._debt = 0.0
+        self._repeats = 0
+
+    @property
+    def living(self) -> tuple[int, ...]:
+        """Ids of the living tracks, ascending."""
+        return tuple(self._tracks)
+
+    @property
+    def next_id(self) -> int:
+        """The id that the next track gets."""
+        return self._next_id
+
+    def predict(self, dt: float = 1.0, shift: tuple[float, float] | None = None) -> dict[int, Prediction]:
+        """Time update of all tracks; starts a frame.
+
+        Args:
+            dt: time since the previous frame in nominal frame intervals, > 0.
+            shift: global camera shift of the picture since the previous frame, px; None where it is not known.
+                Exactly (0, 0) says that the picture repeats the one before: nothing moves, and the next frame
+                catches up. Ignored without ``use_camera_shift``.
+
+        Returns:
+            Prediction of each living track by id, ascending.
+        """
+        if not self._params.use_camera_shift:
+            shift = None
+        dt = self._moved(dt, repeated=shift is not None and shift[0] == 0.0 and shift[1] == 0.0)
+        shift = shift or (0.0, 0.0)
+        for track in self._tracks.values():
+            motion = self._motion.predict(track.motion, dt, shift)
+            box = to_xyxy(self._motion.box_of(motion))
+            track.begin_frame(Prediction(box, self._motion.innovation(motion)), motion)
+        self._detections = Detections.empty()
+        self._taken = set()
+        return {track.track_id: track.prediction for track in self._tracks.values() if track.prediction is not None}
+
+    def associate(self, detections: Detections) -> dict[int, int]:
+        """Assigns detections to the predicted tracks and counts them for their life cycle.
+
+        Nothing moves yet: the filter sees a detection only through ``correct``. Detections below ``low_score`` are
+        left alone.
+
+        Returns:
+            Row of ``detections`` by track id; tracks without a detection are absent.
+        """
+        tracks = [track for track in self._tracks.values() if track.prediction is not None]
+        predictions = [track.prediction for track in tracks if track.prediction is not None]
+        p = self._params
+        pairs = associate(predictions, detections.boxes, detections.scores, p.high_score, p.low_score, self._gates)
+        self._detections = detections
+        self._taken = set(pairs.values())
+        for index, row in pairs.items():
+            tracks[index].detected(row, float(detections.scores[row]), p)
+        return {tracks[index].track_id: row for index, row in sorted(pairs.items())}
+
+    def correct(
+        self,
+        track_id: int,
+        box: FloatArray,
+        *,
+        source: Source = "detected",
+        noise: float = 1.0,
+        confident: bool = True,
+        result: FloatArray | None = None,
+    ) -> FloatArray:
+        """Measurement update of one track in this frame.
+
+        Args:
+            track_id: a living track.
+            box: the measurement, shape (4,).
+            source: where the measurement comes from; becomes the frame's source.
+            noise: factor on the measurement's standard deviation; 1 is a detection.
+            confident: whether the measurement proves that the sign is still there (ends a run of missed frames).
+            result: the frame's result if it is not to be the filter's estimate, shape (4,).
+
+        Returns:
+            The frame's result, shape (4,).
+        """
+        track = self._tracks[track_id]
+        track.motion = self._motion.update(track.motion, to_cxcywh(box), noise)
+        track.box = to_xyxy(self._motion.box_of(track.motion)) if result is None else np.array(result, dtype=np.float64)
+        track.source = source
+        track.measured = True
+        if confident:
+            track.missed = 0
+        return track.box
+
+    def finish(self, ordinal: int) -> TrackedFrame:
+        """Confirms, ends, merges and starts tracks; ends a frame.
+
+        Args:
+            ordinal: the frame, for events.
+        """
+        events: list[Event] = []
+        for track in self._tracks.values():
+            if track.undetected > 0:
+                floor = self._params.low_score
+                track.score = floor + (track.score - floor) * self._params.score_decay
+            if track.state == "tentative" and track.may_confirm(self._params):
+                track.state = "confirmed"
+                events.append(_confirmed(track))
+            elif track.missed == 1 and track.state == "confirmed":
+                text = f"Track {track.track_id} has neither a detection nor a sure relocalisation and is predicted."
+                events.append(Event("missed", track.track_id, text))
+        events += self._end_tracks()
+        events += self._merge_tracks()
+        events += self._start_tracks(ordinal)
+        statuses = tuple(
+            TrackStatus(t.track_id, t.state, t.source, t.box, t.score, t.prediction, t.detection, t.missed)
+            for t in self._tracks.values()
+        )
+        return TrackedFrame(statuses, tuple(events))
+
+    def step(
+        self, ordinal: int, detections: Detections, dt: float = 1.0, shift: tuple[float, float] | None = None
+    ) -> TrackedFrame:
+        """A whole frame by Kalman filter alone: every associated detection is a measurement."""
+        self.predict(dt, shift)
+        for track_id, row in self.associate(detections).items():
+            self.correct(track_id, detections.boxes[row])
+        return self.finish(ordinal)
+
+    def _moved(self, dt: float, *, repeated: bool) -> float:
+        """Time that the picture's content moved on by.
+
+        Cameras and converters that repeat a picture skip the one that should be there, so the next picture is two
+        intervals on. A longer run of equal pictures is a scene that stands still, and time passes as usual.
+        """
+        if not self._tracks:
+            self._debt, self._repeats = 0.0, 0
+            return dt
+        if not repeated:
+            dt, self._debt, self._repeats = dt + self._debt, 0.0, 0
+            return dt
+        self._repeats += 1
+        if self._repeats > _MOST_REPEATS:
+            self._debt = 0.0
+            return dt
+        self._debt += dt
+        return 0.0
+
+    def _end_tracks(self) -> list[Event]:
+        """Ends tracks that left the view or went without evidence for too long."""
+        events = []
+        for track in list(self._tracks.values()):
+            share = float(area(clip(track.box, self._width, self._height)) / max(float(area(track.box)), 1e-9))
+            values: Mapping[str, float | int] = {"missed": track.missed, "undetected": track.undetected, "view": share}
+            if share < self._params.view_share:
+                why = f"only {share:.0%} of its box is in view"
+            elif track.missed > track.limit(self._params):
+                why = f"{track.missed} frames without a detection or a sure relocalisation"
+            elif track.undetected > self._params.max_undetected:
+                why = f"{track.undetected} frames without a detection"
+            else:
+                continue
+            unsure = " before it was confirmed" if track.state == "tentative" else ""
+            events.append(Event("died", track.track_id, f"Track {track.track_id} ended{unsure}: {why}.", values))
+            del self._tracks[track.track_id]
+        return events
+
+    def _merge_tracks(self) -> list[Event]:
+        """Ends the weaker of two tracks that have come to lie on the same sign."""
+        if len(self._tracks) < 2:
+            return []
+        events = []
+        tracks = sorted(self._tracks.values(), key=_strength)
+        boxes = np.array([track.box for track in tracks])
+        overlaps = iou(boxes, boxes)
+        for i, weak in enumerate(tracks):
+            above = np.flatnonzero(overlaps[i, i + 1 :] >= self._params.merge_iou)
+            if len(above):
+                strong = tracks[i + 1 + int(above[0])]
+                text = f"Track {weak.track_id} ended: it lies on the same sign as track {strong.track_id}."
+                values = {"into": strong.track_id, "iou": float(overlaps[i, i + 1 + int(above[0])])}
+                events.append(Event("died", weak.track_id, text, values))
+                del self._tracks[weak.track_id]
+        return events
+
+    def _start_tracks(self, ordinal: int) -> list[Event]:
+        """Starts a track for every good detection that belongs to none."""
+        events = []
+        detections = self._detections
+        for row in range(len(detections)):
+            score = float(detections.scores[row])
+            box = np.array(detections.boxes[row], dtype=np.float64)
+            if row in self._taken or score < self._params.birth_score or self._is_second_view(box):
+                continue
+            motion = self._motion.initiate(to_cxcywh(box), self._width, self._height)
+            track = Track(self._next_id, motion, box, score, ordinal)
+            track.detected(row, score, self._params)
+            self._next_id += 1
+            self._tracks[track.track_id] = track
+            text = f"Track {track.track_id} starts from a detection with score {score:.2f}."
+            events.append(Event("born", track.track_id, text, {"score": score, "frame": ordinal}))
+            if track.may_confirm(self._params):
+                track.state = "confirmed"
+                events.append(_confirmed(track))
+        return events
+
+    def _is_second_view(self, box: FloatArray) -> bool:
+        """Whether a detection shows a sign that already has a track."""
+        for track in self._tracks.values():
+            if float(iou(box, track.box)[0, 0]) >= self._params.duplicate_iou:
+                return True
+            smaller = min(float(area(box)), float(area(track.box)))
+            # Nested boxes of quite different size: only a track that has its own detection now can claim them.
+            if track.undetected == 0 and float(intersection(box, track.box)[0, 0]) >= _NESTED * smaller:
+                return True
+        return False
+
+
+def _confirmed(track: Track) -> Event:
+    values = {"hits": len(track.recent), "frames": track.age + 1, "since": track.born}
+    text = f"Track {track.track_id} is confirmed by {len(track.recent)} detections in {track.age + 1} frames."
+    return Event("confirmed", track.track_id, text, values)
+
+
+def _strength(track: Track) -> tuple[bool, int, int, int]:
+    """Order in which tracks give way: tentative first, then longest unseen, fewest hits, youngest."""
+    return (track.state == "confirmed", -track.missed, track.hits, -track.track_id)

@@ -1,0 +1,165 @@
+"""Gradient descent for the classifier's feature map and machine, in plain NumPy.
+
+The loss is the squared hinge of the one-vs-rest support vector machine (Tang 2013), or cross-entropy; the optimiser
+is Adam with decoupled weight decay (Loshchilov & Hutter 2019), a cosine schedule and an average of the weights over
+the last steps, which is what is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.features import POSITIONS, WINDOW_LENGTH, windows
+
+Array = NDArray[np.float32]
+Loss = Literal["hinge", "cross_entropy"]
+_DECAYED = ("filters", "hidden", "weights")
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkSettings:
+    """Size and regularisation."""
+
+    filters: int = 128
+    hidden: int = 256
+    drop_hidden: float = 0.4
+    """Share of features that a training step forgets."""
+    rate: float = 1.5e-3
+    """Peak step size of Adam."""
+    decay: float = 0.1
+    """Decoupled weight decay, in units of the step size."""
+    warm_up: int = 200
+    """Steps until the peak step size."""
+    loss: Loss = "hinge"
+
+
+class Network:
+    """Trainable weights, their gradients' moments and their running average."""
+
+    def __init__(self, settings: NetworkSettings, seed: int) -> None:
+        self.settings = settings
+        self._generator = np.random.default_rng(seed)
+        f, h = settings.filters, settings.hidden
+        self.weights: dict[str, Array] = {
+            "filters": self._draw(WINDOW_LENGTH, f, 1.0),
+            "filter_bias": np.zeros(f, dtype=np.float32),
+            "hidden": self._draw(POSITIONS * f, h, 1.0),
+            "hidden_bias": np.zeros(h, dtype=np.float32),
+            "weights": self._draw(h, CLASS_COUNT, 0.3),
+            "bias": np.full(CLASS_COUNT, -0.5, dtype=np.float32),
+        }
+        self.average = {key: value.copy() for key, value in self.weights.items()}
+        self._first = {key: np.zeros_like(value) for key, value in self.weights.items()}
+        self._second = {key: np.zeros_like(value) for key, value in self.weights.items()}
+        self._step = 0
+
+    def _draw(self, rows: int, columns: int, gain: float) -> Array:
+        """Normal weights that keep the variance through ``max(0, .)`` (He et al. 2015)."""
+        draw = self._generator.standard_normal((rows, columns), dtype=np.float32)
+        return np.asarray(draw * np.float32(gain * math.sqrt(2 / rows)), dtype=np.float32)
+
+    def resume(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Start from given weights."""
+        for key, weight in self.weights.items():
+            weight[:] = arrays[key]
+            self.average[key][:] = arrays[key]
+
+    def train_step(self, descriptors: Array, labels: NDArray[np.int64], progress: float) -> float:
+        """One step on one batch.
+
+        Args:
+            descriptors: shape (n, 4320).
+            labels: shape (n,).
+            progress: share of the whole training that is done, in [0, 1): sets the step size.
+
+        Returns:
+            The batch's mean loss.
+        """
+        w, n = self.weights, len(labels)
+        rows = windows(descriptors)
+        found: Array = rows @ w["filters"]
+        found += w["filter_bias"]
+        np.maximum(found, 0, out=found)
+        found = found.reshape(n, -1)
+        features: Array = found @ w["hidden"]
+        features += w["hidden_bias"]
+        np.maximum(features, 0, out=features)
+        features *= self._mask(features.shape, self.settings.drop_hidden)
+        margins: Array = features @ w["weights"]
+        margins += w["bias"]
+        loss, slope = _hinge(margins, labels) if self.settings.loss == "hinge" else _cross_entropy(margins, labels)
+
+        # A unit that max(0, .) or the mask has silenced is exactly 0, so its sign is the whole back-propagation rule;
+        # the mask's factor 1 / (1 - p) belongs to the slope as well.
+        back: Array = slope @ w["weights"].T
+        back *= (features > 0) * np.float32(1 / (1 - self.settings.drop_hidden))
+        lower: Array = back @ w["hidden"].T
+        lower *= found > 0
+        lower = lower.reshape(len(rows), -1)
+        self._adam(
+            {
+                "weights": features.T @ slope,
+                "bias": slope.sum(0),
+                "hidden": found.T @ back,
+                "hidden_bias": back.sum(0),
+                "filters": rows.T @ lower,
+                "filter_bias": lower.sum(0),
+            },
+            progress,
+        )
+        return loss
+
+    def _mask(self, shape: tuple[int, ...], drop: float) -> Array:
+        kept = self._generator.random(shape, dtype=np.float32) >= drop
+        return kept * np.float32(1 / (1 - drop))
+
+    def _adam(self, gradients: dict[str, Array], progress: float) -> None:
+        self._step += 1
+        t = self._step
+        rate = self.settings.rate * min(1.0, t / self.settings.warm_up) * 0.5 * (1 + math.cos(math.pi * progress))
+        unbias_first, unbias_second = np.float32(1 / (1 - 0.9**t)), np.float32(1 / (1 - 0.999**t))
+        for key, gradient in gradients.items():
+            first, second, weight = self._first[key], self._second[key], self.weights[key]
+            first *= np.float32(0.9)
+            first += np.float32(0.1) * gradient
+            second *= np.float32(0.999)
+            np.square(gradient, out=gradient)
+            gradient *= np.float32(0.001)
+            second += gradient
+            move = first * unbias_first
+            move /= np.sqrt(second * unbias_second) + np.float32(1e-8)
+            if key in _DECAYED:
+                move += np.float32(self.settings.decay) * weight
+            move *= np.float32(rate)
+            weight -= move
+        if t % 4 == 0:
+            share = np.float32(1 - min(0.99, (1 + t / 4) / (10 + t / 4)))
+            for key, average in self.average.items():
+                average += share * (self.weights[key] - average)
+
+
+def _hinge(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Array]:
+    """Squared hinge of 43 machines, summed over machines, mean over the batch; and its slope."""
+    n = len(labels)
+    target = np.full(margins.shape, -1, dtype=np.float32)
+    target[np.arange(n), labels] = 1
+    slack = np.maximum(0, 1 - target * margins)
+    return float((slack * slack).sum() / n), (np.float32(-2 / n) * target * slack).astype(np.float32)
+
+
+def _cross_entropy(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Array]:
+    """Mean negative log-likelihood of the softmax, and its slope."""
+    n = len(labels)
+    shifted = margins - margins.max(axis=1, keepdims=True)
+    log_sum = np.log(np.exp(shifted).sum(axis=1, keepdims=True))
+    log_probability = shifted - log_sum
+    slope = np.exp(log_probability)
+    slope[np.arange(n), labels] -= 1
+    return float(-log_probability[np.arange(n), labels].mean()), (slope / np.float32(n)).astype(np.float32)

@@ -1,0 +1,166 @@
+"""Training of the offline detector: cascade in rounds with hard negatives, then the second look, then calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.channels.compute import CHANNELS
+from tsr_engine.channels.pyramid import PyramidPlan
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.detection.boosting import BoostingPlan, boost
+from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
+from tsr_engine.detection.window import Window
+from tsr_engine.training.crops import crop_windows
+from tsr_engine.training.gtsdb import Scene
+from tsr_engine.training.gtsrb import CropItem
+from tsr_engine.training.lambdas import measure_lambdas
+from tsr_engine.training.mining import Tick, aligned_windows, background_windows, hard_windows, read_picture
+from tsr_engine.training.patches import sign_windows
+from tsr_engine.training.refinement import RefinementPlan, train_second_look
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorPlan:
+    """Everything that decides the result, besides data and seed.
+
+    Attributes:
+        rounds: trees of each round; between rounds hard negatives are collected.
+        mining_share: share of the scenes that are searched for hard negatives after each round but the last.
+        depth: depth of the cascade's trees.
+        feature_share: share of the features that one tree may look at.
+        jittered: training windows cut around each annotated sign.
+        crop_frames: windows from each GTSRB track, 0: none.
+        per_scene: hard negatives a scene and round.
+        random_per_scene: random negatives a scene.
+        most_negatives: negatives are thinned to this number.
+        floor: a window whose running score falls below is dropped (units of half log-odds); the constant
+            threshold of the toolbox, looser. Thresholds from the training signs' own traces would drop new signs.
+        first_checked: trees before the first check.
+        refinement: the second look.
+    """
+
+    rounds: tuple[int, ...] = (32, 128, 384, 1024)
+    mining_share: tuple[float, ...] = (0.3, 0.7, 1.0)
+    depth: int = 3
+    feature_share: float = 1 / 16
+    jittered: int = 16
+    crop_frames: int = 5
+    per_scene: int = 100
+    random_per_scene: int = 150
+    most_negatives: int = 70_000
+    floor: float = -1.5
+    first_checked: int = 8
+    refinement: RefinementPlan = field(default_factory=RefinementPlan)
+
+
+def fit_detector(
+    scenes: Sequence[Scene], crops: Sequence[CropItem], plan: DetectorPlan, seed: int, tick: Tick
+) -> tuple[AcfModel, dict[str, Any]]:
+    """Train a detector.
+
+    Args:
+        scenes: annotated scenes.
+        crops: GTSRB crops as further signs; may be empty.
+        plan: see :class:`DetectorPlan`.
+        seed: of everything random.
+        tick: told what is going on.
+
+    Returns:
+        The model and a record of the training.
+
+    Raises:
+        InputError: a picture cannot be decoded.
+        ValueError: no scene holds a sign.
+    """
+    signs = sum(len(s.boxes) for s in scenes)
+    if not signs:
+        raise ValueError("A detector is trained on scenes with signs. Got none.")
+    rng = np.random.default_rng(seed)
+    window = Window()
+    lambdas = measure_lambdas(read_picture(s) for s in scenes[:: max(1, len(scenes) // 40)])
+    pyramid = PyramidPlan(window.shrink, 8, 2, lambdas)
+    positives, weights = _positives(scenes, crops, window, pyramid, plan, rng, tick)
+    few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
+    negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, tick)
+    cascade = None
+    for number, trees in enumerate(plan.rounds):
+        tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
+        boosting = BoostingPlan(trees, plan.depth, plan.feature_share)
+        cascade = with_floor(boost(positives, negatives, boosting, rng, window.cells, weights), plan)
+        if number == len(plan.rounds) - 1:
+            break
+        count = max(1, round(len(scenes) * plan.mining_share[number]))
+        searched = [scenes[i] for i in rng.permutation(len(scenes))[:count]]
+        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, tick, count)
+        negatives = _thinned(negatives, hard, plan.most_negatives, rng)
+    assert cascade is not None
+    second_look = train_second_look(scenes, cascade, window, pyramid, plan.refinement, rng, tick)
+    model = AcfModel(window, pyramid, cascade, second_look, (1.0, 0.0, 0.0))
+    record = {
+        "scenes": len(scenes),
+        "signs": signs,
+        "crops": len(crops),
+        "positives": len(positives),
+        "negatives": len(negatives),
+        "plan": asdict(plan),
+    }
+    return model, record
+
+
+def with_floor(ensemble: TreeEnsemble, plan: DetectorPlan) -> TreeEnsemble:
+    """The soft cascade: nothing is dropped before ``first_checked`` trees, below ``floor`` afterwards."""
+    rejection = np.full(len(ensemble), round(plan.floor * UNIT), np.int32)
+    rejection[: min(plan.first_checked, len(ensemble)) - 1] = NEVER
+    return ensemble.with_rejection(rejection)
+
+
+def _positives(
+    scenes: Sequence[Scene],
+    crops: Sequence[CropItem],
+    window: Window,
+    pyramid: PyramidPlan,
+    plan: DetectorPlan,
+    rng: np.random.Generator,
+    tick: Tick,
+) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    """Windows of signs and their weights: a sign of a rare class weighs more, crops weigh half as much as scenes."""
+    frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)
+    windows, weights = [], []
+    for number, scene in enumerate(scenes):
+        tick("signs", number, len(scenes))
+        if not len(scene.boxes):
+            continue
+        picture = read_picture(scene)
+        for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
+            cut = sign_windows(picture, box, window, plan.jittered, rng)
+            windows.append(cut)
+            weights.append(np.full(len(cut), frequency[class_id] ** -0.5 / len(cut)))
+        if number % 2 == 0:
+            aligned = aligned_windows(scene, window, pyramid)
+            if len(aligned):
+                rarest = frequency[scene.class_ids].min()
+                windows.append(aligned)
+                weights.append(np.full(len(aligned), rarest**-0.5 * len(scene.boxes) / len(aligned)))
+    scene_weight = sum(float(w.sum()) for w in weights)
+    if crops and plan.crop_frames:
+        cut, classes = crop_windows(crops, scenes, window, plan.crop_frames, rng, tick)
+        of_class = np.bincount(classes, minlength=43)
+        share = of_class[classes] ** -0.5
+        windows.append(cut)
+        weights.append(share * (0.5 * scene_weight / share.sum()))
+    features = np.concatenate(windows)
+    assert features.shape[1] == CHANNELS * window.cells**2
+    return features, np.concatenate(weights)
+
+
+def _thinned(old: NDArray[np.uint8], new: NDArray[np.uint8], most: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Both sets; of the older one as many at random as fit."""
+    room = max(most - len(new), most // 4)
+    if len(old) > room:
+        old = old[np.sort(rng.permutation(len(old))[:room])]
+    return np.concatenate([old, new])[: max(most, room)]

@@ -1,0 +1,118 @@
+"""Reader of the German Traffic Sign Detection Benchmark (Houben et al., IJCNN 2013).
+
+A folder holds the scenes and ``gt.txt`` with one line a sign::
+
+    00000.jpg;774;411;815;446;11        file;left;top;right;bottom;class
+
+The four numbers are *inclusive* pixel indices: on round signs of 28 px and more the centre of the rim lies a
+median 0.5 px right of and below ``(left + right) / 2, (top + bottom) / 2`` in pixel-edge coordinates, which is
+where the inclusive reading puts it. A box therefore is ``left, top, right + 1, bottom + 1``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import InputError
+from tsr_engine.records import FloatArray
+
+CLASSES = 43
+TRUTH = "gt.txt"
+_SUFFIXES = (".ppm", ".png", ".jpg", ".jpeg")
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """One annotated picture.
+
+    Attributes:
+        name: file name of the picture, for example ``00000.jpg``.
+        path: the picture.
+        boxes: shape (n, 4), float64, pixel edges; n may be 0.
+        class_ids: shape (n,), int64, in 0..42.
+    """
+
+    name: str
+    path: Path
+    boxes: FloatArray
+    class_ids: NDArray[np.int64]
+
+
+def read_gtsdb(folder: Path, *, allow_missing: bool = False) -> list[Scene]:
+    """All scenes of a GTSDB folder in the order of their names, those without signs included.
+
+    A row's picture is found by its stem, so that the original ``gt.txt``, which names ``.ppm`` files, also
+    fits a folder of converted pictures.
+
+    Args:
+        folder: the folder with the pictures and ``gt.txt``.
+        allow_missing: leave out the rows of pictures that are not there, instead of raising. For subsets that
+            keep the whole ``gt.txt``.
+
+    Raises:
+        InputError: no such folder, no ``gt.txt``, no pictures, a row that cannot be read (its line number is
+            given), or a row whose picture is missing.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"Expected a folder of GTSDB scenes at {folder}, found none. Name an existing folder.")
+    pictures = {p.stem: p for p in sorted(folder.iterdir()) if p.suffix.lower() in _SUFFIXES}
+    truth = folder / TRUTH
+    try:
+        lines = truth.read_text(encoding="utf-8").splitlines()
+    except FileNotFoundError:
+        raise InputError(f"Expected {TRUTH} beside the scenes in {folder}, found none. Name a GTSDB folder.") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Cannot read {truth} as text: {error}.") from None
+    if not pictures:
+        raise InputError(f"Expected GTSDB scenes (.ppm, .png or .jpg) in {folder}, found none. Unpack them there.")
+    rows = _read_rows(lines, truth, pictures, allow_missing)
+    return [_scene(path, rows.get(stem, [])) for stem, path in sorted(pictures.items())]
+
+
+def _scene(path: Path, rows: list[tuple[int, ...]]) -> Scene:
+    table = np.array(rows, dtype=np.int64).reshape(-1, 5)
+    boxes = table[:, :4] + np.array([0, 0, 1, 1])
+    return Scene(path.name, path, boxes.astype(np.float64), table[:, 4].copy())
+
+
+def _read_rows(
+    lines: Iterable[str], truth: Path, pictures: dict[str, Path], allow_missing: bool
+) -> dict[str, list[tuple[int, ...]]]:
+    """Rows ``left, top, right, bottom, class`` by the stem of their picture."""
+    rows: dict[str, list[tuple[int, ...]]] = {}
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        stem, values = _parse(line, f"{truth}, line {number}")
+        if stem in pictures:
+            rows.setdefault(stem, []).append(values)
+        elif not allow_missing:
+            raise InputError(
+                f"{truth}, line {number}: the picture {line.split(';')[0]} is not in {truth.parent}. "
+                "Restore it or remove its lines."
+            )
+    return rows
+
+
+def _parse(line: str, where: str) -> tuple[str, tuple[int, ...]]:
+    fields = [part.strip() for part in line.split(";")]
+    try:
+        if len(fields) != 6:
+            raise ValueError(f"{len(fields)} fields")
+        left, top, right, bottom, class_id = (int(part) for part in fields[1:])
+    except ValueError:
+        raise InputError(
+            f"{where}: expected file;left;top;right;bottom;class with whole numbers, got {line.strip()!r}. "
+            "Correct the line."
+        ) from None
+    if not (0 <= left <= right and 0 <= top <= bottom):
+        raise InputError(f"{where}: expected 0 <= left <= right and 0 <= top <= bottom, got {line.strip()!r}.")
+    if not 0 <= class_id < CLASSES:
+        raise InputError(f"{where}: expected a class in 0..{CLASSES - 1}, got {class_id}. Correct the line.")
+    return Path(fields[0]).stem, (left, top, right, bottom, class_id)

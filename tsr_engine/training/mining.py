@@ -1,0 +1,144 @@
+"""Windows for the cascade's training, taken from the very pyramid that it will scan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
+from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.scan import prepare, scan_level
+from tsr_engine.detection.trees import UNIT, TreeEnsemble
+from tsr_engine.detection.window import Window
+from tsr_engine.errors import InputError
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.gtsdb import Scene
+
+MIN_WIDTH = 16.0
+"""Narrowest sign of the training pyramids, px."""
+SIGN_OVERLAP = 0.35
+"""A window that overlaps a sign by less (IoU) is background."""
+
+Tick = Callable[[str, int, int], None]
+"""Progress: what is done, how many so far, how many in all."""
+
+
+def read_picture(scene: Scene) -> Picture:
+    """The scene's picture, BGR.
+
+    Raises:
+        InputError: it cannot be decoded.
+    """
+    picture = cv2.imread(str(scene.path), cv2.IMREAD_COLOR)
+    if picture is None:
+        raise InputError(f"Cannot decode the picture {scene.path}.")
+    return np.asarray(picture, dtype=np.uint8)
+
+
+def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Level]:
+    """Levels of a picture for signs from ``MIN_WIDTH`` px."""
+    scales = level_scales(window.sign / MIN_WIDTH, window.side / min(picture.shape[:2]), plan.per_octave)
+    return build_pyramid(picture, scales, plan, border=window.pad)
+
+
+def background_windows(
+    scenes: Sequence[Scene], window: Window, plan: PyramidPlan, per_scene: int, rng: np.random.Generator, tick: Tick
+) -> NDArray[np.uint8]:
+    """Random windows that hold no sign, spread over the levels by their size; shape (n, features)."""
+    out = []
+    for number, scene in enumerate(scenes):
+        tick("random background", number, len(scenes))
+        found = list(levels(read_picture(scene), window, plan))
+        sizes = [level.cells.shape[1] * level.cells.shape[2] for level in found]
+        for level, size in zip(found, sizes, strict=True):
+            ny, nx = (n - window.cells + 1 for n in level.cells.shape[1:])
+            if ny < 1 or nx < 1:
+                continue
+            count = max(1, round(per_scene * size / sum(sizes)))
+            y, x = rng.integers(0, ny, count), rng.integers(0, nx, count)
+            clear = away_from_signs(window.to_boxes(y, x, level), scene.boxes)
+            if clear.any():
+                out.append(window.gather(y[clear], x[clear], level))
+    return np.concatenate(out)
+
+
+def away_from_signs(boxes: FloatArray, signs: FloatArray) -> NDArray[np.bool_]:
+    """Which boxes overlap no sign by ``SIGN_OVERLAP`` or more; shape (n,)."""
+    if not len(signs):
+        return np.ones(len(boxes), np.bool_)
+    return np.asarray(iou(boxes, signs).max(axis=1) < SIGN_OVERLAP)
+
+
+def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan, per_level: int = 4) -> NDArray[np.uint8]:
+    """Windows of the scan that lie on the scene's signs, approximated levels included; shape (n, features)."""
+    out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
+    for level in levels(read_picture(scene), window, plan):
+        ny, nx = (n - window.cells + 1 for n in level.cells.shape[1:])
+        for box in scene.boxes:
+            side = np.sqrt((box[2] - box[0]) * (box[3] - box[1]))
+            if abs(np.log(window.sign / level.scale_x / side)) > 0.12:
+                continue
+            half = window.side / 2
+            col = ((box[0] + box[2]) / 2 * level.scale_x - half) / window.shrink + window.pad
+            row = ((box[1] + box[3]) / 2 * level.scale_y - half) / window.shrink + window.pad
+            y, x = (g.ravel() for g in np.mgrid[int(row) - 1 : int(row) + 3, int(col) - 1 : int(col) + 3])
+            inside = (y >= 0) & (y < ny) & (x >= 0) & (x < nx)
+            y, x = y[inside], x[inside]
+            overlap = iou(window.to_boxes(y, x, level), box[None])[:, 0]
+            best = np.argsort(-overlap, kind="stable")[:per_level]
+            best = best[overlap[best] > 0.72]
+            if len(best):
+                out.append(window.gather(y[best], x[best], level))
+    return np.concatenate(out)
+
+
+def scan_scene(
+    picture: Picture, ensemble: TreeEnsemble, window: Window, plan: PyramidPlan, dense: int = 8, limit: int = 3000
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64], dict[int, Level]]:
+    """All windows of a picture that pass a cascade.
+
+    Returns:
+        Boxes (n, 4), scores (n,), and per window its level, row and column (n, 3); the levels by index.
+    """
+    boxes, scores, places, kept = [np.zeros((0, 4))], [np.zeros(0)], [np.zeros((0, 3), np.int64)], {}
+    for level in levels(picture, window, plan):
+        nodes = prepare(ensemble, level.cells.shape[1], level.cells.shape[2], level.gains)
+        y, x, score = scan_level(level.cells, ensemble, min(dense, len(ensemble)), nodes)
+        if not len(y):
+            continue
+        if len(y) > limit:
+            best = np.sort(np.argpartition(-score, limit)[:limit])
+            y, x, score = y[best], x[best], score[best]
+        kept[level.index] = level
+        boxes.append(window.to_boxes(y, x, level))
+        scores.append(score / UNIT)
+        places.append(np.stack([np.full(len(y), level.index), y, x], axis=1))
+    return np.concatenate(boxes), np.concatenate(scores), np.concatenate(places), kept
+
+
+def hard_windows(
+    scenes: Iterable[Scene],
+    ensemble: TreeEnsemble,
+    window: Window,
+    plan: PyramidPlan,
+    per_scene: int,
+    tick: Tick,
+    total: int,
+) -> NDArray[np.uint8]:
+    """The background windows that a cascade likes best, after suppression; shape (n, features)."""
+    out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
+    for number, scene in enumerate(scenes):
+        tick("hard background", number, total)
+        boxes, scores, places, kept = scan_scene(read_picture(scene), ensemble, window, plan)
+        clear = away_from_signs(boxes, scene.boxes)
+        boxes, scores, places = boxes[clear], scores[clear], places[clear]
+        chosen = places[suppress(boxes, scores, 0.6, per_scene)]
+        for index in np.unique(chosen[:, 0]):
+            level = kept[int(index)]
+            picked = chosen[chosen[:, 0] == index]
+            out.append(window.gather(picked[:, 1], picked[:, 2], level))
+    return np.concatenate(out)

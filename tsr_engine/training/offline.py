@@ -1,0 +1,214 @@
+"""The components ``detector`` and ``prior`` from folders of scenes and crops, with held-out figures.
+
+The scenes are split three ways: most train, some calibrate (log-odds, lambda), the rest is reported on. The detector
+that ships is then trained once more on all scenes with the calibration found; its figures stay those of the split.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.detection.acf import AcfDetector, AcfModel
+from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen, with_prior
+from tsr_engine.evaluation.detection import DetectionScore, match, score_detections
+from tsr_engine.geometry.boxes import iou, non_overlap
+from tsr_engine.io.models import Component
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.records import FloatArray
+from tsr_engine.training.calibration import fit_calibration
+from tsr_engine.training.detector import DetectorPlan, fit_detector
+from tsr_engine.training.gtsdb import Scene, read_gtsdb
+from tsr_engine.training.gtsrb import read_items
+from tsr_engine.training.mining import read_picture
+
+Progress = Callable[[str, int, int], None]
+
+CALIBRATION_SHARE = 1 / 6
+REPORT_SHARE = 1 / 4
+BANDWIDTH = 0.05
+"""Standard deviation of the Parzen kernel, share of the picture's sides."""
+
+
+def split_scenes(scenes: Sequence[Scene], seed: int) -> tuple[list[Scene], list[Scene], list[Scene]]:
+    """Scenes to train on, to calibrate on, and to report on; decided by the seed alone."""
+    order = np.random.default_rng([seed, 7]).permutation(len(scenes))
+    report = round(len(scenes) * REPORT_SHARE)
+    calibrate = round(len(scenes) * CALIBRATION_SHARE)
+    pick = [scenes[i] for i in order]
+    return pick[report + calibrate :], pick[report : report + calibrate], pick[:report]
+
+
+def train_detector(
+    gtsdb: Path, gtsrb: Path | None, seed: int, progress: Progress, plan: DetectorPlan | None = None
+) -> Component:
+    """Train the component ``detector``.
+
+    Args:
+        gtsdb: folder of annotated scenes.
+        gtsrb: folder of crops as further signs; unset: scenes alone.
+        seed: of the split and everything random.
+        progress: told stage, number done and number in all.
+        plan: unset: :class:`DetectorPlan`'s defaults.
+
+    Returns:
+        The component; its arrays also hold the detections on the held-out scenes, from which the prior's weight is
+        learned.
+
+    Raises:
+        InputError: a folder or picture cannot be read.
+    """
+    plan = plan or DetectorPlan()
+    scenes = read_gtsdb(gtsdb)
+    crops = read_items(gtsrb) if gtsrb is not None else []
+    train, calibrate, report = split_scenes(scenes, seed)
+    model, record = fit_detector(train, crops, plan, seed, _named("held-out model", progress))
+    calibration = calibrate_model(model, calibrate, _named("calibration", progress))
+    model = _with_calibration(model, calibration)
+    found = detect_scenes(model, [*calibrate, *report], _named("held-out scenes", progress))
+    figures = detection_figures(found[len(calibrate) :])
+    final, final_record = fit_detector(scenes, crops, plan, seed, _named("final model", progress))
+    arrays, settings = _with_calibration(final, calibration).to_arrays()
+    for name, values in zip(("boxes", "raw", "labels"), _labelled(found), strict=True):
+        arrays[f"heldout_{name}"] = values
+    data = {
+        "scenes": {"source": "GTSDB", **{k: final_record[k] for k in ("scenes", "signs")}},
+        "crops": {"source": "GTSRB", "crops": final_record["crops"]},
+        "figures_from": {"trained_on": record["scenes"], "calibrated_on": len(calibrate), "reported_on": len(report)},
+        "plan": final_record["plan"],
+    }
+    return Component("detector", arrays, settings, data, figures, seed)
+
+
+def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress) -> tuple[float, float, float]:
+    """Log-odds from the candidates on scenes that did not train the model."""
+    detector = AcfDetector(model, params=DetectorParams(second_core=False))
+    verified, cascade, labels = [], [], []
+    for number, scene in enumerate(scenes):
+        progress("candidates", number, len(scenes))
+        picture = read_picture(scene)
+        boxes, scores = detector.candidates(picture)
+        refined, look = model.second_look.look(picture, boxes)
+        overlap = iou(refined, scene.boxes).max(axis=1) if len(scene.boxes) and len(boxes) else np.zeros(len(boxes))
+        clear = (overlap >= 0.5) | (overlap < 0.3)
+        verified.append(look[clear])
+        cascade.append(scores[clear])
+        labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
+    return fit_calibration(np.concatenate(verified), np.concatenate(cascade), np.concatenate(labels))
+
+
+def detect_scenes(
+    model: AcfModel, scenes: Sequence[Scene], progress: Progress
+) -> list[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]:
+    """Per scene: boxes (n, 4), raw scores (n,), truth (m, 4), and the picture's (width, height)."""
+    detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
+    found = []
+    for number, scene in enumerate(scenes):
+        progress("detecting", number, len(scenes))
+        picture = read_picture(scene)
+        seen = detector.detect(picture)
+        found.append((seen.boxes, seen.raw_scores, scene.boxes, (picture.shape[1], picture.shape[0])))
+    return found
+
+
+def detection_figures(
+    found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]],
+) -> dict[str, Any]:
+    """AP at IoU 0.5, recall at three rates of false alarms, mean Eq. 7 of the true detections."""
+    score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
+    return {**score_figures(score), "mean_eq7": round(mean_error(found), 4)}
+
+
+def score_figures(score: DetectionScore) -> dict[str, Any]:
+    """What a table shows of a precision-recall curve."""
+    return {
+        "ap50": round(score.average_precision, 4),
+        "recall_at_0.03": round(score.recall_at(0.03), 4),
+        "recall_at_0.1": round(score.recall_at(0.1), 4),
+        "recall_at_1": round(score.recall_at(1.0), 4),
+        "signs": score.signs,
+        "pictures": score.pictures,
+    }
+
+
+def mean_error(found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]) -> float:
+    """Mean Eq. 7 over the signs that were found; NaN-free: 1 if none was."""
+    errors = []
+    for boxes, raw, truth, _ in found:
+        _, which = match(boxes, raw, truth)
+        errors += [non_overlap(boxes[d], truth[s])[0, 0] for s, d in enumerate(which) if d >= 0]
+    return float(np.mean(errors)) if errors else 1.0
+
+
+def train_prior(gtsdb: Path, detector: Component, seed: int, progress: Progress) -> Component:
+    """Train the component ``prior``: the Parzen table and ``lambda`` (Eq. 8).
+
+    ``lambda`` is learned from the detector's held-out detections: on scenes that trained it, its scores leave nothing
+    to correct. Raw scores are first mapped linearly onto the labels +-1, as Eq. 8 compares them; ``lambda`` is mapped
+    back to the raw scale.
+
+    Raises:
+        InputError: the scenes cannot be read.
+    """
+    scenes = read_gtsdb(gtsdb)
+    train, calibrate, report = split_scenes(scenes, seed)
+    progress("density", 0, 2)
+    size = read_picture(scenes[0]).shape
+    table = parzen(_centres(train, size), BANDWIDTH)
+    boxes, raw, labels = (detector.arrays[f"heldout_{n}"].astype(np.float64) for n in ("boxes", "raw", "labels"))
+    scene_of, boxes = boxes[:, 0].astype(int), boxes[:, 1:]
+    prior = SpatialPrior(table, 0.0)
+    values = prior.at(boxes, size[1], size[0])
+    learning = scene_of < len(calibrate)
+    slope, offset = np.polyfit(raw[learning], labels[learning], 1)
+    weight = learn_weight(slope * raw[learning] + offset, values[learning], labels[learning]) / max(slope, 1e-6)
+    progress("figures", 1, 2)
+    scores = {}
+    for name, used in (("raw", 0.0), ("with_prior", weight)):
+        results = []
+        for number, scene in enumerate(report):
+            here = np.flatnonzero(scene_of == len(calibrate) + number)
+            final = with_prior(raw[here], values[here], used)
+            kept = here[suppress(boxes[here], final, DetectorParams().final_overlap)]
+            results.append((boxes[kept], with_prior(raw[kept], values[kept], used), scene.boxes))
+        scores[name] = score_figures(score_detections(results))
+    whole = parzen(_centres(scenes, size), BANDWIDTH)
+    data = {
+        "scenes": {"source": "GTSDB", "scenes": len(scenes)},
+        "figures_from": {"table": len(train), "lambda": len(calibrate), "reported_on": len(report)},
+    }
+    return Component("prior", {"table": whole}, {"lambda": weight}, data, scores, seed)
+
+
+def _centres(scenes: Sequence[Scene], size: tuple[int, ...]) -> FloatArray:
+    boxes = np.concatenate([s.boxes for s in scenes])
+    return np.stack([(boxes[:, 0] + boxes[:, 2]) / (2 * size[1]), (boxes[:, 1] + boxes[:, 3]) / (2 * size[0])], axis=1)
+
+
+def _labelled(
+    found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]],
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Held-out detections as rows: (scene number, box) float32, raw score float32, label int8."""
+    boxes, scores, labels = [], [], []
+    for number, (box, raw, truth, _) in enumerate(found):
+        hit, _ = match(box, raw, truth)
+        boxes.append(np.concatenate([np.full((len(box), 1), number), box], axis=1))
+        scores.append(raw)
+        labels.append(np.where(hit, 1, -1))
+    return (
+        np.concatenate(boxes).astype(np.float32),
+        np.concatenate(scores).astype(np.float32),
+        np.concatenate(labels).astype(np.int8),
+    )
+
+
+def _with_calibration(model: AcfModel, calibration: tuple[float, float, float]) -> AcfModel:
+    return AcfModel(model.window, model.plan, model.cascade, model.second_look, calibration)
+
+
+def _named(what: str, progress: Progress) -> Progress:
+    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)

@@ -1,0 +1,93 @@
+"""Offline samples of the online detector: what it knows before the first frame of a track (section III-D.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypedDict
+
+import numpy as np
+
+from tsr_engine.errors import InputError
+from tsr_engine.evidence.regions import FramePixels
+from tsr_engine.geometry.boxes import iou, to_cxcywh, to_xyxy
+from tsr_engine.io.models import Component
+from tsr_engine.io.pictures import read_picture
+from tsr_engine.online.features import describe
+from tsr_engine.records import FloatArray
+from tsr_engine.training.gtsdb import Scene
+
+__all__ = ["OfflineSamples", "train_online"]
+
+
+class OfflineSamples(TypedDict):
+    """Descriptors and labels."""
+
+    X: FloatArray
+    y: FloatArray
+
+
+def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) -> Component:
+    """Draw balanced offline samples from annotated scenes.
+
+    Signs are drawn evenly over their classes. Each gives one positive sample, its box, and one negative sample:
+    in turn a window that is shifted off the sign by 0.4 to 1 sides, or one from anywhere in the same scene.
+
+    Args:
+        scenes: scenes with at least one sign among them.
+        seed: of the random choices.
+        positives: number of positive samples, and of negative ones.
+
+    Returns:
+        Component ``online`` with arrays ``X`` (2 * positives, 324) float32 and ``y`` (2 * positives,) int8.
+
+    Raises:
+        InputError: no signs, or a picture that cannot be read.
+    """
+    rng = np.random.default_rng(seed)
+    signs = [(s, k) for s, scene in enumerate(scenes) for k in range(len(scene.boxes))]
+    if not signs:
+        raise InputError("Expected scenes with signs to draw offline samples from, got none. Name annotated scenes.")
+    chosen = _balanced([int(scenes[s].class_ids[k]) for s, k in signs], positives, rng)
+    vectors, labels = [], []
+    for number, index in enumerate(chosen):
+        s, k = signs[index]
+        pixels = FramePixels(read_picture(scenes[s].path))
+        box = scenes[s].boxes[k]
+        window = _negative(box, scenes[s].boxes, pixels.width, pixels.height, number % 2 == 0, rng)
+        vectors += [describe(pixels, box), describe(pixels, window)]
+        labels += [1, -1]
+    return Component(
+        "online",
+        {"X": np.asarray(vectors, dtype=np.float32), "y": np.asarray(labels, dtype=np.int8)},
+        params={"descriptor": "luv+6 orientations, 6x6 cells of 4 px, unit length"},
+        data={"scenes": len(scenes), "signs": len(signs), "samples": len(labels)},
+        seed=seed,
+    )
+
+
+def _balanced(classes: Sequence[int], count: int, rng: np.random.Generator) -> list[int]:
+    """Indices drawn in rounds, one of each class a round; signs repeat only when a class has run out."""
+    queues = {c: list(rng.permutation([k for k, other in enumerate(classes) if other == c])) for c in set(classes)}
+    chosen: list[int] = []
+    while len(chosen) < count:
+        for c in rng.permutation(sorted(queues)):
+            queue = queues[int(c)]
+            chosen.append(int(queue[0]))
+            queues[int(c)] = [*queue[1:], queue[0]]
+    return chosen[:count]
+
+
+def _negative(
+    box: FloatArray, signs: FloatArray, width: int, height: int, near: bool, rng: np.random.Generator
+) -> FloatArray:
+    """A window of the sign's size that overlaps no sign by more than an IoU of 0.4."""
+    cx, cy, w, h = to_cxcywh(box)
+    while True:
+        if near:
+            angle, distance = rng.uniform(0, 2 * np.pi), rng.uniform(0.4, 1.0)
+            centre = (cx + distance * w * np.cos(angle), cy + distance * h * np.sin(angle))
+        else:
+            centre = (rng.uniform(w / 2, width - w / 2), rng.uniform(h / 2, height - h / 2))
+        window = to_xyxy(np.array([*centre, w, h]))
+        if float(iou(window, signs).max()) <= 0.4:
+            return window

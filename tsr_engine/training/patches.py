@@ -1,0 +1,82 @@
+"""Training windows of signs: cut with much surrounding, jittered, relit, and seen through the detector's channels.
+
+Channels are computed on a patch of 96 px around a sign of 24 px and cropped afterwards: normalisation at the window's
+border needs what lies beyond it.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.channels.compute import compute_channels
+from tsr_engine.channels.pyramid import smooth
+from tsr_engine.channels.quantise import quantise
+from tsr_engine.detection.patch import cut_patch
+from tsr_engine.detection.window import Window
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.augment import relight, soften
+
+PATCH: Final = 96
+"""Side of a training patch, px."""
+
+
+def window_features(patch: Picture, window: Window) -> NDArray[np.uint8]:
+    """The detector's features of the window in the middle of a patch, shape (10 * cells * cells,), uint8."""
+    cells = smooth(quantise(compute_channels(patch, window.shrink)))
+    first = (cells.shape[1] - window.cells) // 2
+    middle = cells[:, first : first + window.cells, first : first + window.cells]
+    return np.ascontiguousarray(middle).reshape(-1)
+
+
+def jitter(box: FloatArray, rng: np.random.Generator, shift: float, log_scale: float) -> FloatArray:
+    """A box moved by up to ``shift`` of its side and scaled by up to ``exp(+-log_scale)``, uniformly."""
+    side = np.sqrt((box[2] - box[0]) * (box[3] - box[1]))
+    dx, dy = rng.uniform(-shift, shift, 2) * side
+    grow = np.exp(rng.uniform(-log_scale, log_scale))
+    cx, cy = (box[0] + box[2]) / 2 + dx, (box[1] + box[3]) / 2 + dy
+    half_w, half_h = (box[2] - box[0]) / 2 * grow, (box[3] - box[1]) / 2 * grow
+    return np.array([cx - half_w, cy - half_h, cx + half_w, cy + half_h])
+
+
+def sign_windows(
+    picture: Picture,
+    box: FloatArray,
+    window: Window,
+    count: int,
+    rng: np.random.Generator,
+    *,
+    shift: float = 0.045,
+    log_scale: float = 0.06,
+    relit: float = 0.5,
+    softened: float = 0.3,
+) -> NDArray[np.uint8]:
+    """Jittered windows of one sign.
+
+    Args:
+        picture: the scene, BGR.
+        box: the sign, shape (4,).
+        window: the detector's window.
+        count: number of windows; the first is neither relit nor softened.
+        rng: randomness.
+        shift: largest displacement as a share of the sign's side (the scan's own step is about half of this).
+        log_scale: largest change of scale, natural logarithm.
+        relit: share of windows under another light.
+        softened: share of windows with less detail.
+
+    Returns:
+        Shape (count, features), uint8.
+    """
+    out = []
+    for i in range(count):
+        patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH)
+        if i and rng.random() < relit:
+            patch = relight(patch, rng)
+        if i and rng.random() < softened:
+            patch = soften(patch, rng)
+        if rng.random() < 0.5:
+            patch = np.ascontiguousarray(patch[:, ::-1])
+        out.append(window_features(patch, window))
+    return np.stack(out)

@@ -1,0 +1,178 @@
+"""Training of the second look: two steps of supervised descent, then a verifier on what they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from tsr_engine.channels.pyramid import PyramidPlan
+from tsr_engine.detection.boosting import BoostingPlan, boost
+from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.second_look import CELLS, SecondLook, features_of, move, steps_to
+from tsr_engine.detection.trees import TreeEnsemble
+from tsr_engine.detection.window import Window
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.augment import relight, soften
+from tsr_engine.training.gtsdb import Scene
+from tsr_engine.training.mining import Tick, away_from_signs, read_picture, scan_scene
+from tsr_engine.training.patches import jitter
+
+
+@dataclass(frozen=True, slots=True)
+class RefinementPlan:
+    """How the second look is trained.
+
+    Attributes:
+        views: relit and softened copies of each sign, besides the original; each also mirrored.
+        starts: starting boxes a view.
+        shift: largest displacement of a start, as a share of the side.
+        log_scale: largest change of a start's scale, natural logarithm.
+        ridge: regularisation of the regressions.
+        candidates: hardest background candidates a scene.
+        boosting: the verifier.
+    """
+
+    views: int = 5
+    starts: int = 8
+    shift: float = 0.15
+    log_scale: float = 0.16
+    ridge: float = 3e-4
+    candidates: int = 50
+    boosting: BoostingPlan = field(
+        default_factory=lambda: BoostingPlan(768, depth=4, feature_share=1 / 16, shrinkage=0.3)
+    )
+
+
+@dataclass(slots=True)
+class _View:
+    """One look of one sign, with boxes that start around it."""
+
+    picture: Picture
+    truth: FloatArray
+    boxes: FloatArray
+    weight: float
+
+
+def train_second_look(
+    scenes: Sequence[Scene],
+    cascade: TreeEnsemble,
+    window: Window,
+    pyramid: PyramidPlan,
+    plan: RefinementPlan,
+    rng: np.random.Generator,
+    tick: Tick,
+) -> SecondLook:
+    """Train regressions and verifier for a cascade.
+
+    The verifier's background is what the cascade lets through on the scenes, moved by the first regression as it
+    will be in use.
+    """
+    views = _views(scenes, plan, rng, tick)
+    weights, biases = [], []
+    for step in range(2):
+        features = np.concatenate([features_of(v.picture, v.boxes) for v in views])
+        wanted = np.concatenate([steps_to(v.boxes, np.repeat(v.truth[None], len(v.boxes), 0)) for v in views])
+        weight, bias = ridge(features, wanted, plan.ridge)
+        # what is stored is half precision: go on with just that
+        weights.append(weight.astype(np.float16).astype(np.float32))
+        biases.append(bias)
+        if step == 0:
+            start = 0
+            answers = features.astype(np.float32) @ weights[0] / np.float32(255.0) + bias
+            for view in views:
+                stop = start + len(view.boxes)
+                view.boxes = move(view.boxes, answers[start:stop].astype(np.float64))
+                start = stop
+    positives = np.concatenate([features_of(v.picture, v.boxes) for v in views])
+    blank = SecondLook(np.stack(weights), np.stack(biases), cascade)
+    negatives = _background(scenes, cascade, window, pyramid, blank, plan.candidates, tick)
+    verifier = boost(
+        positives,
+        negatives,
+        plan.boosting,
+        rng,
+        CELLS,
+        np.concatenate([np.full(len(v.boxes), v.weight) for v in views]),
+    )
+    return SecondLook(np.stack(weights), np.stack(biases), verifier)
+
+
+def ridge(
+    features: NDArray[np.uint8], wanted: FloatArray, strength: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Weights (features, outputs) and biases (outputs,) of a ridge regression on ``features / 255``."""
+    x = features.astype(np.float32) / np.float32(255.0)
+    mean_x, mean_y = x.mean(axis=0), wanted.mean(axis=0)
+    x -= mean_x
+    gram = x.T @ x
+    gram[np.diag_indices_from(gram)] += np.float32(strength * len(x))
+    weights = cho_solve(cho_factor(gram, overwrite_a=True), x.T @ (wanted - mean_y).astype(np.float32))
+    return weights.astype(np.float32), (mean_y - mean_x @ weights).astype(np.float32)
+
+
+def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generator, tick: Tick) -> list[_View]:
+    frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)
+    views = []
+    for number, scene in enumerate(scenes):
+        tick("views of signs", number, len(scenes))
+        if not len(scene.boxes):
+            continue
+        picture = read_picture(scene)
+        for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
+            side = float(np.sqrt((box[2] - box[0]) * (box[3] - box[1])))
+            reach = int(2.5 * side + 20)
+            x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))
+            region = picture[y : int(box[3] + reach), x : int(box[2] + reach)].copy()
+            truth = box - np.array([x, y, x, y])
+            for k in range(plan.views + 1):
+                look = region
+                if k and rng.random() < 0.6:
+                    look = relight(look, rng)
+                if k and rng.random() < 0.35:
+                    look = soften(look, rng)
+                width = look.shape[1]
+                mirrored = np.ascontiguousarray(look[:, ::-1])
+                other = np.array([width - truth[2], truth[1], width - truth[0], truth[3]])
+                for image, target in ((look, truth), (mirrored, other)):
+                    starts = [jitter(_square(target), rng, plan.shift, plan.log_scale) for _ in range(plan.starts)]
+                    views.append(_View(image, target, np.stack(starts), float(frequency[class_id]) ** -0.5))
+    return views
+
+
+def _square(box: FloatArray) -> FloatArray:
+    """The square of the box's area about its centre: what the cascade answers."""
+    half = np.sqrt((box[2] - box[0]) * (box[3] - box[1])) / 2
+    cx, cy = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
+    return np.array([cx - half, cy - half, cx + half, cy + half])
+
+
+def _background(
+    scenes: Sequence[Scene],
+    cascade: TreeEnsemble,
+    window: Window,
+    pyramid: PyramidPlan,
+    look: SecondLook,
+    candidates: int,
+    tick: Tick,
+) -> NDArray[np.uint8]:
+    out = []
+    for number, scene in enumerate(scenes):
+        tick("candidates to verify", number, len(scenes))
+        picture = read_picture(scene)
+        boxes, scores, _, _ = scan_scene(picture, cascade, window, pyramid)
+        clear = away_from_signs(boxes, scene.boxes)
+        boxes, scores = boxes[clear], scores[clear]
+        boxes = boxes[suppress(boxes, scores, 0.6, candidates)]
+        if not len(boxes):
+            continue
+        moved = look.step(0, boxes, features_of(picture, boxes))
+        if len(scene.boxes):
+            moved = moved[iou(moved, scene.boxes).max(axis=1) < 0.4]
+        if len(moved):
+            out.append(features_of(picture, moved))
+    return np.concatenate(out)
