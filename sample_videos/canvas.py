@@ -12,7 +12,7 @@ Points = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 _SHIFT = 6
-_FACTOR = 4
+_FACTOR, _LEAST = 4, 640
 
 
 def arc(cx: float, cy: float, rx: float, ry: float, start: float, end: float, n: int = 24) -> Points:
@@ -80,7 +80,10 @@ def thick(points: Points, width: float) -> list[Points]:
 
 
 class Canvas:
-    """A square picture over [-1, 1] x [-1, 1] (y down), drawn `_FACTOR` times too large and reduced by area.
+    """A square picture over [-1, 1] x [-1, 1] (y down), drawn larger and reduced by area.
+
+    It is drawn `_FACTOR` times too large, and no smaller than `_LEAST` pixels: anti-aliased edges grow by a fraction of
+    a drawn pixel.
 
     Attributes:
         size: Side of the finished picture in pixels.
@@ -88,7 +91,7 @@ class Canvas:
 
     def __init__(self, size: int) -> None:
         self.size = size
-        self._n = size * _FACTOR
+        self._n = size * max(_FACTOR, -(-_LEAST // size))
         self._bgr = np.zeros((self._n, self._n, 3), np.uint8)
         self._alpha = np.zeros((self._n, self._n), np.uint8)
 

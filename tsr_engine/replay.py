@@ -16,7 +16,16 @@ from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params import Params
-from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream, TrackSummary, input_of, rescored, start_core
+from tsr_engine.pipeline import (
+    RECOMPUTED,
+    Components,
+    ResultStream,
+    TrackSummary,
+    input_of,
+    one_blas_thread,
+    rescored,
+    start_core,
+)
 from tsr_engine.records import FrameEvidence
 
 __all__ = ["ReplayReport", "TrackDiff", "changed_parameters", "check_models", "replay", "run_params"]
@@ -126,7 +135,7 @@ def replay(
     """
     report = ReplayReport() if report is None else report
     began = time.perf_counter()
-    with EvidenceReader(folder) as reader:
+    with EvidenceReader(folder) as reader, one_blas_thread():
         before = run_params(reader)
         changed = changed_parameters(before, params)
         _refuse_fixed(folder, changed)

@@ -36,7 +36,16 @@ from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video import Frame, Video, open_video, video_sha256
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, FrameInput, ResultStream, TrackingCore, TrackSummary, keep_regions, rebuild
+from tsr_engine.pipeline import (
+    Components,
+    FrameInput,
+    ResultStream,
+    TrackingCore,
+    TrackSummary,
+    keep_regions,
+    one_blas_thread,
+    rebuild,
+)
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.records import FrameEvidence
 from tsr_engine.tracking.camera_shift import CameraShift
@@ -146,7 +155,7 @@ def track_video(
     refuse_inputs([request.csv, request.annotated], [request.video])
     if request.csv is not None and request.annotated is not None and request.csv == request.annotated:
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
-    with open_video(request.video) as video:
+    with open_video(request.video) as video, one_blas_thread():
         return _Run(request, components, video, progress, stop or (lambda: False)).execute()
 
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from tests.channels import reference
 from tsr_engine.channels.compute import CHANNELS, compute_channels
+from tsr_engine.channels.quantise import channel_bytes, quantise
 
 
 def picture(seed: int, height: int, width: int) -> np.ndarray:
@@ -54,3 +55,13 @@ def test_a_flat_picture_has_no_gradient() -> None:
 def test_other_arrays_are_refused(bad: np.ndarray) -> None:
     with pytest.raises(ValueError, match="Got"):
         compute_channels(bad, 2)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**20), st.integers(4, 60), st.integers(4, 60), st.sampled_from([1, 2, 4]))
+def test_the_stream_of_bytes_equals_the_two_steps(seed: int, height: int, width: int, shrink: int) -> None:
+    bgr = picture(seed, height, width)
+    streamed = channel_bytes(bgr, shrink)
+    stepwise = quantise(compute_channels(bgr, shrink))
+    assert streamed.shape == stepwise.shape
+    assert np.abs(streamed.astype(int) - stepwise).max() <= 1

@@ -122,7 +122,7 @@ def test_bad_videos(
 ) -> None:
     import tsr_engine.pipeline
 
-    monkeypatch.setattr(tsr_engine.pipeline, "load_components", lambda params, folder=None: object())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: object())
     path = make(tmp_path)  # type: ignore[operator]
     got = sentence(capsys, 3, command, path, "--csv", tmp_path / "rows.csv", "--evidence", tmp_path / "run")
     assert path.name in got
@@ -195,7 +195,7 @@ def test_replay_of_what_is_no_evidence(tmp_path: Path, capsys: Capture) -> None:
 def test_unexpected_failure_is_one_sentence(video: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     import tsr_engine.pipeline
 
-    def broken(params: object, folder: object = None) -> object:
+    def broken(params: object, folder: object = None, network: object = None) -> object:
         raise RuntimeError("the parts do not fit\nsecond line")
 
     monkeypatch.setattr(tsr_engine.pipeline, "load_components", broken)

@@ -31,7 +31,9 @@ toys = load_toys()
 
 @pytest.fixture(autouse=True)
 def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tsr_engine.pipeline, "load_components", lambda params, folder=None: toys.components(params))
+    monkeypatch.setattr(
+        tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
+    )
     monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda folder=None: toys.HueClassifier())
 
 

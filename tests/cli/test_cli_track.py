@@ -49,7 +49,9 @@ def tsr(*arguments: object) -> Done:
     """The command line in this process, with toy parts."""
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.setattr(tsr_engine.pipeline, "load_components", lambda params, folder=None: toys.components(params))
+        patch.setattr(
+            tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
+        )
         code = run([str(argument) for argument in arguments])
     return Done(code, out.getvalue(), err.getvalue())
 

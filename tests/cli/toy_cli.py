@@ -18,7 +18,9 @@ def main() -> int:
     arguments, delay = sys.argv[1:], 0.0
     if arguments[:1] == ["--delay"]:
         delay, arguments = float(arguments[1]), arguments[2:]
-    tsr_engine.pipeline.load_components = lambda params, folder=None: pipeline_toys.components(params, delay)
+    tsr_engine.pipeline.load_components = lambda params, folder=None, network=None: pipeline_toys.components(
+        params, delay
+    )
     return run(arguments)
 
 

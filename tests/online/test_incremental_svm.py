@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,13 @@ from numpy.typing import NDArray
 from sklearn.svm import SVC
 
 from tsr_engine import IncrementalSVC
+
+_SPEC = importlib.util.spec_from_file_location("exact_svc", Path(__file__).with_name("exact_svc.py"))
+assert _SPEC is not None
+assert _SPEC.loader is not None
+_ORACLE = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(_ORACLE)
+EXTENDED, ExactSVC = _ORACLE.EXTENDED, _ORACLE.ExactSVC
 
 Samples = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -24,32 +33,26 @@ def two_clouds(n: int, d: int, seed: int = 0, gap: float = 1.0) -> Samples:
     return X, y
 
 
-def batch(model: IncrementalSVC) -> SVC:
-    gamma: Any = model.gamma if model.gamma is not None else 1.0 / model.n_features_in_
-    return SVC(C=model.C, kernel=model.kernel, gamma=gamma, tol=1e-12).fit(model.X_, model.y_)
+def width(model: IncrementalSVC) -> float:
+    return model.gamma if model.gamma is not None else 1.0 / model.n_features_in_
 
 
-def assert_equals_batch(model: IncrementalSVC, points: NDArray[np.float64], tolerance: float = 1e-5) -> None:
-    # libsvm keeps its kernel in single precision: it, not the model, is what limits the agreement.
-    reference = batch(model)
+def assert_equals_batch(model: IncrementalSVC, points: NDArray[np.float64]) -> None:
+    exact = ExactSVC(model.X_, model.y_, model.C, model.kernel, width(model))
+    assert abs(exact.gap) <= (1e-11 if EXTENDED else 1e-8) * max(1.0, exact.objective)
     np.testing.assert_allclose(
-        model.decision_function(points), reference.decision_function(points), rtol=0, atol=tolerance
+        model.decision_function(points), exact.decision_function(points), rtol=0, atol=1e-6 if EXTENDED else 1e-5
     )
-    alpha = np.zeros(len(model.y_))
-    alpha[reference.support_] = np.abs(reference.dual_coef_[0])
-    signed = np.outer(model.y_, model.y_) * kernel(model)
-    objective = alpha.sum() - 0.5 * alpha @ signed @ alpha
-    # Both are maxima of one concave function: ours may not be lower.
-    assert model.dual_objective_ >= objective - 1e-9
-    assert model.dual_objective_ - objective < 1e-6
+    assert model.dual_objective_ == pytest.approx(exact.objective, rel=1e-9, abs=1e-9)
 
 
-def kernel(model: IncrementalSVC) -> NDArray[np.float64]:
-    X = model.X_
-    if model.kernel == "linear":
-        return np.asarray(X @ X.T)
-    gamma = model.gamma if model.gamma is not None else 1.0 / X.shape[1]
-    return np.exp(-gamma * ((X[:, None] - X[None]) ** 2).sum(axis=2))
+def assert_near_libsvm(model: IncrementalSVC, points: NDArray[np.float64]) -> None:
+    # libsvm keeps its kernel in single precision, 6e-8 of each value: its decision values err in proportion to C.
+    gamma: Any = width(model)
+    reference = SVC(C=model.C, kernel=model.kernel, gamma=gamma, tol=1e-12).fit(model.X_, model.y_)
+    np.testing.assert_allclose(
+        model.decision_function(points), reference.decision_function(points), rtol=0, atol=5e-6 * max(1.0, model.C)
+    )
 
 
 @pytest.mark.parametrize("kind", ["linear", "rbf"])
@@ -60,13 +63,12 @@ def test_equals_batch_in_objective_coefficients_and_offset(kind: Any, C: float) 
     for x, label in zip(X, y, strict=True):
         model.partial_fit(x[None], [label])
         assert model.kkt_residual() <= 1e-8
-    reference = batch(model)
-    alpha = np.zeros(80)
-    alpha[reference.support_] = np.abs(reference.dual_coef_[0])
-    np.testing.assert_allclose(model.alpha_, alpha, atol=1e-4 * C)
-    assert model.intercept_ == pytest.approx(reference.intercept_[0], abs=1e-5)
+    exact = ExactSVC(X, y, C, kind, 0.3)
+    np.testing.assert_allclose(model.alpha_, exact.alpha.astype(float), rtol=0, atol=1e-6 * C)
+    assert model.intercept_ == pytest.approx(float(exact.b), abs=1e-6)
     assert_equals_batch(model, X)
-    assert (model.predict(X) == reference.predict(X)).all()
+    assert_near_libsvm(model, X)
+    assert (model.predict(X) == np.where(exact.decision_function(X) >= 0, 1, -1)).all()
 
 
 coordinate = st.one_of(st.integers(-2, 2).map(float), st.floats(-2, 2, width=32).map(lambda v: round(v, 2)))
@@ -87,12 +89,18 @@ def sequences(draw: st.DrawFn) -> tuple[int, list[tuple[str, Any, int]]]:
 
 
 @settings(max_examples=120, deadline=None)
-@given(sequences(), st.sampled_from([0.1, 1.0, 5.0]), st.sampled_from(["linear", "rbf"]))
+@given(
+    sequences(),
+    st.sampled_from([0.1, 1.0, 10.0, 1000.0]),
+    st.sampled_from([("linear", 1.0), ("rbf", 0.5), ("rbf", 1e-2), ("rbf", 1e-5)]),
+    st.sampled_from([1e-3, 1e-7]),
+)
 def test_any_sequence_of_adds_and_removals_is_optimal_and_equals_batch(
-    sequence: tuple[int, list[tuple[str, Any, int]]], C: float, kind: Any
+    sequence: tuple[int, list[tuple[str, Any, int]]], C: float, kernel: tuple[Any, float], distance: float
 ) -> None:
     d, steps = sequence
-    model = IncrementalSVC(C=C, kernel=kind, gamma=0.5)
+    kind, gamma = kernel
+    model = IncrementalSVC(C=C, kernel=kind, gamma=gamma)
     kept: list[tuple[list[float], int]] = []
     for verb, value, label in steps:
         if verb != "add" and not kept:
@@ -100,7 +108,7 @@ def test_any_sequence_of_adds_and_removals_is_optimal_and_equals_batch(
         if verb == "add":
             sample = (list(value), label)
         elif verb == "nudge":
-            sample = ([v + 1e-7 for v in kept[value % len(kept)][0]], label)
+            sample = ([v + distance for v in kept[value % len(kept)][0]], label)
         elif verb != "remove":
             x, old = kept[value % len(kept)]
             sample = (x, old * label)
@@ -112,9 +120,19 @@ def test_any_sequence_of_adds_and_removals_is_optimal_and_equals_batch(
             kept.append(sample)
         assert model.kkt_residual() <= 1e-8
         assert model.y_.tolist() == [y for _, y in kept]
-    if len({y for _, y in kept}) == 2:
+    # At 1e-7 the optimality conditions hold, but see the next test for what they leave open.
+    nudged = any(verb == "nudge" for verb, _, _ in steps)
+    if len({y for _, y in kept}) == 2 and not (nudged and distance < 1e-3):
         probe = np.random.default_rng(0).normal(size=(5, d))
-        assert_equals_batch(model, np.vstack([model.X_, probe]), tolerance=1e-5)
+        assert_equals_batch(model, np.vstack([model.X_, probe]))
+
+
+def test_limit_almost_equal_samples_leave_the_decision_open_in_proportion_to_c() -> None:
+    # Exact: w = 0. Trading the second sample for the third changes the dual by 5e-13 and g by 1e-13 only, far below
+    # what counts as a violation, but w by -C * 1e-7.
+    model = IncrementalSVC(C=10.0).partial_fit([[1.0], [1.0], [1.0 + 1e-7]], [1, -1, -1])
+    assert model.kkt_residual() <= 1e-12
+    np.testing.assert_allclose(model.decision_function([[1.0], [2.5]]), [-1.0, -1.0], rtol=0, atol=1e-5)
 
 
 def test_add_then_remove_returns_the_same_state() -> None:
@@ -177,7 +195,7 @@ def test_without_margin_vectors_the_offset_is_the_middle_of_its_interval() -> No
     assert model.margin_.tolist() == []
     assert model.error_.tolist() == [0, 1]
     assert model.intercept_ == pytest.approx(0.0, abs=1e-12)
-    assert model.intercept_ == pytest.approx(batch(model).intercept_[0], abs=1e-9)
+    assert_near_libsvm(model, np.array([[-1.0], [0.5]]))
     model.partial_fit([[5.0]], [1])
     assert model.kkt_residual() <= 1e-12
     assert_equals_batch(model, np.array([[0.0], [1.0]]))
@@ -191,10 +209,12 @@ def test_equal_samples_with_both_labels() -> None:
     assert_equals_batch(model, np.array([[0.5, 0.5], [3.0, 0.0]]))
 
 
+@pytest.mark.parametrize("C", [10.0, 1000.0])
 @pytest.mark.parametrize("gamma", [1e-6, 1e-4])
-def test_nearly_singular_kernels_stay_optimal(gamma: float) -> None:
+def test_nearly_singular_kernels_stay_optimal(gamma: float, C: float) -> None:
     X, y = two_clouds(60, 3, seed=8, gap=0.2)
-    model = IncrementalSVC(C=10.0, kernel="rbf", gamma=gamma)
+    X[::7], y[::7] = X[1::7], -y[1::7]
+    model = IncrementalSVC(C=C, kernel="rbf", gamma=gamma)
     rng = np.random.default_rng(0)
     for k in range(60):
         model.partial_fit(X[k : k + 1], y[k : k + 1])
@@ -202,6 +222,36 @@ def test_nearly_singular_kernels_stay_optimal(gamma: float) -> None:
         if k % 3 == 2:
             model.unlearn(int(rng.integers(len(model.y_))))
             assert model.kkt_residual() <= 1e-8
+    assert_equals_batch(model, np.vstack([model.X_, rng.normal(size=(5, 3))]))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_hard_sequences_of_duplicates_both_labels_and_removals(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    C, gamma, kind = [10.0, 1000.0][seed % 2], [1e-4, 1e-2][seed // 2 % 2], ["rbf", "linear"][seed // 4]
+    model = IncrementalSVC(C=C, kernel=kind, gamma=gamma)  # type: ignore[arg-type]
+    for _ in range(60):
+        n = len(model.y_)
+        if n and rng.random() < 0.25:
+            model.unlearn(int(rng.integers(n)))
+        elif n and rng.random() < 0.3:
+            model.partial_fit(model.X_[[rng.integers(n)]] + 1e-7 * (rng.random() < 0.3), [rng.choice([-1, 1])])
+        else:
+            model.partial_fit(np.round(rng.normal(size=(1, 3)), seed % 3), [rng.choice([-1, 1])])
+        assert model.kkt_residual() <= 1e-8
+    assert_equals_batch(model, np.vstack([model.X_, rng.normal(size=(5, 3))]))
+
+
+def test_the_repair_solves_again_from_any_coefficients() -> None:
+    X, y = two_clouds(50, 3, seed=6, gap=0.4)
+    for kind in ("linear", "rbf"):
+        model = IncrementalSVC(C=100.0, kernel=kind, gamma=1e-3).partial_fit(X, y)  # type: ignore[arg-type]
+        expected = model.decision_function(X)
+        model._store.alpha[:50] = np.random.default_rng(1).uniform(0, 100, 50)
+        model._repair()
+        model._coef = None
+        assert model.kkt_residual() <= 1e-8
+        np.testing.assert_allclose(model.decision_function(X), expected, rtol=0, atol=1e-7)
 
 
 def test_same_calls_give_the_same_bits_and_copies_are_independent() -> None:
@@ -248,17 +298,24 @@ def test_bad_parameters(arguments: dict[str, Any], words: str) -> None:
 def test_bad_samples_leave_the_model_unchanged() -> None:
     model = IncrementalSVC().partial_fit([[0.0, 1.0], [1.0, 0.0]], [-1, 1])
     state = model.alpha_.tobytes()
-    for X, y, words in [
+    bad_samples: list[tuple[Any, list[int], str]] = [
         ([[1.0]], [1], "2 features"),
         ([[1.0, np.nan]], [1], "finite"),
         ([[1.0, 2.0]], [0], "-1 or \\+1"),
         ([[1.0, 2.0]], [1, 1], r"shape \(1,\)"),
         ([1.0, 2.0], [1], r"shape \(m, d\)"),
         ([["a", "b"]], [1], "numbers"),
-    ]:
+    ]
+    for X, y, words in bad_samples:
         with pytest.raises(ValueError, match=words):
             model.partial_fit(X, y)
-    for indices, error in [([2], IndexError), ([-1], IndexError), ([0, 0], ValueError), ([0.5], ValueError)]:
+    bad_indices: list[tuple[Any, type[Exception]]] = [
+        ([2], IndexError),
+        ([-1], IndexError),
+        ([0, 0], ValueError),
+        ([0.5], ValueError),
+    ]
+    for indices, error in bad_indices:
         with pytest.raises(error, match="indices to unlearn"):
             model.unlearn(indices)
     assert model.alpha_.tobytes() == state

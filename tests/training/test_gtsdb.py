@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.errors import InputError
-from tsr_engine.training.gtsdb import read_gtsdb
+from tsr_engine.io.gtsdb import read_gtsdb
 
 
 def make_folder(folder: Path, truth: str | None, names: tuple[str, ...] = ("00000.jpg", "00001.jpg")) -> Path:

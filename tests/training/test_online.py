@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.errors import InputError
-from tsr_engine.training.gtsdb import Scene
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.training.online import train_online
 
 

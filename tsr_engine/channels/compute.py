@@ -144,25 +144,31 @@ def _fold_row(source, target, shrink, factor):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
-    """Steps 1 to 4 fused into one pass over the rows: three (h, w) uint8 planes to (10, h // shrink, w // shrink).
-
-    Only three rows of LUV and of smoothed LUV live at a time, so the pass stays in the first-level cache.
-    """
+def start_rows(blue, green, red):  # type: ignore[no-untyped-def]
+    """Row buffers for :func:`cell_row`: three rows of LUV and of smoothed LUV, a scratch row, ten sums."""
     h, w = blue.shape
-    ch, cw = h // shrink, w // shrink
-    out = np.empty((CHANNELS, ch, cw), np.float32)
     raw = np.empty((9, w + 2), np.float32)
     smooth = np.empty((9, w + 2), np.float32)
     column = np.empty(w + 2, np.float32)
     acc = np.zeros((CHANNELS, w), np.float32)
-    colour_factor = np.float32(1.0 / (shrink * shrink))
-    gradient_factor = np.float32(0.5 / (shrink * shrink))  # the differences span two pixels
     for y in range(min(2, h)):
         _luv_row(blue[y], green[y], red[y], raw[3 * y], raw[3 * y + 1], raw[3 * y + 2])
     for c in range(3):
         _smooth_row(raw[c], raw[c], raw[c if h == 1 else 3 + c], column, smooth[c])
-    for y in range(ch * shrink):
+    return raw, smooth, column, acc
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def cell_row(blue, green, red, row, shrink, buffers, out, at):  # type: ignore[no-untyped-def]
+    """Steps 1 to 4 for one row of cells, into ``out[:, at]`` of (10, rows, w // shrink); rows come in order.
+
+    Only three rows of LUV and of smoothed LUV live at a time, so the work stays in the first-level cache.
+    """
+    raw, smooth, column, acc = buffers
+    h = blue.shape[0]
+    colour_factor = np.float32(1.0 / (shrink * shrink))
+    gradient_factor = np.float32(0.5 / (shrink * shrink))  # the differences span two pixels
+    for y in range(row * shrink, (row + 1) * shrink):
         here, up, down = 3 * (y % 3), 3 * (max(y - 1, 0) % 3), 3 * (min(y + 1, h - 1) % 3)
         if y + 1 < h:
             below = 3 * (min(y + 2, h - 1) % 3)
@@ -178,10 +184,31 @@ def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
         )  # fmt: skip
         for c in range(3):
             _add_row(smooth[here + c], acc[c])
-        if (y + 1) % shrink == 0:
-            for c in range(CHANNELS):
-                _fold_row(acc[c], out[c, y // shrink], shrink, colour_factor if c < 3 else gradient_factor)
+    for c in range(CHANNELS):
+        _fold_row(acc[c], out[c, at], shrink, colour_factor if c < 3 else gradient_factor)
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
+    """Steps 1 to 4: three (h, w) uint8 planes to (10, h // shrink, w // shrink)."""
+    rows, columns = blue.shape[0] // shrink, blue.shape[1] // shrink
+    out = np.empty((CHANNELS, rows, columns), np.float32)
+    buffers = start_rows(blue, green, red)
+    for row in range(rows):
+        cell_row(blue, green, red, row, shrink, buffers, out, row)
     return out
+
+
+def check_picture(picture: Picture, shrink: int) -> None:
+    """Refuse what is not a picture of at least one cell.
+
+    Raises:
+        ValueError: not BGR uint8, or smaller than one cell.
+    """
+    if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
+        raise ValueError(f"A picture must be uint8 of shape (h, w, 3). Got {picture.dtype} {picture.shape} instead.")
+    if min(picture.shape[:2]) < shrink or shrink < 1:
+        raise ValueError(f"A picture must hold one cell of {shrink} px. Got shape {picture.shape} instead.")
 
 
 def triangle(radius: int) -> NDArray[np.float32]:
@@ -209,10 +236,7 @@ def compute_channels(picture: Picture, shrink: int = 2) -> NDArray[np.float32]:
     Raises:
         ValueError: not a BGR uint8 picture, or smaller than one cell.
     """
-    if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
-        raise ValueError(f"A picture must be uint8 of shape (h, w, 3). Got {picture.dtype} {picture.shape} instead.")
-    if min(picture.shape[:2]) < shrink or shrink < 1:
-        raise ValueError(f"A picture must hold one cell of {shrink} px. Got shape {picture.shape} instead.")
+    check_picture(picture, shrink)
     blue, green, red = cv2.split(picture)
     cells: NDArray[np.float32] = _cells(blue, green, red, shrink)
     taps = triangle(norm_radius(shrink))

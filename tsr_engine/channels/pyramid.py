@@ -20,8 +20,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.channels.compute import CHANNELS, compute_channels
-from tsr_engine.channels.quantise import quantise
+from tsr_engine.channels.compute import CHANNELS
+from tsr_engine.channels.quantise import channel_bytes
 from tsr_engine.records import Picture
 
 
@@ -153,7 +153,7 @@ def _families(count: int, step: int) -> Iterator[tuple[int, list[int]]]:
     for near in range(0, last + 1, step):
         low = near - (step - 1) // 2
         high = near + step // 2 if near < last else count - 1
-        yield near, [i for i in range(max(0, low), min(high, count - 1) + 1)]
+        yield near, list(range(max(0, low), min(high, count - 1) + 1))
 
 
 class _Halves:
@@ -205,7 +205,7 @@ def _computed(
     last = min(resized.shape[0], int(np.ceil(band[1] * scale_y / cell)) * cell + 4 * cell)
     if last - first < cell:
         return None
-    cells = smooth(quantise(compute_channels(np.ascontiguousarray(resized[first:last]), cell)))
+    cells = smooth(channel_bytes(np.ascontiguousarray(resized[first:last]), cell))
     return index, cells, scale_x, scale_y, first / scale_y
 
 

@@ -41,13 +41,13 @@ def classify(
     from tsr_engine.evaluation.classification import crop_of
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.io.gtsrb import read_items
-    from tsr_engine.pipeline import load_classifier
+    from tsr_engine.pipeline import load_classifier, one_blas_thread
 
     items = [(source if source.is_dir() else source.parent, item) for source in sources for item in read_items(source)]
     refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
     classifier = load_classifier(models)
     unreadable = done = right = known = 0
-    with atomic_text(csv) as out, progress_bar("classifying", "crops") as show:
+    with one_blas_thread(), atomic_text(csv) as out, progress_bar("classifying", "crops") as show:
         out.write("filename,class_id,probability\n")
         for first in range(0, len(items), _BATCH):
             batch = items[first : first + _BATCH]

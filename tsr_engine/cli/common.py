@@ -17,19 +17,30 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from tsr_engine.params import Params
+    from tsr_engine.pipeline import Network
 
 __all__ = [
     "JsonOption",
     "ModelsOption",
+    "OnnxLayoutOption",
+    "OnnxOption",
+    "OnnxSizeOption",
     "ParameterCommand",
     "PresetOption",
     "SetOption",
+    "existing",
     "frame_range",
+    "make_network",
     "make_params",
     "out_console",
     "print_json",
     "say",
+    "size_of",
+    "split_settings",
 ]
+
+MAX_SIDE = 16384
+"""Pictures are no wider or higher than this, px."""
 
 SetOption = Annotated[
     list[str],
@@ -39,6 +50,14 @@ PresetOption = Annotated[str, typer.Option("--preset", metavar="default|paper", 
 ModelsOption = Annotated[
     Path | None,
     typer.Option("--models", metavar="DIR", help="Folder of models; unset: those shipped with the package."),
+]
+OnnxOption = Annotated[
+    Path | None, typer.Option("--onnx", metavar="FILE", help="Detect with this YOLO-style ONNX network instead.")
+]
+OnnxSizeOption = Annotated[str, typer.Option("--onnx-size", metavar="WxH", help="Size of the network's input, px.")]
+OnnxLayoutOption = Annotated[
+    str,
+    typer.Option("--onnx-layout", metavar="v8|v5", help="Network's output: v8 has no objectness, v5 has it."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON for another program.")]
 
@@ -88,6 +107,37 @@ def split_settings(settings: Sequence[str]) -> list[tuple[str, str]]:
             raise UsageError(f"--set expects NAME=VALUE, for example --set tau=20. Got '{text}' instead.")
         pairs.append((name.strip(), value.strip()))
     return pairs
+
+
+def size_of(text: str, option: str, example: str) -> tuple[int, int]:
+    """``WxH`` as width and height.
+
+    Raises:
+        UsageError: not of that form, or not positive.
+    """
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        width = height = 0
+    if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE):
+        raise UsageError(f"{option} expects WxH, for example {example}. Got '{text}' instead.")
+    return width, height
+
+
+def make_network(path: Path | None, size: str, layout: str) -> Network | None:
+    """The network that the --onnx options name; None without --onnx.
+
+    Raises:
+        UsageError: a size or layout that is none.
+    """
+    if path is None:
+        return None
+    width, height = size_of(size, "--onnx-size", "640x640")
+    if layout not in ("v8", "v5"):
+        raise UsageError(f"--onnx-layout expects v8 or v5. Got '{layout}' instead.")
+    from tsr_engine.pipeline import Network
+
+    return Network(path, (width, height), "v8" if layout == "v8" else "v5")
 
 
 def frame_range(text: str | None) -> tuple[int, int | None]:

@@ -10,7 +10,19 @@ from typing import Annotated, Any
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, ModelsOption, PresetOption, SetOption, make_params, print_json, say
+from tsr_engine.cli.common import (
+    JsonOption,
+    ModelsOption,
+    OnnxLayoutOption,
+    OnnxOption,
+    OnnxSizeOption,
+    PresetOption,
+    SetOption,
+    make_network,
+    make_params,
+    print_json,
+    say,
+)
 from tsr_engine.errors import InputError
 
 __all__ = ["detect"]
@@ -22,6 +34,9 @@ def detect(
     preset: PresetOption = "default",
     settings: SetOption = [],  # noqa: B006 - typer copies it
     models: ModelsOption = None,
+    onnx: OnnxOption = None,
+    onnx_size: OnnxSizeOption = "640x640",
+    onnx_layout: OnnxLayoutOption = "v8",
     json: JsonOption = False,
 ) -> None:
     """Find the signs in pictures and recognise each of them.
@@ -34,18 +49,20 @@ def detect(
     Examples:
       tsr detect photo.jpg --jsonl found.jsonl
       tsr detect scenes/ --jsonl found.jsonl --set min_width=24
+      tsr detect scenes/ --jsonl found.jsonl --onnx signs.onnx --onnx-size 640x640
     """
     params = make_params(preset, settings)
+    network = make_network(onnx, onnx_size, onnx_layout)
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.io.pictures import find_pictures, read_picture
-    from tsr_engine.pipeline import load_components
+    from tsr_engine.pipeline import load_components, one_blas_thread
 
     paths = list(find_pictures(sources))
     refuse_inputs([jsonl], paths)
-    components = load_components(params, models)
+    components = load_components(params, models, network)
     unreadable, found = 0, 0
-    with atomic_text(jsonl) as out, progress_bar("detecting", "pictures") as show:
+    with one_blas_thread(), atomic_text(jsonl) as out, progress_bar("detecting", "pictures") as show:
         for done, path in enumerate(paths, 1):
             try:
                 picture = read_picture(path)

@@ -227,9 +227,9 @@ def detection(
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.evaluation.detection import score_detections
     from tsr_engine.evaluation.detection_plot import plot_curves
+    from tsr_engine.io.gtsdb import read_gtsdb
     from tsr_engine.io.pictures import read_picture
     from tsr_engine.pipeline import load_detector
-    from tsr_engine.training.gtsdb import read_gtsdb
 
     scenes = _held_out_scenes(read_gtsdb(gtsdb), models) if held_out else read_gtsdb(gtsdb)
     detector = load_detector(params, models)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, print_json
+from tsr_engine.cli.common import JsonOption, print_json, size_of
 from tsr_engine.errors import UsageError
 
 __all__ = ["sample"]
@@ -33,10 +33,7 @@ def sample(
       tsr sample --out sample --seconds 20 --seed 3
       tsr track sample/*.mp4 --video seen.mp4
     """
-    try:
-        width, height = (int(part) for part in size.lower().split("x"))
-    except ValueError:
-        raise UsageError(f"--size expects WxH, for example 1280x720. Got '{size}' instead.") from None
+    width, height = size_of(size, "--size", "1280x720")
     from sample_videos import generate
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import storage_error

@@ -12,9 +12,13 @@ import typer
 from tsr_engine.cli.common import (
     JsonOption,
     ModelsOption,
+    OnnxLayoutOption,
+    OnnxOption,
+    OnnxSizeOption,
     PresetOption,
     SetOption,
     frame_range,
+    make_network,
     make_params,
     out_console,
     print_json,
@@ -44,6 +48,9 @@ def track(
     preset: PresetOption = "default",
     settings: SetOption = [],  # noqa: B006 - typer copies it
     models: ModelsOption = None,
+    onnx: OnnxOption = None,
+    onnx_size: OnnxSizeOption = "640x640",
+    onnx_layout: OnnxLayoutOption = "v8",
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1, counted from 0.")
     ] = None,
@@ -65,9 +72,11 @@ def track(
       tsr track drive.mp4 --csv rows.csv --video seen.mp4
       tsr track drive.mp4 --evidence run1 --set tau=20 --set motion=paper
       tsr track drive.mp4 --preset paper --frames 100:400 --timing
+      tsr track drive.mp4 --onnx signs.onnx --onnx-size 640x640 --onnx-layout v8
     """
     start, stop = frame_range(frames)
     params = make_params(preset, settings)
+    network = make_network(onnx, onnx_size, onnx_layout)
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.video_probe import check_file
@@ -75,7 +84,7 @@ def track(
     from tsr_engine.runs import RunRequest, track_video
 
     check_file(video)
-    components = load_components(params, models)
+    components = load_components(params, models, network)
     request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart)
     with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
         report = track_video(

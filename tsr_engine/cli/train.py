@@ -146,7 +146,7 @@ def _component(part: str, scenes: Path, crops: Path | None, out: Path, seed: int
 
         return train_classifier(crops or Path(), seed, progress=report)
     if part == "online":
-        from tsr_engine.training.gtsdb import read_gtsdb
+        from tsr_engine.io.gtsdb import read_gtsdb
         from tsr_engine.training.online import train_online
 
         return train_online(read_gtsdb(scenes), seed)

@@ -20,7 +20,7 @@ from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
 from tsr_engine.detection.second_look import SecondLook
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
-from tsr_engine.geometry.boxes import clip
+from tsr_engine.geometry.boxes import clip, to_cxcywh, to_xyxy
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, FloatArray, Picture
@@ -164,7 +164,7 @@ class AcfDetector:
         refined, verified = self.model.second_look.look(picture, boxes)
         c0, c1, c2 = self.model.calibration
         raw = c0 * verified + c1 * scores + c2
-        refined = clip(refined, width, height)
+        refined = clip(self._tightened(refined), width, height)
         sane = (raw >= self.params.keep_score) & (np.minimum(*(refined[:, 2:] - refined[:, :2]).T) >= 4)
         refined, raw = refined[sane], raw[sane]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(refined, width, height)
@@ -172,8 +172,16 @@ class AcfDetector:
         kept = suppress(refined, final, self.params.final_overlap)
         return Detections(refined[kept], raw[kept], prior[kept], final[kept])
 
+    def _tightened(self, boxes: FloatArray) -> FloatArray:
+        """Boxes (n, 4) without the margin that annotators of the training scenes left."""
+        b = to_cxcywh(boxes)
+        b[:, 1] -= self.params.tight_rise * b[:, 3]
+        b[:, 2] *= self.params.tight_width
+        b[:, 3] *= self.params.tight_height
+        return to_xyxy(b)
+
     def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
-        """Boxes (n, 4) and scores (n,) that the cascade leaves after suppression, best first, at most ``look_limit``."""
+        """Boxes (n, 4) and scores (n,) that the cascade leaves after suppression, best first."""
         scales, bands = self.search(picture.shape[1], picture.shape[0])
         if self._pool is None or self.model.plan.computed_per_octave < 2:
             boxes, scores = self._scan(picture, scales, bands, 0, 1)
@@ -201,7 +209,7 @@ class AcfDetector:
             bands.append((low * height, high * height))
         return scales, bands
 
-    def _nodes(self, level: Level) -> ScanNodes:
+    def prepared(self, level: Level) -> ScanNodes:
         """The cascade's nodes for a level; the same levels come with every picture of a video."""
         key = (level.index, level.cells.shape[1], level.cells.shape[2])
         nodes = self._prepared.get(key)
@@ -218,7 +226,7 @@ class AcfDetector:
         window = self.model.window
         boxes, scores = [np.zeros((0, 4))], [np.zeros(0)]
         for level in build_pyramid(picture, scales, self.model.plan, bands, chain, chains, window.pad):
-            y, x, score = scan_level(level.cells, self.model.cascade, self.params.dense_trees, self._nodes(level))
+            y, x, score = scan_level(level.cells, self.model.cascade, self.params.dense_trees, self.prepared(level))
             if len(y) > LEVEL_LIMIT:
                 best = np.sort(np.argpartition(-score, LEVEL_LIMIT)[:LEVEL_LIMIT])
                 y, x, score = y[best], x[best], score[best]

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 
-
 HIGHEST: Final = 240
 """Largest threshold: leaves room for a level's correction by up to 6 % in a byte."""
 

@@ -8,12 +8,16 @@ tree. Both parts add the same whole numbers in the same order: the result equals
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from tsr_engine.detection.trees import TreeEnsemble
+
+BAND: Final = 16
+"""Rows whose survivors go on together: enough to keep the processor busy, few enough to stay in its cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,45 +112,68 @@ def _add_tree(f0, f1, f2, f3, f4, f5, f6, t, v, acc):  # type: ignore[no-untyped
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[no-untyped-def]
+    """Adds one tree to the surviving windows and closes ranks over those that drop out; returns how many are left.
+
+    One tree for many windows instead of many trees for one: the look-ups of neighbouring windows overlap in the
+    processor, and the tree stays in registers.
+    """
+    left = 0
+    for i in range(count):
+        at = places[i]
+        k = 2 if flat[at + o[0]] >= v[0] else 1
+        k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
+        k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
+        total = totals[i] + leaf[k - 7]
+        places[left] = at
+        totals[left] = total
+        left += 1 if total >= least else 0
+    return left
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection, dense):  # type: ignore[no-untyped-def]
     trees = offsets.shape[0]
-    acc = np.empty(nx, np.int16)
+    # neighbouring rows lie behind each other: a band is one long row, in which the last columns are no windows
+    acc = np.empty(BAND * columns, np.int16)
+    places = np.empty(BAND * nx, np.int32)
+    totals = np.empty(BAND * nx, np.int32)
     size = 1024
     out_y, out_x, out_s = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
     found = 0
-    for y in range(first, last):
-        base = y * columns
-        acc[:] = 0
+    limit = rejection[dense - 1]
+    for top in range(first, last, BAND):
+        rows = min(BAND, last - top)
+        base = top * columns
+        end = base + (rows - 1) * columns + nx
+        sums = acc[: end - base]
+        sums[:] = 0
         for t in range(dense):
             o = offsets[t]
             _add_tree(
-                flat[base + o[0] : base + o[0] + nx], flat[base + o[1] : base + o[1] + nx],
-                flat[base + o[2] : base + o[2] + nx], flat[base + o[3] : base + o[3] + nx],
-                flat[base + o[4] : base + o[4] + nx], flat[base + o[5] : base + o[5] + nx],
-                flat[base + o[6] : base + o[6] + nx], thresholds[t], leaves[t], acc,
+                flat[base + o[0] : end + o[0]], flat[base + o[1] : end + o[1]], flat[base + o[2] : end + o[2]],
+                flat[base + o[3] : end + o[3]], flat[base + o[4] : end + o[4]], flat[base + o[5] : end + o[5]],
+                flat[base + o[6] : end + o[6]], thresholds[t], leaves[t], sums,
             )  # fmt: skip
-        limit = rejection[dense - 1]
-        for x in range(nx):
-            if acc[x] < limit:
-                continue
-            total = np.int32(acc[x])
-            at = base + x
-            alive = True
-            for t in range(dense, trees):
-                o, v = offsets[t], thresholds[t]
-                k = 2 if flat[at + o[0]] >= v[0] else 1
-                k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
-                k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
-                total += leaves[t, k - 7]
-                if total < rejection[t]:
-                    alive = False
-                    break
-            if alive:
-                if found == size:
-                    size *= 2
-                    out_y, out_x, out_s = _longer(out_y, size), _longer(out_x, size), _longer(out_s, size)
-                out_y[found], out_x[found], out_s[found] = y, x, total
-                found += 1
+        count = 0
+        for row in range(rows):
+            start = row * columns
+            for x in range(start, start + nx):
+                places[count] = base + x
+                totals[count] = sums[x]
+                count += 1 if sums[x] >= limit else 0
+        for t in range(dense, trees):
+            if count == 0:
+                break
+            count = _next_tree(flat, offsets[t], thresholds[t], leaves[t], rejection[t], places, totals, count)
+        while found + count > size:
+            size *= 2
+            out_y, out_x, out_s = _longer(out_y, size), _longer(out_x, size), _longer(out_s, size)
+        for i in range(count):
+            out_y[found] = places[i] // columns
+            out_x[found] = places[i] % columns
+            out_s[found] = totals[i]
+            found += 1
     return found, out_y, out_x, out_s
 
 

@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.channels.compute import CHANNELS, compute_channels
+from tsr_engine.channels.compute import CHANNELS
 from tsr_engine.channels.pyramid import smooth
-from tsr_engine.channels.quantise import quantise
+from tsr_engine.channels.quantise import channel_bytes
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.records import FloatArray, Picture
@@ -80,7 +80,7 @@ def strip_channels(strip: Picture, side: int) -> NDArray[np.uint8]:
 
     Neighbouring patches touch only at rows that lie in the margin, beyond the reach of the filters.
     """
-    return smooth(quantise(compute_channels(strip, 2)))
+    return smooth(channel_bytes(strip, 2))
 
 
 def move(boxes: FloatArray, steps: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ __all__ = ["IncrementalSVC"]
 
 IndexArray = NDArray[np.intp]
 
-_ACCEPTED = 1e-9
+_ACCEPTED = 2e-11
 """KKT violation above which a solution is repaired."""
 
 
@@ -271,9 +271,6 @@ class IncrementalSVC:
         if store.alpha[slot] > 0.0:
             self._size = store.leave_margin(slot, self._size)
             if not self._follow(slot, adding=False):
-                # Without the sample the other coefficients no longer balance: start again from zero.
-                store.alpha[: store.n] = 0.0
-                self._size = 0
                 store.drop(position, self._size)
                 self._repair()
                 return

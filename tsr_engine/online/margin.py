@@ -87,7 +87,14 @@ def contract(R: FloatArray, S: NDArray[np.int64], size: int, position: int) -> N
 
 @njit(cache=True, nogil=True)
 def rebuild(
-    R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, scale: float, beta: FloatArray
+    R: FloatArray,
+    S: NDArray[np.int64],
+    size: int,
+    Q: FloatArray,
+    y: FloatArray,
+    scale: float,
+    beta: FloatArray,
+    smallest: float,
 ) -> int:
     """Compute R for the members of S from scratch, well-conditioned samples first.
 
@@ -99,6 +106,7 @@ def rebuild(
         y: labels.
         scale: largest kernel diagonal.
         beta: scratch space.
+        smallest: a member depends on the others if its Schur complement is below this share of ``scale``.
 
     Returns:
         How many members are independent: they are ``S[:result]``, the others depend on them.
@@ -107,7 +115,7 @@ def rebuild(
         return 0
     expand(R, S, 0, Q, y, S[0], beta, 1.0)
     done = 1
-    for threshold in (1e-4, 1e-7, DEPENDENT):
+    for threshold in (1e-4, 1e-7, 1e-10, smallest):
         j = done
         while j < size:
             c = S[j]

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tsr_engine.online.margin import contract, rebuild
+from tsr_engine.online.margin import DEPENDENT, contract, rebuild
 from tsr_engine.online.path import ERROR, RESERVE
 from tsr_engine.records import FloatArray
 
@@ -47,24 +47,26 @@ def violation(y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray)
 
 
 @njit(cache=True, nogil=True)
-def offset_interval(y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray, b: float) -> tuple[float, float]:
-    """The offsets that keep all samples at a bound optimal, ``low <= b <= high`` up to rounding."""
-    low, high = -np.inf, np.inf
+def central_offset(y: FloatArray, n: int, g: FloatArray) -> float:
+    """How far the offset is from the middle of its optimal interval, the convention of libsvm.
+
+    As a function of the offset alone the primal is ``C`` times a sum of hinges with kinks at ``-y_i g_i`` from
+    here. From one kink to the next its slope grows by C, from -C times the number of positive samples: the minimum
+    lies between the kinks of that number and the next. This holds with and without margin vectors and depends on g
+    continuously. With samples of one class the interval has one end, which is taken; without samples 0.
+    """
+    positive = 0
+    kinks = np.empty(n)
     for i in range(n):
-        edge = b - y[i] * g[i]
-        if (alpha[i] <= 0.0) == (y[i] > 0.0):
-            low = max(low, edge)
-        else:
-            high = min(high, edge)
-    return low, high
-
-
-@njit(cache=True, nogil=True)
-def central_offset(low: float, high: float) -> float:
-    """The offset of libsvm where no margin vector fixes it: the middle; the finite end if there is only one."""
-    if np.isinf(low):
-        return 0.0 if np.isinf(high) else high
-    return low if np.isinf(high) else 0.5 * (low + high)
+        kinks[i] = -y[i] * g[i]
+        if y[i] > 0.0:
+            positive += 1
+    if n == 0:
+        return 0.0
+    kinks.sort()
+    if positive == 0 or positive == n:
+        return float(kinks[0] if positive == 0 else kinks[n - 1])
+    return float(0.5 * (kinks[positive - 1] + kinks[positive]))
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
@@ -145,7 +147,7 @@ def _solve_margin(
         # An exact inverse takes a residual to rounding in one step: if not, it has drifted.
         if not rebuilt and (worst > 1e-8 or (worst > 1e-2 * before and worst > 1e-11)):
             rebuilt = True
-            if rebuild(R, S, size, Q, y, scale, beta) < size:
+            if rebuild(R, S, size, Q, y, scale, beta, DEPENDENT) < size:
                 return b, False
         before = worst
     return b, True
@@ -187,8 +189,7 @@ def settle(
         if free:
             break
     if size == 0:
-        low, high = offset_interval(y, n, C, alpha, g, b)
-        change = central_offset(low, high) - b
+        change = central_offset(y, n, g) if n > 0 else -b
         b += change
         for i in range(n):
             g[i] += y[i] * change

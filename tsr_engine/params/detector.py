@@ -12,15 +12,20 @@ class DetectorParams(Section):
 
     min_width: float = Field(16.0, ge=8, le=256, description="narrowest sign that is searched for, px")
     keep_score: float = Field(-2.0, description="raw detections below this score are not kept, not even as evidence")
-    dense_trees: int = Field(8, ge=1, le=64, description="trees evaluated for whole rows before windows are dropped")
+    dense_trees: int = Field(24, ge=1, le=64, description="trees evaluated for whole rows before windows are dropped")
     first_overlap: float = Field(
         0.5, gt=0, le=1, description="suppression before the second look, share of the smaller"
     )
     final_overlap: float = Field(0.5, gt=0, le=1, description="suppression after the second look, share of the smaller")
     look_limit: int = Field(16, ge=1, le=500, description="most candidates of a picture that get a second look")
     far_share: float = Field(0.045, ge=0, le=1, description="signs narrower than this share of the height are far away")
-    far_top: float = Field(0.18, ge=0, le=1, description="far signs are searched below this share of the height")
-    far_bottom: float = Field(0.86, ge=0, le=1, description="far signs are searched above this share of the height")
+    far_top: float = Field(0.2, ge=0, le=1, description="far signs are searched below this share of the height")
+    far_bottom: float = Field(0.84, ge=0, le=1, description="far signs are searched above this share of the height")
+    tight_width: float = Field(
+        0.95, ge=0.5, le=2, description="factor on the width of boxes: the training scenes leave a margin around signs"
+    )
+    tight_height: float = Field(0.92, ge=0.5, le=2, description="likewise for their height")
+    tight_rise: float = Field(0.01, ge=-0.2, le=0.2, description="boxes are moved up by this share of their height")
     second_core: bool = Field(True, description="use a second core for the scan when there is one")
 
 

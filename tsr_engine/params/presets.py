@@ -13,7 +13,11 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
         "default": MappingProxyType({}),
         "paper": MappingProxyType(
             {
+                "tight_width": 1.0,
+                "tight_height": 1.0,
+                "tight_rise": 0.0,
                 "motion": "paper",
+                "use_camera_shift": False,
                 "fusion_mode": "scale",
                 "search_scales": (1.0,),
                 "search_penalty": 0.0,

@@ -1,17 +1,19 @@
 """The frame loop of Algorithm 3, and what surrounds it in a live run and in a replay."""
 
 from tsr_engine.pipeline.companion import OnlineLearner, OnlineMaker, Parts
-from tsr_engine.pipeline.components import Components, load_classifier, load_components, load_detector
+from tsr_engine.pipeline.components import Components, Network, load_classifier, load_components, load_detector
 from tsr_engine.pipeline.core import TrackingCore
 from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.kept import keep_regions
 from tsr_engine.pipeline.results import ResultStream, TrackSummary
 from tsr_engine.pipeline.stored import RECOMPUTED, input_of, rebuild, rescored, start_core
+from tsr_engine.pipeline.threads import one_blas_thread
 
 __all__ = [
     "RECOMPUTED",
     "Components",
     "FrameInput",
+    "Network",
     "OnlineLearner",
     "OnlineMaker",
     "Parts",
@@ -23,6 +25,7 @@ __all__ = [
     "load_classifier",
     "load_components",
     "load_detector",
+    "one_blas_thread",
     "rebuild",
     "rescored",
     "start_core",

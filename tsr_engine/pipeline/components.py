@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from tsr_engine.detection.acf import AcfDetector
+from tsr_engine.detection.onnx import Layout, OnnxDetector
+from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest
 from tsr_engine.online.features import FEATURES
@@ -18,7 +22,7 @@ from tsr_engine.pipeline.companion import OnlineMaker, Parts
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.recognition.classifier import SignClassifier
 
-__all__ = ["Components", "load_classifier", "load_components", "load_detector"]
+__all__ = ["Components", "Network", "load_classifier", "load_components", "load_detector", "load_network"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,20 +42,93 @@ class Components:
     learned_lambda: float = 0.0
 
 
-def load_components(params: Params, folder: Path | None = None) -> Components:
+@dataclass(frozen=True, slots=True)
+class Network:
+    """An ONNX network that takes the place of the ACF detector.
+
+    Attributes:
+        path: the file.
+        size: (width, height) of the network's input, px.
+        layout: of its output, see :mod:`tsr_engine.detection.onnx`.
+    """
+
+    path: Path
+    size: tuple[int, int] = (640, 640)
+    layout: Layout = "v8"
+
+
+def load_components(params: Params, folder: Path | None = None, network: Network | None = None) -> Components:
     """All parts of a model folder; unset: the shipped one.
 
+    Args:
+        params: all parameters.
+        folder: the model folder; unset: the shipped one.
+        network: what detects instead of the folder's ACF component; its hash is recorded in place of that one's.
+
     Raises:
-        ModelError: a component is missing, damaged, or of another version.
+        ModelError: a component is missing, damaged, or of another version, or the network is none.
     """
-    names = ("detector", "prior", "classifier", "online")
     present = read_manifest(SHIPPED if folder is None else folder)["components"]
     # The detector and the classifier are indispensable: asking for them raises the error that explains.
-    found = {n: load_component(n, folder) for n in names if n in present or n in ("detector", "classifier")}
-    detector = _detector(found["detector"], found.get("prior"), params)
+    needed = ("classifier",) if network is not None else ("detector", "classifier")
+    optional = tuple(name for name in ("prior", "online") if name in present)
+    found = {name: load_component(name, folder) for name in (*needed, *optional)}
+    models = {name: component.sha256 for name, component in found.items()}
+    detector: AcfDetector | OnnxDetector
+    if network is None:
+        detector = _detector(found["detector"], found.get("prior"), params)
+    else:
+        detector, digest = load_network(network, params, found.get("prior"))
+        models[f"onnx {network.size[0]}x{network.size[1]} {network.layout}"] = digest
     parts = Parts(SignClassifier.from_component(found["classifier"]), _online(params, found.get("online")))
     learned = 0.0 if detector.prior is None else detector.prior.weight
-    return Components(detector, parts, {name: c.sha256 for name, c in found.items()}, learned)
+    return Components(detector, parts, models, learned)
+
+
+def load_network(network: Network, params: Params, prior: Component | None = None) -> tuple[OnnxDetector, str]:
+    """An ONNX network as the detector, and the sha256 of its file.
+
+    The network is run once on an empty picture, so that a wrong size or layout shows before any frame is decoded.
+
+    Args:
+        network: the file and how to use it.
+        params: all parameters.
+        prior: component ``prior``; unset: scores stay as the network gives them.
+
+    Raises:
+        ModelError: the file cannot be read, is no network, or does not take the size or give the layout.
+    """
+    try:
+        content = network.path.read_bytes()
+    except OSError as error:
+        raise ModelError(f"Cannot read the network {network.path}: {error.strerror}. Check --onnx.") from None
+    if not content:
+        raise ModelError(f"The network {network.path} is empty. Expected an ONNX file; copy or export it again.")
+    width, height = network.size
+    try:
+        spatial = None
+        if prior is not None:
+            spatial = SpatialPrior(prior.arrays["table"].astype(np.float32), float(prior.params["lambda"]))
+    except (ValueError, TypeError, KeyError) as error:
+        raise ModelError(f"The prior component is damaged: {error} Train it again with `tsr train`.") from None
+    try:
+        detector = OnnxDetector(content, network.size, network.layout, spatial, params.detector, params.prior)
+    except (ValueError, cv2.error) as error:
+        raise ModelError(f"{network.path} is not a network that can be run: {_reason(error)}") from None
+    try:
+        detector.detect(np.zeros((height, width, 3), np.uint8))
+    except (ValueError, IndexError, cv2.error) as error:
+        raise ModelError(
+            f"The network {network.path} does not run with an input of {width}x{height} and an output of layout "
+            f"{network.layout} ({_reason(error)}). Choose --onnx-size and --onnx-layout as it was exported."
+        ) from None
+    return detector, hashlib.sha256(content).hexdigest()
+
+
+def _reason(error: Exception) -> str:
+    """The first line of a library's explanation."""
+    text = str(getattr(error, "err", "") or error).strip()
+    return text.splitlines()[0] if text else type(error).__name__
 
 
 def load_detector(params: Params, folder: Path | None = None) -> AcfDetector:

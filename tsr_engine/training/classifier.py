@@ -41,7 +41,7 @@ class ClassifierSettings:
 
     steps: int = 3600
     """Gradient steps on the training part of the split."""
-    refit_steps: int = 1000
+    refit_steps: int = 700
     """Further gradient steps on all tracks, from the weights of the split; 0: keep those."""
     batch: int = 128
     """Views a step."""

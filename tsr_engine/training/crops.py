@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
+from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.gtsrb import CropItem, read_picture, tracks_of
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.gtsdb import Scene
-from tsr_engine.training.gtsrb import CropItem, read_picture, tracks_of
 from tsr_engine.training.mining import Tick
 from tsr_engine.training.mining import read_picture as read_scene
 from tsr_engine.training.patches import PATCH, jitter, window_features

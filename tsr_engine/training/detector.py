@@ -15,9 +15,9 @@ from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
+from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.training.crops import crop_windows
-from tsr_engine.training.gtsdb import Scene
-from tsr_engine.training.gtsrb import CropItem
 from tsr_engine.training.lambdas import measure_lambdas
 from tsr_engine.training.mining import Tick, aligned_windows, background_windows, hard_windows, read_picture
 from tsr_engine.training.patches import sign_windows
@@ -38,9 +38,9 @@ class DetectorPlan:
         per_scene: hard negatives a scene and round.
         random_per_scene: random negatives a scene.
         most_negatives: negatives are thinned to this number.
-        floor: a window whose running score falls below is dropped (units of half log-odds); the constant
-            threshold of the toolbox, looser. Thresholds from the training signs' own traces would drop new signs.
-        first_checked: trees before the first check.
+        floors: pairs of a number of trees and a score (units of half log-odds): from that many trees on, a window
+            whose running score is below is dropped. Chosen on calibration scenes; thresholds from the training
+            signs' own traces would drop new signs.
         refinement: the second look.
     """
 
@@ -53,8 +53,7 @@ class DetectorPlan:
     per_scene: int = 100
     random_per_scene: int = 150
     most_negatives: int = 70_000
-    floor: float = -1.5
-    first_checked: int = 8
+    floors: tuple[tuple[int, float], ...] = ((24, -1.0), (64, -2.0), (384, 0.0))
     refinement: RefinementPlan = field(default_factory=RefinementPlan)
 
 
@@ -83,7 +82,7 @@ def fit_detector(
     rng = np.random.default_rng(seed)
     window = Window()
     lambdas = measure_lambdas(read_picture(s) for s in scenes[:: max(1, len(scenes) // 40)])
-    pyramid = PyramidPlan(window.shrink, 8, 2, lambdas)
+    pyramid = PyramidPlan(window.shrink, 6, 2, lambdas)
     positives, weights = _positives(scenes, crops, window, pyramid, plan, rng, tick)
     few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
     negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, tick)
@@ -91,7 +90,7 @@ def fit_detector(
     for number, trees in enumerate(plan.rounds):
         tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
         boosting = BoostingPlan(trees, plan.depth, plan.feature_share)
-        cascade = with_floor(boost(positives, negatives, boosting, rng, window.cells, weights), plan)
+        cascade = with_floors(boost(positives, negatives, boosting, rng, window.cells, weights), plan.floors)
         if number == len(plan.rounds) - 1:
             break
         count = max(1, round(len(scenes) * plan.mining_share[number]))
@@ -112,10 +111,11 @@ def fit_detector(
     return model, record
 
 
-def with_floor(ensemble: TreeEnsemble, plan: DetectorPlan) -> TreeEnsemble:
-    """The soft cascade: nothing is dropped before ``first_checked`` trees, below ``floor`` afterwards."""
-    rejection = np.full(len(ensemble), round(plan.floor * UNIT), np.int32)
-    rejection[: min(plan.first_checked, len(ensemble)) - 1] = NEVER
+def with_floors(ensemble: TreeEnsemble, floors: Sequence[tuple[int, float]]) -> TreeEnsemble:
+    """The soft cascade: nothing is dropped before the first floor's number of trees."""
+    rejection = np.full(len(ensemble), NEVER, np.int32)
+    for trees, floor in floors:
+        rejection[min(trees, len(ensemble)) - 1 :] = round(floor * UNIT)
     return ensemble.with_rejection(rejection)
 
 

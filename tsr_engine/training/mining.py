@@ -15,8 +15,8 @@ from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.errors import InputError
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.gtsdb import Scene
 
 MIN_WIDTH = 16.0
 """Narrowest sign of the training pyramids, px."""
@@ -97,7 +97,7 @@ def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan, per_level: 
 
 
 def scan_scene(
-    picture: Picture, ensemble: TreeEnsemble, window: Window, plan: PyramidPlan, dense: int = 8, limit: int = 3000
+    picture: Picture, ensemble: TreeEnsemble, window: Window, plan: PyramidPlan, dense: int = 24, limit: int = 3000
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64], dict[int, Level]]:
     """All windows of a picture that pass a cascade.
 

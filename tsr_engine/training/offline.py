@@ -17,14 +17,17 @@ from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen, with_prior
 from tsr_engine.evaluation.detection import DetectionScore, match, score_detections
 from tsr_engine.geometry.boxes import iou, non_overlap
+from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import Component
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.detector import DetectorPlan, fit_detector
-from tsr_engine.training.gtsdb import Scene, read_gtsdb
-from tsr_engine.training.gtsrb import read_items
 from tsr_engine.training.mining import read_picture
+
+AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, tight_width=1.0, tight_height=1.0, tight_rise=0.0)
+"""Held-out scenes are scored in the way that they are annotated."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -105,7 +108,7 @@ def detect_scenes(
     model: AcfModel, scenes: Sequence[Scene], progress: Progress
 ) -> list[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]:
     """Per scene: boxes (n, 4), raw scores (n,), truth (m, 4), and the picture's (width, height)."""
-    detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
+    detector = AcfDetector(model, params=AS_ANNOTATED)
     found = []
     for number, scene in enumerate(scenes):
         progress("detecting", number, len(scenes))
@@ -181,7 +184,7 @@ def train_prior(gtsdb: Path, detector: Component, seed: int, progress: Progress)
         "scenes": {"source": "GTSDB", "scenes": len(scenes)},
         "figures_from": {"table": len(train), "lambda": len(calibrate), "reported_on": len(report)},
     }
-    return Component("prior", {"table": whole}, {"lambda": weight}, data, scores, seed)
+    return Component("prior", {"table": whole}, {"lambda": round(float(weight), 6)}, data, scores, seed)
 
 
 def _centres(scenes: Sequence[Scene], size: tuple[int, ...]) -> FloatArray:

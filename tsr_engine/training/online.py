@@ -10,11 +10,11 @@ import numpy as np
 from tsr_engine.errors import InputError
 from tsr_engine.evidence.regions import FramePixels
 from tsr_engine.geometry.boxes import iou, to_cxcywh, to_xyxy
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.models import Component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.online.features import describe
 from tsr_engine.records import FloatArray
-from tsr_engine.training.gtsdb import Scene
 
 __all__ = ["OfflineSamples", "train_online"]
 

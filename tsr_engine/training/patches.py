@@ -11,9 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.channels.compute import compute_channels
 from tsr_engine.channels.pyramid import smooth
-from tsr_engine.channels.quantise import quantise
+from tsr_engine.channels.quantise import channel_bytes
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
 from tsr_engine.records import FloatArray, Picture
@@ -25,7 +24,7 @@ PATCH: Final = 96
 
 def window_features(patch: Picture, window: Window) -> NDArray[np.uint8]:
     """The detector's features of the window in the middle of a patch, shape (10 * cells * cells,), uint8."""
-    cells = smooth(quantise(compute_channels(patch, window.shrink)))
+    cells = smooth(channel_bytes(patch, window.shrink))
     first = (cells.shape[1] - window.cells) // 2
     middle = cells[:, first : first + window.cells, first : first + window.cells]
     return np.ascontiguousarray(middle).reshape(-1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,18 @@ from scipy.linalg import cho_factor, cho_solve
 from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.boosting import BoostingPlan, boost
 from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.second_look import CELLS, SecondLook, features_of, move, steps_to
+from tsr_engine.detection.second_look import CELLS, FEATURES, SecondLook, features_of, move, steps_to
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.gtsdb import Scene
 from tsr_engine.training.mining import Tick, away_from_signs, read_picture, scan_scene
 from tsr_engine.training.patches import jitter
+
+FEWEST_NEGATIVES: Final = 400
+"""Where a cascade leaves less background than this, random boxes are added: a verifier needs something to refuse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +95,8 @@ def train_second_look(
     positives = np.concatenate([features_of(v.picture, v.boxes) for v in views])
     blank = SecondLook(np.stack(weights), np.stack(biases), cascade)
     negatives = _background(scenes, cascade, window, pyramid, blank, plan.candidates, tick)
+    if len(negatives) < FEWEST_NEGATIVES:
+        negatives = np.concatenate([negatives, _anywhere(scenes, blank, FEWEST_NEGATIVES, rng)])
     verifier = boost(
         positives,
         negatives,
@@ -160,7 +166,7 @@ def _background(
     candidates: int,
     tick: Tick,
 ) -> NDArray[np.uint8]:
-    out = []
+    out = [np.zeros((0, FEATURES), np.uint8)]
     for number, scene in enumerate(scenes):
         tick("candidates to verify", number, len(scenes))
         picture = read_picture(scene)
@@ -175,4 +181,18 @@ def _background(
             moved = moved[iou(moved, scene.boxes).max(axis=1) < 0.4]
         if len(moved):
             out.append(features_of(picture, moved))
+    return np.concatenate(out)
+
+
+def _anywhere(scenes: Sequence[Scene], look: SecondLook, count: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Features of random boxes away from signs, moved by the first regression like candidates."""
+    out = []
+    for scene in scenes:
+        picture = read_picture(scene)
+        side = rng.uniform(16, 64, -(-count // len(scenes)))
+        x, y = rng.uniform(0, picture.shape[1] - side), rng.uniform(0, picture.shape[0] - side)
+        boxes = np.stack([x, y, x + side, y + side], axis=-1)
+        boxes = boxes[away_from_signs(boxes, scene.boxes)]
+        if len(boxes):
+            out.append(features_of(picture, look.step(0, boxes, features_of(picture, boxes))))
     return np.concatenate(out)

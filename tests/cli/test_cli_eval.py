@@ -1,0 +1,162 @@
+"""`tsr eval`, `tsr train` and `tsr sample` on small data, with toy parts where a model is needed."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import cv2
+import numpy as np
+import pytest
+
+import tsr_engine.pipeline
+from tsr_engine.cli.main import run
+from tsr_engine.io.models import load_component
+
+Capture = pytest.CaptureFixture[str]
+
+
+def load_toys() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("toys_of_eval", Path(__file__).parents[1] / "pipeline_toys.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+toys = load_toys()
+
+
+@pytest.fixture(autouse=True)
+def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        tsr_engine.pipeline, "load_components", lambda params, folder=None, network=None: toys.components(params)
+    )
+    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda folder=None: toys.HueClassifier())
+    monkeypatch.setattr(tsr_engine.pipeline, "load_detector", lambda params, folder=None: toys.RedDetector())
+
+
+@pytest.fixture
+def annotated(tmp_path: Path) -> Path:
+    """A toy drive with its exact truth in the folder gt."""
+    folder = tmp_path / "clips"
+    (folder / "gt").mkdir(parents=True)
+    toys.write_drive(folder / "drive.mp4", 36)
+    rows = ["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"]
+    for k in range(36):
+        box = toys.sign_box(k)
+        if box is not None:
+            rows.append(f"{k},1,{','.join(f'{v:.2f}' for v in box)},14,1.0,0")
+    (folder / "gt" / "drive.csv").write_text("\n".join(rows) + "\n")
+    return folder
+
+
+def test_eval_tracking(annotated: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert run(["eval", "tracking", str(annotated), "--kf-alone", "--out", str(tmp_path / "report"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert set(report) == {"default", "KF alone"}
+    assert report["default"]["signs"] == report["default"]["signs_detected"] == 1
+    assert 0 < report["default"]["mean_error"] < 0.4
+    assert report["KF alone"]["mean_error_by_source"].keys() <= {"detected", "predicted"}
+    assert json.loads((tmp_path / "report" / "tracking.json").read_text()) == report
+    assert (tmp_path / "report" / "tracking_error.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_eval_tracking_of_given_rows(annotated: Path, tmp_path: Path, capsys: Capture) -> None:
+    rows = ["frame,track_id,x1,y1,x2,y2,class_id,score,source"]
+    truth = (annotated / "gt" / "drive.csv").read_text().splitlines()[1:]
+    rows += [",".join([*line.split(",")[:7], "3.0", "detected"]) for line in truth]
+    (tmp_path / "drive.csv").write_text("\n".join(rows) + "\n")
+    video = str(annotated / "drive.mp4")
+    assert run(["eval", "tracking", video, "--results", str(tmp_path), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)["default"]
+    assert report["mean_error"] == pytest.approx(0.0, abs=1e-9)
+    assert report["coverage"] == 1.0
+    assert report["signs_classified"] == 1
+    assert run(["eval", "tracking", video, "--truth", str(tmp_path / "none")]) == 3
+    assert "There is no truth drive.csv" in capsys.readouterr().err
+
+
+@pytest.fixture
+def scenes(tmp_path: Path) -> Path:
+    """A few toy pictures in the layout of GTSDB."""
+    folder = tmp_path / "gtsdb"
+    folder.mkdir()
+    lines = []
+    for number, k in enumerate((8, 12, 16, 20, 24, 0)):
+        cv2.imwrite(str(folder / f"{number:05d}.png"), toys.drive_picture(k))
+        box = toys.sign_box(k)
+        if box is not None:
+            left, top, right, bottom = np.round(box).astype(int)
+            lines.append(f"{number:05d}.png;{left};{top};{right - 1};{bottom - 1};14")
+    (folder / "gt.txt").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def test_eval_detection(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert run(["eval", "detection", "--gtsdb", str(scenes), "--out", str(tmp_path / "report"), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert set(report) == {"with prior", "raw score"}
+    assert report["raw score"]["pictures"] == 6
+    assert report["raw score"]["signs"] == 5
+    assert 0.3 < report["raw score"]["average_precision"] <= 1.0
+    assert (tmp_path / "report" / "precision_recall.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_train_online(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
+    command = ["train", "online", "--gtsdb", str(scenes), "--seed", "3", "--json", "--out"]
+    digests = []
+    for name in ("a", "b"):
+        assert run([*command, str(tmp_path / name)]) == 0
+        digests.append(json.loads(capsys.readouterr().out)["components"]["online"]["sha256"])
+    assert digests[0] == digests[1]
+    component = load_component("online", tmp_path / "a")
+    assert component.seed == 3
+    assert set(component.arrays) == {"X", "y"}
+
+
+@pytest.fixture
+def crops(tmp_path: Path) -> Path:
+    """Two classes with two tracks each in the layout of GTSRB."""
+    for class_id in (3, 14):
+        folder = tmp_path / "gtsrb" / f"{class_id:05d}"
+        folder.mkdir(parents=True)
+        rows = ["Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"]
+        for number in range(2):
+            for frame in range(3):
+                name = f"{number:05d}_{frame:05d}.png"
+                cv2.imwrite(str(folder / name), np.full((40, 40, 3), class_id, np.uint8))
+                rows.append(f"{name};40;40;5;5;35;35;{class_id}")
+        (folder / f"GT-{class_id:05d}.csv").write_text("\n".join(rows) + "\n")
+    return tmp_path / "gtsrb"
+
+
+def test_eval_classification(crops: Path, tmp_path: Path, capsys: Capture) -> None:
+    command = ["eval", "classification", "--gtsrb", str(crops), "--json"]
+    assert run([*command, "--out", str(tmp_path / "report")]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["crops"], report["accuracy"]) == (12, 1.0)
+    assert (tmp_path / "report" / "confusion.png").read_bytes().startswith(b"\x89PNG")
+    assert run([*command, "--held-out", "0.5"]) == 0
+    assert json.loads(capsys.readouterr().out)["crops"] == 6
+    assert run([*command, "--held-out", "1.5"]) == 2
+
+
+def test_eval_fusion(crops: Path, tmp_path: Path, capsys: Capture) -> None:
+    assert run(["eval", "fusion", "--gtsrb", str(crops), "--out", str(tmp_path / "report")]) == 0
+    assert "4 tracks; 1.0000 of their single crops are right." in capsys.readouterr().out
+    report = json.loads((tmp_path / "report" / "fusion.json").read_text())
+    assert report["rates"]["scale"][0] == 1.0
+
+
+def test_sample(tmp_path: Path, capsys: Capture) -> None:
+    command = ["sample", "--out", str(tmp_path / "s"), "--seconds", "0.2", "--size", "320x180", "--fps", "10"]
+    assert run([*command, "--json"]) == 0
+    paths = json.loads(capsys.readouterr().out)
+    assert all(Path(path).stat().st_size > 0 for path in paths.values())
+    for bad in (["--size", "wide"], ["--seconds", "-1"], ["--scenario", "moon"]):
+        assert run(["sample", "--out", str(tmp_path / "s"), *bad]) == 2
+        assert capsys.readouterr().err.startswith("tsr: ")

@@ -1,0 +1,121 @@
+"""Any YOLO-style network in ONNX form as the offline detector.
+
+Two layouts of the one output are understood, told apart by the caller:
+
+* ``"v8"``: ``(1, 4 + classes, n)``: centre and size in input px, class probabilities;
+* ``"v5"``: ``(1, n, 5 + classes)``: centre and size, objectness, class probabilities.
+
+The score of a box is its best class probability (times objectness); it becomes log-odds, so that thresholds, prior and
+evidence mean the same as with the ACF detector.
+"""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.prior import SpatialPrior, with_prior
+from tsr_engine.geometry.boxes import clip
+from tsr_engine.params.detector import DetectorParams, PriorParams
+from tsr_engine.records import Detections, FloatArray, Picture
+
+Layout = Literal["v8", "v5"]
+GREY: Final = 114
+"""What fills the part of the input that the picture does not cover."""
+
+
+class OnnxDetector:
+    """A network run by OpenCV; implements :class:`tsr_engine.protocols.OfflineDetector`."""
+
+    name = "onnx"
+
+    def __init__(
+        self,
+        network: bytes,
+        size: tuple[int, int],
+        layout: Layout = "v8",
+        prior: SpatialPrior | None = None,
+        params: DetectorParams | None = None,
+        prior_params: PriorParams | None = None,
+    ) -> None:
+        """Load a network.
+
+        Args:
+            network: the ONNX file's content.
+            size: (width, height) of the network's input, px.
+            layout: of its output.
+            prior: spatial prior, unset: none.
+            params: ``keep_score`` and ``final_overlap`` are used.
+            prior_params: whether and how strongly the prior counts.
+
+        Raises:
+            ValueError: not a network that OpenCV can read.
+        """
+        try:
+            self._net = cv2.dnn.readNetFromONNX(np.frombuffer(network, np.uint8))
+        except cv2.error as error:
+            raise ValueError(f"Expected an ONNX network that OpenCV reads. Got: {error.err}.") from None
+        self._size = size
+        self._layout = layout
+        self.prior = prior
+        self.params = params or DetectorParams()
+        self.prior_params = prior_params or PriorParams()
+
+    def detect(self, picture: Picture) -> Detections:
+        """Detections of one BGR picture, best final score first."""
+        height, width = picture.shape[:2]
+        canvas, scale, offset = letterbox(picture, self._size)
+        self._net.setInput(cv2.dnn.blobFromImage(canvas, 1 / 255.0, swapRB=True))
+        boxes, confidence = decode(np.asarray(self._net.forward()), self._layout)
+        boxes = (boxes - np.array([*offset, *offset])) / scale
+        clipped = np.clip(confidence, 1e-6, 1 - 1e-6)
+        raw = np.log(clipped / (1 - clipped))
+        kept = raw >= self.params.keep_score
+        boxes, raw = clip(boxes[kept], width, height), raw[kept]
+        prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(boxes, width, height)
+        weight = 0.0
+        if self.prior is not None and self.prior_params.use_prior:
+            chosen = self.prior_params.prior_lambda
+            weight = self.prior.weight if chosen is None else chosen
+        final = with_prior(raw, prior, weight)
+        order = suppress(boxes, final, self.params.final_overlap)
+        return Detections(boxes[order], raw[order], prior[order], final[order])
+
+
+def letterbox(picture: Picture, size: tuple[int, int]) -> tuple[Picture, float, tuple[float, float]]:
+    """The picture scaled to fit (width, height), centred on grey; with the scale and the (x, y) offset in px."""
+    width, height = size
+    scale = min(width / picture.shape[1], height / picture.shape[0])
+    inner = (max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale)))
+    x, y = (width - inner[0]) // 2, (height - inner[1]) // 2
+    canvas = np.full((height, width, 3), GREY, np.uint8)
+    shrinking = scale < 1
+    canvas[y : y + inner[1], x : x + inner[0]] = cv2.resize(
+        picture, inner, interpolation=cv2.INTER_AREA if shrinking else cv2.INTER_LINEAR
+    )
+    return canvas, scale, (float(x), float(y))
+
+
+def decode(output: NDArray[np.float32], layout: Layout) -> tuple[FloatArray, FloatArray]:
+    """Boxes (n, 4), corners in input px, and confidences (n,) of a network's output.
+
+    Raises:
+        ValueError: the output does not have the layout's shape.
+    """
+    rows = output[0].T if layout == "v8" and output.ndim == 3 else output[0] if output.ndim == 3 else output
+    least = 5 if layout == "v8" else 6
+    if output.ndim != 3 or output.shape[0] != 1 or rows.shape[1] < least:
+        raise ValueError(f"Expected a '{layout}' output of one picture and at least one class. Got {output.shape}.")
+    if rows.shape[0] < rows.shape[1]:  # a grid has more cells than columns: this is the other layout, transposed
+        raise ValueError(f"Expected more boxes than columns in a '{layout}' output. Got {output.shape}.")
+    rows = rows.astype(np.float64)
+    if layout == "v8":
+        confidence = rows[:, 4:].max(axis=1)
+    else:
+        confidence = rows[:, 4] * rows[:, 5:].max(axis=1)
+    half = rows[:, 2:4] / 2
+    return np.concatenate([rows[:, :2] - half, rows[:, :2] + half], axis=1), confidence

@@ -1,0 +1,331 @@
+"""An active-set method for the dual: exact sets and coefficients from a nearly optimal start.
+
+As on the path of :mod:`tsr_engine.online.path`, one coefficient moves while the margin vectors answer; but the
+others may be in violation meanwhile, so that the objective falls with each move and no start is too bad. Free
+coefficients that depend on the margin vectors slide along directions in which the dual is flat to a bound, which
+leaves an independent margin set.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tsr_engine.online.margin import contract, expand, rebuild, sensitivity
+from tsr_engine.online.path import ERROR, MARGIN, RESERVE
+from tsr_engine.online.settle import AT_BOUND, central_offset, gradient
+from tsr_engine.records import FloatArray
+
+SINGULAR = 1e-13
+"""A Schur complement below this share of the largest kernel diagonal is rounding: the direction is flat."""
+
+
+@njit(cache=True, nogil=True)
+def solve_sets(
+    Q: FloatArray,
+    y: FloatArray,
+    n: int,
+    C: float,
+    scale: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    status: NDArray[np.int8],
+    S: NDArray[np.int64],
+    R: FloatArray,
+    beta: FloatArray,
+) -> tuple[float, int]:
+    """Solve the dual to rounding from feasible coefficients.
+
+    Args:
+        Q: shape (>= n, >= n), signed kernel matrix.
+        y: labels, -1 or +1.
+        n: number of samples.
+        C: upper bound of alpha.
+        scale: largest diagonal element of Q.
+        alpha: coefficients, changed in place; on return the best that were met.
+        g: receives the gradient.
+        status: receives the set of each sample.
+        S: receives the margin vectors.
+        R: receives the inverse of the bordered margin matrix.
+        beta: scratch, n + 1 elements.
+
+    Returns:
+        Offset and number of margin vectors.
+    """
+    least, best = np.inf, alpha[:n].copy()
+    b, size = _group(Q, y, n, C, scale, alpha, g, status, S, R, beta)
+    for _ in range(100 + 20 * n):
+        b, size = _solve_margin(Q, y, n, C, scale, alpha, g, b, status, S, size, R, beta)
+        if size == 0:
+            b = _centre(y, n, g, b)
+        worst, candidate = _worst(y, n, C, alpha, g, status, S, size)
+        if worst < least:
+            least = worst
+            best[:] = alpha[:n]
+        total = 0.0
+        for i in range(n):
+            total += alpha[i]
+        if candidate < 0 or (worst <= 4e-16 * (1.0 + scale * total) and status[candidate] != MARGIN):
+            return b, size
+        if size == 0:
+            b, candidate = _first_pair(Q, y, n, C, alpha, g, b, status, S, R, beta)
+            if candidate < 0:
+                break
+            size = 1
+        b, size = _move(Q, y, C, scale, alpha, g, b, status, S, size, R, beta, candidate)
+    alpha[:n] = best
+    b, size = _group(Q, y, n, C, scale, alpha, g, status, S, R, beta)
+    if size == 0:
+        b = _centre(y, n, g, b)
+    return b, size
+
+
+@njit(cache=True, nogil=True)
+def _group(
+    Q: FloatArray,
+    y: FloatArray,
+    n: int,
+    C: float,
+    scale: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    status: NDArray[np.int8],
+    S: NDArray[np.int64],
+    R: FloatArray,
+    beta: FloatArray,
+) -> tuple[float, int]:
+    """Sets, inverse, offset and gradient from the coefficients alone: the offset and the size of S."""
+    free = 0
+    for i in range(n):
+        if alpha[i] <= AT_BOUND * C:
+            alpha[i], status[i] = 0.0, RESERVE
+        elif alpha[i] >= C - AT_BOUND * C:
+            alpha[i], status[i] = C, ERROR
+        else:
+            status[i] = MARGIN
+            S[free] = i
+            free += 1
+    gradient(Q, y, n, alpha, 0.0, g)
+    b = 0.0
+    for j in range(free):
+        b -= y[S[j]] * g[S[j]] / free
+    for i in range(n):
+        g[i] += y[i] * b
+    return b, rebuild(R, S, free, Q, y, scale, beta, SINGULAR)
+
+
+@njit(cache=True, nogil=True)
+def _centre(y: FloatArray, n: int, g: FloatArray, b: float) -> float:
+    """Move the offset to the middle of its optimal interval; ``g`` follows."""
+    change = central_offset(y, n, g)
+    for i in range(n):
+        g[i] += y[i] * change
+    return float(b + change)
+
+
+@njit(cache=True, nogil=True)
+def _worst(
+    y: FloatArray,
+    n: int,
+    C: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    status: NDArray[np.int8],
+    S: NDArray[np.int64],
+    size: int,
+) -> tuple[float, int]:
+    """Largest violation, and which sample should move: a free one outside S, else the worst; -1: none."""
+    inside = np.zeros(n, dtype=np.bool_)
+    worst, balance = 0.0, 0.0
+    for j in range(size):
+        inside[S[j]] = True
+        worst = max(worst, abs(g[S[j]]))
+    candidate, outside, largest = -1, -1, 0.0
+    for i in range(n):
+        balance += y[i] * alpha[i]
+        if inside[i]:
+            continue
+        if status[i] == MARGIN:
+            value = abs(g[i])
+            outside = i
+        else:
+            value = -g[i] if status[i] == RESERVE else g[i]
+        if value > largest:
+            candidate, largest = i, value
+    return max(worst, largest, abs(balance)), outside if outside >= 0 else candidate
+
+
+@njit(cache=True, nogil=True)
+def _first_pair(
+    Q: FloatArray,
+    y: FloatArray,
+    n: int,
+    C: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    b: float,
+    status: NDArray[np.int8],
+    S: NDArray[np.int64],
+    R: FloatArray,
+    beta: FloatArray,
+) -> tuple[float, int]:
+    """With S empty no coefficient can move alone: the most violating pair; one becomes S, the other moves.
+
+    Returns:
+        The offset at which g of the first is 0, and the second; -1 without a violating pair.
+    """
+    i, j, highest, lowest = -1, -1, -np.inf, np.inf
+    for t in range(n):
+        value = -y[t] * g[t]
+        if (alpha[t] < C if y[t] > 0 else alpha[t] > 0.0) and value > highest:
+            i, highest = t, value
+        if (alpha[t] > 0.0 if y[t] > 0 else alpha[t] < C) and value < lowest:
+            j, lowest = t, value
+    if i < 0 or j < 0 or highest <= lowest:
+        return b, -1
+    for t in range(n):
+        g[t] += y[t] * lowest
+    g[j] = 0.0
+    expand(R, S, 0, Q, y, j, beta, 1.0)
+    status[j] = MARGIN
+    return b + lowest, i
+
+
+@njit(cache=True, nogil=True)
+def _move(
+    Q: FloatArray,
+    y: FloatArray,
+    C: float,
+    scale: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    b: float,
+    status: NDArray[np.int8],
+    S: NDArray[np.int64],
+    size: int,
+    R: FloatArray,
+    beta: FloatArray,
+    c: int,
+) -> tuple[float, int]:
+    """Move one coefficient downhill until its g is 0, it is at a bound, or S is empty; only ``g[c]`` is kept.
+
+    Returns:
+        Offset and size of S.
+    """
+    sign = -1.0 if g[c] > 0.0 or (g[c] == 0.0 and status[c] != RESERVE) else 1.0
+    while size > 0:
+        schur = sensitivity(R, S, size, Q, y, c, beta)
+        step, leaving, arrives = (C - alpha[c] if sign > 0.0 else alpha[c]), -1, False
+        if schur > SINGULAR * scale:
+            distance = max(-sign * g[c], 0.0) / schur
+            if distance <= step:
+                step, arrives = distance, True
+        for j in range(size):
+            rate = sign * beta[j + 1]
+            if rate < 0.0:
+                distance = alpha[S[j]] / -rate
+            elif rate > 0.0:
+                distance = (C - alpha[S[j]]) / rate
+            else:
+                continue
+            if distance < step:
+                step, leaving, arrives = max(distance, 0.0), j, False
+        for j in range(size):
+            alpha[S[j]] = min(max(alpha[S[j]] + sign * step * beta[j + 1], 0.0), C)
+        alpha[c] = min(max(alpha[c] + sign * step, 0.0), C)
+        b += sign * step * beta[0]
+        g[c] += sign * step * schur
+        if leaving >= 0:
+            index = S[leaving]
+            at_zero = sign * beta[leaving + 1] < 0.0
+            alpha[index] = 0.0 if at_zero else C
+            status[index] = RESERVE if at_zero else ERROR
+            contract(R, S, size, leaving)
+            size -= 1
+            continue
+        if arrives and 0.0 < alpha[c] < C:
+            expand(R, S, size, Q, y, c, beta, schur)
+            status[c] = MARGIN
+            size += 1
+            break
+        status[c] = RESERVE if alpha[c] <= 0.0 else ERROR if alpha[c] >= C else MARGIN
+        break
+    else:
+        status[c] = RESERVE if alpha[c] <= 0.0 else ERROR if alpha[c] >= C else MARGIN
+        if status[c] == MARGIN:
+            expand(R, S, 0, Q, y, c, beta, 1.0)
+            size = 1
+    return b, size
+
+
+@njit(cache=True, nogil=True)
+def _solve_margin(
+    Q: FloatArray,
+    y: FloatArray,
+    n: int,
+    C: float,
+    scale: float,
+    alpha: FloatArray,
+    g: FloatArray,
+    b: float,
+    status: NDArray[np.int8],
+    S: NDArray[np.int64],
+    size: int,
+    R: FloatArray,
+    beta: FloatArray,
+) -> tuple[float, int]:
+    """Newton steps on the margin equations, each cut at the first bound; members at a bound leave S.
+
+    Returns:
+        Offset and size of S; ``g`` is exact for them.
+    """
+    residual = np.empty(size + 1)
+    change = np.empty(size + 1)
+    rebuilt = False
+    before = np.inf
+    for _ in range(size + 12):
+        for j in range(size - 1, -1, -1):
+            i = S[j]
+            if alpha[i] <= AT_BOUND * C or alpha[i] >= C - AT_BOUND * C:
+                alpha[i] = 0.0 if alpha[i] <= AT_BOUND * C else C
+                status[i] = RESERVE if alpha[i] == 0.0 else ERROR
+                contract(R, S, size, j)
+                size -= 1
+                before = np.inf
+        gradient(Q, y, n, alpha, b, g)
+        if size == 0:
+            break
+        residual[0] = 0.0
+        for i in range(n):
+            residual[0] += y[i] * alpha[i]
+        worst = abs(residual[0])
+        for j in range(size):
+            residual[j + 1] = g[S[j]]
+            worst = max(worst, abs(g[S[j]]))
+        if worst == 0.0 or (rebuilt and worst > 0.5 * before):
+            break
+        if worst > 0.1 * before:
+            if worst < 1e-13:
+                break
+            rebuilt = True
+            size = rebuild(R, S, size, Q, y, scale, beta, SINGULAR)
+            before = np.inf
+            continue
+        before = worst
+        for i in range(size + 1):
+            total = 0.0
+            for j in range(size + 1):
+                total -= R[i, j] * residual[j]
+            change[i] = total
+        share = 1.0
+        for j in range(size):
+            reached = alpha[S[j]] + change[j + 1]
+            if reached < 0.0:
+                share = min(share, alpha[S[j]] / -change[j + 1])
+            elif reached > C:
+                share = min(share, (C - alpha[S[j]]) / change[j + 1])
+        b += share * change[0]
+        for j in range(size):
+            alpha[S[j]] = min(max(alpha[S[j]] + share * change[j + 1], 0.0), C)
+    return b, size
