@@ -7,6 +7,7 @@ from pathlib import Path
 from types import TracebackType
 
 import av
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +27,7 @@ class Encoder:
         self._stream = self._container.add_stream("libx264", rate=Fraction(fps))
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"
-        self._stream.options = {"crf": str(crf), "preset": "medium", "g": "50", "threads": "2"}
+        self._stream.options = {"crf": str(crf), "preset": "medium", "g": "50", "threads": "1"}
 
     def __enter__(self) -> Encoder:
         return self
@@ -43,5 +44,7 @@ class Encoder:
 
     def add(self, picture: NDArray[np.uint8]) -> None:
         """Append a (height, width, 3) BGR picture."""
-        for packet in self._stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")):
+        # OpenCV's conversion gives the same bytes wherever the picture lies in memory; the scaler's does not
+        planes = cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420)
+        for packet in self._stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")):
             self._container.mux(packet)

@@ -47,8 +47,8 @@ class Recipe(NamedTuple):
 
 
 RECIPES: tuple[Recipe, ...] = (
-    Recipe("country_road", 3, 12.0, (960, 540), 26),
-    Recipe("low_sun", 5, 12.0, (960, 540), 25),
+    Recipe("country_road", 3, 12.0, (960, 540), 30),
+    Recipe("low_sun", 5, 12.0, (960, 540), 28),
 )
 """How the clips were made."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import pytest
@@ -38,4 +39,4 @@ def test_readme_and_docs_together_name_every_command(name: str) -> None:
 def _after_tsr(text: str) -> set[str]:
     """The words that follow ``tsr`` anywhere."""
     words = text.replace("`", " ").split()
-    return {after for word, after in zip(words, words[1:], strict=False) if word == "tsr"}
+    return {after for word, after in itertools.pairwise(words) if word == "tsr"}

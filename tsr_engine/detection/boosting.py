@@ -1,6 +1,6 @@
 """Real AdaBoost over decision trees on byte features.
 
-Schapire & Singer 1999, with the toolbox's way of growing trees: every tree sees a random share of the features, a node's
+Schapire & Singer 1999, grown as in the toolbox: every tree sees a random share of the features, a node's
 split minimises ``Z = sum over children of sqrt(w+ w-)`` over all 256 thresholds, a leaf answers half the log-odds.
 """
 

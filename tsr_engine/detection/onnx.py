@@ -113,9 +113,6 @@ def decode(output: NDArray[np.float32], layout: Layout) -> tuple[FloatArray, Flo
     if rows.shape[0] < rows.shape[1]:  # a grid has more cells than columns: this is the other layout, transposed
         raise ValueError(f"Expected more boxes than columns in a '{layout}' output. Got {output.shape}.")
     rows = rows.astype(np.float64)
-    if layout == "v8":
-        confidence = rows[:, 4:].max(axis=1)
-    else:
-        confidence = rows[:, 4] * rows[:, 5:].max(axis=1)
+    confidence = rows[:, 4:].max(axis=1) if layout == "v8" else rows[:, 4] * rows[:, 5:].max(axis=1)
     half = rows[:, 2:4] / 2
     return np.concatenate([rows[:, :2] - half, rows[:, :2] + half], axis=1), confidence
