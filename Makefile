@@ -43,10 +43,9 @@ lint: $(VENV)/.installed ## style, types, layers
 sample: $(VENV)/.installed ## render a new sample drive with exact truth into ./out/sample
 	$(BIN)/tsr sample --out out/sample
 
-bench-speed: $(VENV)/.installed ## time the engine by stage
-	@set -e; for script in benchmarks/*speed*.py; do \
-	    if [ -e "$$script" ]; then $(BIN)/python "$$script"; found=1; fi; done; \
-	if [ -z "$$found" ]; then $(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" --timing; fi
+bench-speed: $(VENV)/.installed ## time the engine by stage; GTSDB=folder adds the detector on its scenes
+	$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" --timing
+	$(if $(GTSDB),$(BIN)/python benchmarks/detection_speed.py --gtsdb $(GTSDB))
 
 clean: ## remove the environment and what was generated
 	rm -rf $(VENV) out runs .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
