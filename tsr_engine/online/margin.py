@@ -67,7 +67,11 @@ def contract(R: FloatArray, S: NDArray[np.int64], size: int, position: int) -> N
     """Take out the margin vector at ``position``; the last one takes its place."""
     last = size
     k = position + 1
-    if size > 1:
+    if size > 1 and not 0.0 < R[k, k] < np.inf:
+        # The diagonal is the inverse of a Schur complement: here rounding has destroyed R. Zeros make the next check
+        # of the margin equations fail, which builds it anew.
+        R[:size, :size] = 0.0
+    elif size > 1:
         pivot = 1.0 / R[k, k]
         for i in range(last + 1):
             if i == k:

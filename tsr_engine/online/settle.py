@@ -185,7 +185,7 @@ def settle(
             return b, size, False
         free = True
         for j in range(size):
-            free = free and 0.0 < alpha[S[j]] < C
+            free = free and AT_BOUND * C < alpha[S[j]] < C - AT_BOUND * C
         if free:
             break
     if size == 0:
