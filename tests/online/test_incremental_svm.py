@@ -20,7 +20,7 @@ assert _SPEC is not None
 assert _SPEC.loader is not None
 _ORACLE = importlib.util.module_from_spec(_SPEC)
 _SPEC.loader.exec_module(_ORACLE)
-EXTENDED, ExactSVC = _ORACLE.EXTENDED, _ORACLE.ExactSVC
+EXTENDED, ExactSVC, centre = _ORACLE.EXTENDED, _ORACLE.ExactSVC, _ORACLE.centre
 
 Samples = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -240,6 +240,29 @@ def test_hard_sequences_of_duplicates_both_labels_and_removals(seed: int) -> Non
             model.partial_fit(np.round(rng.normal(size=(1, 3)), seed % 3), [rng.choice([-1, 1])])
         assert model.kkt_residual() <= 1e-8
     assert_equals_batch(model, np.vstack([model.X_, rng.normal(size=(5, 3))]))
+
+
+@pytest.mark.parametrize("seed", range(0, 60, 5))
+def test_offset_is_the_middle_where_coefficients_reach_their_bounds_by_rounding(seed: int) -> None:
+    # Many equal samples and C = 0.1: sums of C miss C by a rounding error, which must not count as a free alpha.
+    for number in range(seed, seed + 5):
+        rng = np.random.default_rng(number)
+        C, d = float(rng.choice([0.1, 0.3, 1, 10, 1000])), int(rng.integers(1, 5))
+        model = IncrementalSVC(C=C, kernel="linear" if number % 2 == 0 else "rbf", gamma=float(rng.choice([0.01, 0.5])))
+        for _ in range(30):
+            n, chance = len(model.y_), rng.random()
+            if n and chance < 0.15:
+                model.unlearn(int(rng.integers(n)))
+            elif n and chance < 0.75:
+                x = model.X_[[rng.integers(n)]] + 1e-3 * (rng.random() < 0.3)
+                model.partial_fit(x, [rng.choice([-1, 1])])
+            else:
+                x = np.round(2 * rng.normal(size=(1, d)), int(rng.integers(3)))
+                model.partial_fit(x, [rng.choice([-1, 1])])
+            assert model.kkt_residual() <= 1e-8
+            if len(set(model.y_.tolist())) == 2:
+                h = model.decision_function(model.X_) - model.intercept_
+                assert model.intercept_ == pytest.approx(float(centre(h, model.y_)), abs=1e-7)
 
 
 def test_the_repair_solves_again_from_any_coefficients() -> None:

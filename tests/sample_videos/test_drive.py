@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+from typing import Any
 
 import cv2
 import numpy as np
@@ -180,7 +181,7 @@ def test_same_seed_same_bytes(tmp_path: pathlib.Path) -> None:
         ({"scenario": "moon"}, "scenario must be one of"),
     ],
 )
-def test_bad_arguments_are_refused(tmp_path: pathlib.Path, kwargs: dict, message: str) -> None:
+def test_bad_arguments_are_refused(tmp_path: pathlib.Path, kwargs: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         generate(tmp_path / "never", **kwargs)
     assert not (tmp_path / "never").exists()

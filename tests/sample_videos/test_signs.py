@@ -44,7 +44,7 @@ def test_silhouette_is_the_outline(class_id: int) -> None:
 def test_families_have_their_colours(small: np.ndarray) -> None:
     def middle_of_rim(class_id: int) -> np.ndarray:
         picture = draw(class_id, 200)[..., :3].astype(int)
-        return picture[100, 17]
+        return np.asarray(picture[100, 17])
 
     for class_id in (0, 1, 2, 3, 4, 5, 7, 8, 9, 10, 15, 16, 17):
         b, g, r = middle_of_rim(class_id)

@@ -11,6 +11,7 @@ from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.descriptor import LENGTH, SIDE
 from tsr_engine.training.classifier import (
     ClassifierSettings,
+    _strength,
     fit_temperature,
     negative_log_likelihood,
     train_classifier,
@@ -132,6 +133,12 @@ class TestNetwork:
         assert w.std() == pytest.approx(np.sqrt(2 / len(w)), rel=0.01)
 
 
+def test_views_calm_down_at_the_end() -> None:
+    settings = ClassifierSettings(calm=0.5, calm_strength=0.4)
+    assert [_strength(p, settings) for p in (0.0, 0.5, 0.75, 1.0, 1.1)] == pytest.approx([1, 1, 0.7, 0.4, 0.4])
+    assert _strength(1.0, replace(settings, calm=0.0)) == 1
+
+
 class TestTemperature:
     def test_overconfident_margins_are_cooled(self) -> None:
         generator = np.random.default_rng(0)
@@ -177,6 +184,15 @@ class TestViews:
         )
         np.testing.assert_array_equal(one, two)
         assert len({v.tobytes() for v in one}) == 20
+
+    def test_views_of_no_strength_keep_the_box_and_the_sharpness(self) -> None:
+        # What is left is the light and a small turn, so the views' edges stay as steep as the crop's own.
+        def steepness(strength: float) -> float:
+            generator = np.random.default_rng(4)
+            views = [jittered_view(self.crop(), generator, strength)[0] for _ in range(200)]
+            return float(np.mean([cv2.Laplacian(v, cv2.CV_32F).std() / max(v.std(), 1) for v in views]))
+
+        assert steepness(0.0) > 1.1 * steepness(1.0)
 
     def test_mirror_images_change_the_class(self) -> None:
         generator = np.random.default_rng(0)

@@ -39,9 +39,9 @@ _RECENT = 32
 class ClassifierSettings:
     """How the classifier is trained."""
 
-    steps: int = 3600
+    steps: int = 7000
     """Gradient steps on the training part of the split."""
-    refit_steps: int = 700
+    refit_steps: int = 1000
     """Further gradient steps on all tracks, from the weights of the split; 0: keep those."""
     batch: int = 128
     """Views a step."""
@@ -51,6 +51,9 @@ class ClassifierSettings:
     """Share of each class's tracks that figures and temperature come from."""
     balance: float = 0.7
     """Exponent on class sizes in the draw of pictures: 1 as they are, 0 all classes alike."""
+    calm: float = 0.3
+    """Share of the steps, at the end, over which the views' strength falls from 1 to ``calm_strength``."""
+    calm_strength: float = 0.5
     network: NetworkSettings = field(default_factory=NetworkSettings)
 
 
@@ -130,7 +133,7 @@ def fit_arrays(
 ) -> dict[str, NDArray[Any]]:
     """Train the weights; matrices come back as float16, which is how they are stored and used."""
     network = Network(settings.network, seed)
-    views = _views(crops, settings, np.random.default_rng([seed, 1]))
+    views = _views(crops, settings, settings.steps, np.random.default_rng([seed, 1]))
     return _descend(network, views, settings.steps, report, stage)
 
 
@@ -145,7 +148,7 @@ def refit_arrays(
     """Train on from given weights, at a reduced rate, on other pictures."""
     network = Network(replace(settings.network, rate=settings.network.rate * _REFIT_RATE), seed + 1)
     network.resume(arrays)
-    views = _views(crops, settings, np.random.default_rng([seed, 3]))
+    views = _views(crops, settings, settings.refit_steps, np.random.default_rng([seed, 3]))
     return _descend(network, views, settings.refit_steps, report, stage)
 
 
@@ -166,7 +169,7 @@ def _descend(
 
 
 def _views(
-    crops: Sequence[LoadedCrop], settings: ClassifierSettings, generator: np.random.Generator
+    crops: Sequence[LoadedCrop], settings: ClassifierSettings, steps: int, generator: np.random.Generator
 ) -> Iterator[tuple[NDArray[np.float32], NDArray[np.int64]]]:
     """Endless batches of descriptors and labels: new views, and between them views drawn from the latest ones."""
     classes = np.array([crop.class_id for crop in crops])
@@ -178,15 +181,24 @@ def _views(
     labels = np.empty(len(descriptors), dtype=np.int64)
     made = 0
     while True:
+        strength = _strength(made * settings.showings / steps, settings)
         new = slice(made % _RECENT * settings.batch, (made % _RECENT + 1) * settings.batch)
         for row, index in enumerate(generator.choice(len(crops), settings.batch, p=chance)):
-            patches[row], labels[new.start + row] = jittered_view(crops[index], generator)
+            patches[row], labels[new.start + row] = jittered_view(crops[index], generator, strength)
         descriptors[new] = describe_patches(patches)
         made += 1
         yield descriptors[new], labels[new]
         for _ in range(settings.showings - 1):
             again = generator.integers(0, min(made, _RECENT) * settings.batch, settings.batch)
             yield descriptors[again], labels[again]
+
+
+def _strength(progress: float, settings: ClassifierSettings) -> float:
+    """Strength of the views when a share of the steps is done: the last ones are close to what will be read."""
+    if settings.calm <= 0:
+        return 1.0
+    fallen = min(max((progress - 1 + settings.calm) / settings.calm, 0.0), 1.0)
+    return 1.0 + fallen * (settings.calm_strength - 1.0)
 
 
 def held_out_figures(

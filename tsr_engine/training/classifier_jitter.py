@@ -106,9 +106,16 @@ def _shake(box: FloatArray, draw: Iterator[float]) -> tuple[float, float, float,
     return cx - width / 2, cy - height / 2, cx + width / 2, cy + height / 2
 
 
-def jittered_view(crop: LoadedCrop, generator: np.random.Generator) -> tuple[Picture, int]:
-    """A random view of a crop and its class, which a mirror image may have changed."""
-    amount = generator.random()
+def jittered_view(crop: LoadedCrop, generator: np.random.Generator, strength: float = 1.0) -> tuple[Picture, int]:
+    """A random view of a crop and its class, which a mirror image may have changed.
+
+    Args:
+        crop: the picture.
+        generator: source of the draw.
+        strength: in [0, 1]: scales the box errors and how often distance, blur and compression strike.
+    """
+    # The root draws large errors more often than small ones: those are the views that are still misread.
+    amount = 1.15 * strength * math.sqrt(generator.random())
     draw = iter((2 * amount * (generator.random(11) - 0.5)).tolist())
     x1, y1, x2, y2 = _shake(crop.box, draw)
     angle, shear, tilt_x, tilt_y = 0.16 * next(draw), 0.08 * next(draw), 0.1 * next(draw), 0.1 * next(draw)
@@ -123,7 +130,7 @@ def jittered_view(crop: LoadedCrop, generator: np.random.Generator) -> tuple[Pic
             [tilt_x, tilt_y, 1.0],
         ]
     )
-    patch, class_id = _light(_optics(_warp(crop.pixels, matrix), generator), generator), crop.class_id
+    patch, class_id = _light(_optics(_warp(crop.pixels, matrix), generator, strength), generator), crop.class_id
     mirror, turn = (generator.random(2) < 0.5).tolist()
     if mirror and class_id in _MIRRORED:
         patch, class_id = patch[:, ::-1], _MIRRORED[class_id]
@@ -156,22 +163,24 @@ def _warp(pixels, matrix):  # type: ignore[no-untyped-def]
     return patch
 
 
-def _optics(patch: Picture, generator: np.random.Generator) -> Picture:
-    """Distance, focus, motion, compression."""
+def _optics(patch: Picture, generator: np.random.Generator, often: float) -> Picture:
+    """Focus, motion, distance, compression, in the order in which a camera meets them."""
     far, blur, code, size, strength, quality = generator.random(6).tolist()
-    if far < 0.3:
-        small = 14 + int(size * (SIDE - 14))
-        reduced = cv2.resize(patch, (small, small), interpolation=cv2.INTER_AREA)
-        patch = np.asarray(cv2.resize(reduced, (SIDE, SIDE), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
-    if blur < 0.15:
-        smooth = cv2.GaussianBlur(patch, (0, 0), 0.5 + 1.5 * strength, borderType=cv2.BORDER_REPLICATE)
+    if blur < 0.2 * often:
+        smooth = cv2.GaussianBlur(patch, (0, 0), 0.5 + 1.7 * strength, borderType=cv2.BORDER_REPLICATE)
         patch = np.asarray(smooth, dtype=np.uint8)
-    elif blur < 0.35:
+    elif blur < 0.4 * often:
         streak = cv2.filter2D(patch, -1, _streak(generator), borderType=cv2.BORDER_REPLICATE)
         patch = np.asarray(streak, dtype=np.uint8)
-    if code < 0.1:
-        _, packed = cv2.imencode(".jpg", patch, [cv2.IMWRITE_JPEG_QUALITY, 25 + int(55 * quality)])
+    if far < 0.4 * often:
+        small = 13 + int(size * (SIDE - 13))
+        patch = np.asarray(cv2.resize(patch, (small, small), interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    if code < 0.25 * often:
+        # At the sign's own size: the coder's blocks of 8 px then cover as much of a small sign as they do in a video.
+        _, packed = cv2.imencode(".jpg", patch, [cv2.IMWRITE_JPEG_QUALITY, 20 + int(60 * quality)])
         patch = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), dtype=np.uint8)
+    if patch.shape[0] != SIDE:
+        patch = np.asarray(cv2.resize(patch, (SIDE, SIDE), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
     return patch
 
 
