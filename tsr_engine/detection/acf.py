@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
 from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.prior import SpatialPrior, with_prior
+from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
 from tsr_engine.detection.second_look import SecondLook
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
@@ -149,10 +149,7 @@ class AcfDetector:
     @property
     def prior_weight(self) -> float:
         """``lambda`` in force: the parameter's, or the learned one."""
-        if self.prior is None or not self.prior_params.use_prior:
-            return 0.0
-        chosen = self.prior_params.prior_lambda
-        return self.prior.weight if chosen is None else chosen
+        return weight_in_force(self.prior, self.prior_params)
 
     def detect(self, picture: Picture) -> Detections:
         """Detections of one BGR picture, best final score first.

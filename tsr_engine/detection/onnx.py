@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.prior import SpatialPrior, with_prior
+from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.records import Detections, FloatArray, Picture
@@ -77,11 +77,7 @@ class OnnxDetector:
         kept = raw >= self.params.keep_score
         boxes, raw = clip(boxes[kept], width, height), raw[kept]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(boxes, width, height)
-        weight = 0.0
-        if self.prior is not None and self.prior_params.use_prior:
-            chosen = self.prior_params.prior_lambda
-            weight = self.prior.weight if chosen is None else chosen
-        final = with_prior(raw, prior, weight)
+        final = with_prior(raw, prior, weight_in_force(self.prior, self.prior_params))
         order = suppress(boxes, final, self.params.final_overlap)
         return Detections(boxes[order], raw[order], prior[order], final[order])
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
+from tsr_engine.params.detector import PriorParams
 from tsr_engine.records import FloatArray
 
 GRID: Final = 128
@@ -79,6 +80,13 @@ def learn_weight(raw: ArrayLike, prior: ArrayLike, labels: ArrayLike) -> float:
     residual = np.asarray(labels, dtype=np.float64) - np.asarray(raw, dtype=np.float64)
     power = float(np.sum(q * q))
     return max(0.0, float(np.sum(q * residual)) / power) if power > 0 else 0.0
+
+
+def weight_in_force(prior: SpatialPrior | None, params: PriorParams) -> float:
+    """``lambda`` that a detector uses: the parameter's, else the learned one; 0 without a prior or if it is off."""
+    if prior is None or not params.use_prior:
+        return 0.0
+    return prior.weight if params.prior_lambda is None else params.prior_lambda
 
 
 def with_prior(raw: FloatArray, prior: FloatArray, weight: float) -> FloatArray:
