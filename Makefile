@@ -3,10 +3,13 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-REVIEW := out/review
+HOME_DIR ?= out/review
+ARGS ?=
+CHROMIUM ?= $(shell command -v chromium || command -v chromium-browser)
+NODE := $(BIN)/node
 
 .DEFAULT_GOAL := help
-.PHONY: help install review test lint sample bench-speed clean
+.PHONY: help install review test test-quick lint screenshots sample bench-speed clean
 
 help: ## print this help
 	@echo "Usage: make TARGET"
@@ -20,25 +23,34 @@ $(VENV)/.installed: pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@
 
+$(VENV)/.tools: package.json $(VENV)/.installed
+	@$(BIN)/npm install --no-package-lock --no-audit --no-fund --silent
+	@touch $@
+
 install: $(VENV)/.installed ## make the environment (VENV, default .venv)
 
-review: $(VENV)/.installed ## run the engine on a shipped sample drive; results in ./out/review
-	@VIDEO=$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)') && \
-	mkdir -p $(REVIEW) && \
-	echo "Tracking the signs of $$VIDEO ..." && \
-	$(BIN)/tsr track "$$VIDEO" --restart --evidence $(REVIEW)/evidence --csv $(REVIEW)/tracks.csv \
-	    --video $(REVIEW)/annotated.mp4 --timing > $(REVIEW)/summary.txt && \
-	cat $(REVIEW)/summary.txt && \
-	echo "Results in $(CURDIR)/$(REVIEW): play annotated.mp4 in any video player, open tracks.csv in a spreadsheet, read summary.txt; go on with '$(BIN)/tsr replay $(REVIEW)/evidence --set tau=25'."
+review: $(VENV)/.installed ## open the review tool on the sample drive (HOME_DIR, default out/review; ARGS for tsr review)
+	$(BIN)/tsr review --home $(HOME_DIR) $(ARGS)
 
-test: $(VENV)/.installed ## all tests; those on real data run where TSR_DATA names it
+test: $(VENV)/.installed $(VENV)/.tools ## all tests, the browser's too; those on real data run where TSR_DATA names them
+	@test -n "$(CHROMIUM)" || { echo "The browser tests need Chromium. On Debian: apt install chromium. Without it: make test-quick"; exit 1; }
+	$(NODE) --test 'tests/js/**/*.test.js'
 	$(BIN)/python -m pytest
 
-lint: $(VENV)/.installed ## style, types, layers
+test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
+	$(BIN)/python -m pytest --ignore tests/e2e
+
+lint: $(VENV)/.installed $(VENV)/.tools ## style, types, layers
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.json
+	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.pure.json
+	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.tests.json
+
+screenshots: $(VENV)/.installed ## pictures of every screen into ./out/screenshots (needs Chromium)
+	$(BIN)/python -m tests.e2e.screenshots --out out/screenshots
 
 sample: $(VENV)/.installed ## render a new sample drive with exact truth into ./out/sample
 	$(BIN)/tsr sample --out out/sample

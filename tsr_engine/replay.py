@@ -16,6 +16,7 @@ from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params import Params
+from tsr_engine.params.replayable import is_replayable
 from tsr_engine.pipeline import (
     RECOMPUTED,
     Components,
@@ -30,8 +31,6 @@ from tsr_engine.records import FrameEvidence
 
 __all__ = ["ReplayReport", "TrackDiff", "changed_parameters", "check_models", "replay", "run_params"]
 
-FIXED = ("detector.", "tracking.use_camera_shift", "tracking.shift_scale")
-"""Parameters of steps that a replay does not repeat."""
 MATCH_IOU = 0.3
 """Two boxes of one frame belong together from this IoU on."""
 
@@ -177,7 +176,7 @@ def _count(report: ReplayReport, again: FrameEvidence, stored: FrameEvidence, mi
 
 def _refuse_fixed(folder: Path, changed: list[str]) -> None:
     for name in changed:
-        if name.startswith(FIXED[0]) or name in FIXED[1:]:
+        if not is_replayable(name):
             raise UsageError(
                 f"A replay does not repeat the step that {name} belongs to. Leave it, or track the video of {folder} "
                 "again."

@@ -12,12 +12,14 @@ from tsr_engine.recognition.descriptor import LENGTH, SIDE
 from tsr_engine.training.classifier import (
     ClassifierSettings,
     _strength,
+    drawn_crops,
     fit_temperature,
     negative_log_likelihood,
     train_classifier,
 )
 from tsr_engine.training.classifier_jitter import LoadedCrop, box_view, jittered_view, load_crop, plain_view, shaken_box
 from tsr_engine.training.classifier_network import Network, NetworkSettings, _cross_entropy, _hinge
+from tsr_engine.training.drawn_signs import DRAWN_CLASSES
 
 
 def glyph(class_id: int, shade: int) -> np.ndarray:
@@ -47,7 +49,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 SMALL = ClassifierSettings(
-    steps=160, batch=48, refit_steps=5, network=NetworkSettings(filters=16, hidden=48, rate=4e-3, warm_up=5)
+    drawn=0.0, steps=160, batch=48, refit_steps=5, network=NetworkSettings(filters=16, hidden=48, rate=4e-3, warm_up=5)
 )
 
 
@@ -205,3 +207,10 @@ class TestViews:
         crop = load_crop(CropItem(path, (20, 20, 220, 220), 4))
         assert crop.pixels.shape == (77, 77, 3)
         assert crop.box[2] - crop.box[0] == pytest.approx(64, abs=0.5)
+
+
+def test_drawn_crops_join_the_real_ones() -> None:
+    settings = ClassifierSettings(drawn=0.5, drawn_crops=2)
+    crops = drawn_crops(settings, np.random.default_rng(0))
+    assert [crop.class_id for crop in crops] == [c for c in DRAWN_CLASSES for _ in range(2)]
+    assert drawn_crops(ClassifierSettings(drawn=0.0), np.random.default_rng(0)) == []

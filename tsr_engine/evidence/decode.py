@@ -68,7 +68,7 @@ def frame_of(rows: FrameRows) -> FrameEvidence:
             shift=(_float(shift_x), _float(shift_y)),
             tracks=tuple(track_of(row, by_track.get(row[1], {})) for row in rows.tables["track_frames"]),
             events=tuple(event_of(EventRow(*row)) for row in rows.tables["events"]),
-            regions=tuple(Region(r[2], r[3], decode_pixels(r[6], r[4], r[5])) for r in rows.tables["regions"]),
+            regions=tuple(region_of(r) for r in rows.tables["regions"]),
             timings={row[2]: _float(row[3]) for row in rows.tables["timings"]},
         )
     except (ValueError, TypeError, IndexError) as error:
@@ -90,6 +90,15 @@ def track_of(row: Row, tables: dict[str, list[Row]]) -> TrackFrame:
         samples=tuple(Sample(r[3], r[4], r[5], r[6]) for r in tables.get("samples", ())),
         recognition=next((_recognition(r) for r in tables.get("recognitions", ())), None),
     )
+
+
+def region_of(row: Row) -> Region:
+    """One rectangle of pixels.
+
+    Raises:
+        EvidenceError: the bytes are damaged.
+    """
+    return Region(row[2], row[3], decode_pixels(row[6], row[4], row[5]))
 
 
 def event_of(row: EventRow) -> Event:

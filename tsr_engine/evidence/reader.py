@@ -10,7 +10,7 @@ import fcntl
 import os
 import sqlite3
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,12 +20,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tsr_engine.errors import EvidenceError
-from tsr_engine.evidence.decode import EventRow, FrameRows, event_of, frame_of, track_of
+from tsr_engine.evidence.decode import EventRow, FrameRows, event_of, frame_of, region_of, track_of
 from tsr_engine.evidence.encode import TableEntry, TrackSummary
 from tsr_engine.evidence.header import RunHeader, RunState, read_header
 from tsr_engine.evidence.schema import DATABASE, LOCK_FILE
 from tsr_engine.evidence.writer import check_identity
-from tsr_engine.records import Event, FrameEvidence, TrackFrame
+from tsr_engine.records import Event, FrameEvidence, Region, TrackFrame
 
 _BLOCK = 64
 _FRAME_TABLES = (
@@ -218,6 +218,18 @@ class EvidenceReader:
         """
         limit = 2**62 if before is None else before
         return self._value("SELECT max(frame) FROM frames WHERE alive = 0 AND frame < ?", (limit,))
+
+    def query(self, sql: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
+        """Rows of any question in SQL to the tables of ``docs/evidence.md``; the store cannot be changed through it.
+
+        Raises:
+            EvidenceError: the store is damaged, or the SQL is wrong.
+        """
+        return self._query(sql, tuple(values))
+
+    def regions(self, frame: int) -> tuple[Region, ...]:
+        """The pixels kept of one frame; empty without any."""
+        return tuple(region_of(row) for row in self._rows("regions", frame, frame + 1))
 
     def stage_times(self) -> dict[str, StageTime]:
         """Seconds per stage, over the frames that went through it, in order of first appearance."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from tsr_engine.gating.perceptual_hash import HashMemory
-from tsr_engine.gating.symmetry import SymmetryDetector
+from tsr_engine.gating.symmetry import Symmetry, SymmetryDetector
 from tsr_engine.params.gate import GateParams
 from tsr_engine.records import FloatArray, GateVerdict, Picture
 
@@ -57,7 +57,7 @@ class Gate:
             ValueError: the memory is empty.
         """
         appearance = float(memory.distance(crop))
-        magnitude = self._symmetry.measure(self._face(crop)).magnitude
+        magnitude = self.symmetry(crop).magnitude
         symmetry = 1.0 / max(magnitude, self.params.symmetry_floor)
         if side is None:
             side = (crop.shape[0] + crop.shape[1]) / (2 + 4 * self.margin)
@@ -67,12 +67,19 @@ class Gate:
         product = symmetry * appearance * position if usable else math.inf
         return GateVerdict(magnitude, symmetry, appearance, position, product, product < self.params.tau)
 
-    def _face(self, crop: Picture) -> Picture:
-        """The crop without its margin: background around a sign has no share in its symmetry."""
+    def symmetry(self, crop: Picture) -> Symmetry:
+        """The mirror axis of a crop without its margin: background around a sign has no share in its symmetry.
+
+        Pairs are in px of that inner part, which begins at :meth:`border`.
+        """
+        x, y = self.border(crop)
         height, width = crop.shape[:2]
+        return self._symmetry.measure(crop[y : height - y, x : width - x])
+
+    def border(self, crop: Picture) -> tuple[int, int]:
+        """Columns and rows of margin on each side of a crop."""
         share = self.margin / (1 + 2 * self.margin)
-        y, x = round(height * share), round(width * share)
-        return crop[y : height - y, x : width - x]
+        return round(crop.shape[1] * share), round(crop.shape[0] * share)
 
     def _distance(self, centre: FloatArray, previous: FloatArray, side: float, shift: tuple[float, float]) -> float:
         moved = np.asarray(centre, dtype=np.float64) - np.asarray(previous, dtype=np.float64)

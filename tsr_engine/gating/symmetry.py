@@ -46,6 +46,7 @@ class Symmetry:
         angle: direction of the axis's normal against the x axis, radians in [0, pi).
         offset: signed distance of the axis from the crop's centre along that normal.
         pairs: shape (n, 4): ``x, y`` of both features of each pair that supports the axis.
+        weights: shape (n,): how well each pair agrees with the axis, in [0, 1].
         features: number of features found.
     """
 
@@ -53,6 +54,7 @@ class Symmetry:
     angle: float
     offset: float
     pairs: FloatArray
+    weights: FloatArray
     features: int
 
 
@@ -90,18 +92,19 @@ class SymmetryDetector:
         points = np.array([(*k.pt, k.size, np.deg2rad(k.angle)) for k in keypoints], dtype=np.float64)
         points[:, :2] -= (self.size - 1) / 2
         likeness = _likeness(np.asarray(descriptors, dtype=np.float32))
-        angle, offset, magnitude, partner = _strongest_axis(points, likeness, float(self.size))
+        angle, offset, magnitude, partner, agreement = _strongest_axis(points, likeness, float(self.size))
         support = np.flatnonzero(partner >= 0)
         scale = np.array([width, height]) / self.size
         centre = (np.array([width, height]) - 1) / 2
         first = points[support, :2] * scale + centre
         second = points[partner[support], :2] * scale + centre
         # A crop that is not square stretches the axis a little; its mean scale is near enough for drawing.
-        return Symmetry(magnitude, angle, offset * float(scale.mean()), np.hstack([first, second]), len(keypoints))
+        pairs, weights = np.hstack([first, second]), agreement[support]
+        return Symmetry(magnitude, angle, offset * float(scale.mean()), pairs, weights, len(keypoints))
 
 
 def _none(features: int) -> Symmetry:
-    return Symmetry(0.0, 0.0, 0.0, np.zeros((0, 4)), features)
+    return Symmetry(0.0, 0.0, 0.0, np.zeros((0, 4)), np.zeros(0), features)
 
 
 def _likeness(descriptors: NDArray[np.float32]) -> FloatArray:
@@ -115,7 +118,7 @@ def _likeness(descriptors: NDArray[np.float32]) -> FloatArray:
 @njit(cache=True, nogil=True)
 def _strongest_axis(
     points: FloatArray, likeness: FloatArray, size: float
-) -> tuple[float, float, float, NDArray[np.intp]]:
+) -> tuple[float, float, float, NDArray[np.intp], FloatArray]:
     """The axis with the most votes of all pairs in a Hough space of angle and offset.
 
     Args:
@@ -124,7 +127,8 @@ def _strongest_axis(
         size: side of the picture, px.
 
     Returns:
-        Angle of the normal, offset, magnitude, and the partner of each feature about that axis (-1: none).
+        Angle of the normal, offset, magnitude, the partner of each feature about that axis (-1: none), and how well
+        the two agree with it.
     """
     n = len(points)
     votes = np.zeros((_ANGLES, _OFFSETS))
@@ -166,6 +170,7 @@ def _strongest_axis(
     axis_t = (best // _OFFSETS + 0.5) * np.pi / _ANGLES
     axis_r = ((best % _OFFSETS + 0.5) / _OFFSETS * 2.0 - 1.0) * reach
     partner = np.full(n, -1, np.intp)
+    agreement = np.zeros(n)
     total = 0.0
     for i in range(n):
         most = 0.05
@@ -178,7 +183,8 @@ def _strongest_axis(
                 partner[i] = j
         if partner[i] >= 0:
             total += most
-    return axis_t, axis_r, math.sqrt(min(1.0, total / n)), partner
+            agreement[i] = most
+    return axis_t, axis_r, math.sqrt(min(1.0, total / n)), partner, agreement
 
 
 @njit(cache=True, nogil=True)

@@ -7,11 +7,11 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TextIO
+from typing import IO, Any, BinaryIO, TextIO, cast
 
 from tsr_engine.errors import StorageError, UsageError
 
-__all__ = ["atomic_text", "refuse_inputs", "storage_error", "temporary_name"]
+__all__ = ["atomic_bytes", "atomic_text", "refuse_inputs", "storage_error", "temporary_name"]
 
 
 def temporary_name(path: Path) -> Path:
@@ -29,12 +29,29 @@ def atomic_text(path: Path) -> Iterator[TextIO]:
     Raises:
         StorageError: the folder cannot be written or the disk is full.
     """
+    with _atomic(path, "w", encoding="utf-8", newline="") as stream:
+        yield cast(TextIO, stream)
+
+
+@contextmanager
+def atomic_bytes(path: Path) -> Iterator[BinaryIO]:
+    """The same for bytes.
+
+    Raises:
+        StorageError: the folder cannot be written or the disk is full.
+    """
+    with _atomic(path, "wb") as stream:
+        yield cast(BinaryIO, stream)
+
+
+@contextmanager
+def _atomic(path: Path, mode: str, **options: Any) -> Iterator[IO[Any]]:
     part = temporary_name(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.is_dir():
             raise StorageError(f"Cannot write {path}: it is a folder. Name a file.")
-        with part.open("w", encoding="utf-8", newline="") as stream:
+        with part.open(mode, **options) as stream:
             yield stream
             stream.flush()
             os.fsync(stream.fileno())

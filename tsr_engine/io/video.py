@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import threading
 from array import array
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -165,15 +165,19 @@ class Video:
             damaged = int(table.corrupt.sum())
             return describe(self.path, self._announced, self._found, len(table), end, damaged)
 
-    def confirm(self) -> FrameTable:
+    def confirm(self, progress: Callable[[int], None] | None = None) -> FrameTable:
         """Decode to the end, without converting pictures, and return the complete table.
+
+        Args:
+            progress: called with the number of confirmed frames after each one.
 
         Raises:
             VideoError: the file cannot be decoded.
         """
         if not self._ledger.complete:
-            for _ in self._walk(max(0, len(self._ledger) - 1), None):
-                pass
+            for _, k, _ in self._walk(max(0, len(self._ledger) - 1), None):
+                if progress is not None:
+                    progress(k + 1)
         return self.table
 
     def frames(self, start: int = 0, stop: int | None = None, *, ahead: int = 0) -> Iterator[Frame]:

@@ -17,7 +17,8 @@ from tsr_engine.errors import VideoError
 
 FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm"
 KINDS = "MP4, MOV, AVI, MKV or WebM"
-_HEAD = 64
+VIDEO_HEAD = 64
+"""Leading bytes that tell whether a file is a video."""
 _ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
 
 
@@ -63,18 +64,19 @@ def check_file(path: Path) -> None:
         if not stat.S_ISREG(status.st_mode):
             raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one {KINDS} file.")
         with path.open("rb") as stream:
-            head = stream.read(_HEAD)
+            head = stream.read(VIDEO_HEAD)
     except ValueError:
         raise VideoError(f"{str(path)!r} is no file name. Name one {KINDS} file.") from None
     except OSError as error:
         raise VideoError(_unreadable(path, error)) from None
     if not head:
         raise VideoError(f"{path} is empty (0 bytes). Copy the video again from its source.")
-    if not _is_video_head(head):
+    if not is_video_head(head):
         raise VideoError(f"{path} is not a video: its first bytes are not those of {KINDS}. Convert it to MP4 first.")
 
 
-def _is_video_head(head: bytes) -> bool:
+def is_video_head(head: bytes) -> bool:
+    """Whether a file that begins with these bytes is of a video container that is read here."""
     return (
         head[4:8] in _ISO_BOXES or (head[:4] == b"RIFF" and head[8:11] == b"AVI") or head.startswith(b"\x1aE\xdf\xa3")
     )

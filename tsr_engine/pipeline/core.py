@@ -36,11 +36,12 @@ from tsr_engine.records import (
     Recognition,
     Relocalisation,
     Sample,
+    Source,
     TrackFrame,
 )
 from tsr_engine.tracking.tracker import TrackedFrame, Tracker, TrackStatus
 
-__all__ = ["TrackingCore"]
+__all__ = ["TrackingCore", "is_seen", "worth_looking_at"]
 
 _SMALLEST_SIDE = 4.0
 """Boxes with a shorter side are not looked at, px."""
@@ -187,8 +188,7 @@ class TrackingCore:
             with _timed(seconds, "learn"):
                 companion.online, started = self._parts.make_online(frame.pixels, status.box, frame.ordinal)
             note.samples = (*note.samples, *started)
-        is_seen = status.source != "predicted" or (note.gate is not None and note.gate.confident)
-        if is_seen:
+        if is_seen(status.source, note.gate):
             with _timed(seconds, "gate"):
                 crop = _cut(frame.pixels, status.box, self._gate.margin)
                 companion.memory = self._gate.remember(companion.memory, crop)
@@ -218,13 +218,22 @@ class TrackingCore:
         return recognitions
 
     def _visible(self, box: FloatArray) -> bool:
-        """Whether a box is worth looking at: of a sane size, and at least partly in the picture."""
-        if not np.isfinite(box).all():
-            return False
-        width, height = box[2] - box[0], box[3] - box[1]
-        if not (_SMALLEST_SIDE <= width <= self._width and _SMALLEST_SIDE <= height <= self._height):
-            return False
-        return float(area(clip(box, self._width, self._height))) >= 1.0
+        return worth_looking_at(box, self._width, self._height)
+
+
+def worth_looking_at(box: FloatArray, width: int, height: int) -> bool:
+    """Whether a box is of a sane size, and at least partly in a picture of ``width`` x ``height`` px."""
+    if not np.isfinite(box).all():
+        return False
+    across, down = box[2] - box[0], box[3] - box[1]
+    if not (_SMALLEST_SIDE <= across <= width and _SMALLEST_SIDE <= down <= height):
+        return False
+    return float(area(clip(box, width, height))) >= 1.0
+
+
+def is_seen(source: Source, gate: GateVerdict | None) -> bool:
+    """Whether a result is a sight of the sign, so that its crop goes into the track's memory."""
+    return source != "predicted" or (gate is not None and gate.confident)
 
 
 @dataclass(slots=True)

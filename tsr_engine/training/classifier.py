@@ -26,6 +26,7 @@ from tsr_engine.training.classifier_jitter import (
     shaken_box,
 )
 from tsr_engine.training.classifier_network import Network, NetworkSettings
+from tsr_engine.training.drawn_signs import DRAWN_CLASSES, drawn_crop
 
 Progress = Callable[[str, int, int], None]
 """Called with the stage, what is done and what there is to do."""
@@ -51,6 +52,10 @@ class ClassifierSettings:
     """Share of each class's tracks that figures and temperature come from."""
     balance: float = 0.7
     """Exponent on class sizes in the draw of pictures: 1 as they are, 0 all classes alike."""
+    drawn: float = 0.08
+    """Share of the views that are drawn in the manner of other countries (:mod:`~.drawn_signs`)."""
+    drawn_crops: int = 80
+    """Drawn crops of each class that has any."""
     calm: float = 0.3
     """Share of the steps, at the end, over which the views' strength falls from 1 to ``calm_strength``."""
     calm_strength: float = 0.5
@@ -176,6 +181,10 @@ def _views(
     counts = np.bincount(classes, minlength=CLASS_COUNT).astype(np.float64)
     chance = counts[classes] ** (settings.balance - 1)
     chance /= chance.sum()
+    foreign = drawn_crops(settings, generator)
+    if foreign:
+        crops = [*crops, *foreign]
+        chance = np.concatenate([chance * (1 - settings.drawn), np.full(len(foreign), settings.drawn / len(foreign))])
     patches = np.empty((settings.batch, SIDE, SIDE, 3), dtype=np.uint8)
     descriptors = np.empty((_RECENT * settings.batch, LENGTH), dtype=np.float32)
     labels = np.empty(len(descriptors), dtype=np.int64)
@@ -191,6 +200,13 @@ def _views(
         for _ in range(settings.showings - 1):
             again = generator.integers(0, min(made, _RECENT) * settings.batch, settings.batch)
             yield descriptors[again], labels[again]
+
+
+def drawn_crops(settings: ClassifierSettings, generator: np.random.Generator) -> list[LoadedCrop]:
+    """The drawn crops of one training; none where their share is 0."""
+    if settings.drawn <= 0:
+        return []
+    return [drawn_crop(class_id, generator) for class_id in DRAWN_CLASSES for _ in range(settings.drawn_crops)]
 
 
 def _strength(progress: float, settings: ClassifierSettings) -> float:

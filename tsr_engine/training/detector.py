@@ -37,6 +37,7 @@ class DetectorPlan:
         crop_frames: windows from each GTSRB track, 0: none.
         per_scene: hard negatives a scene and round.
         random_per_scene: random negatives a scene.
+        relit: share of the scenes that are searched under another light.
         most_negatives: negatives are thinned to this number.
         floors: pairs of a number of trees and a score (units of half log-odds): from that many trees on, a window
             whose running score is below is dropped. Chosen on calibration scenes; thresholds from the training
@@ -52,6 +53,7 @@ class DetectorPlan:
     crop_frames: int = 5
     per_scene: int = 100
     random_per_scene: int = 150
+    relit: float = 0.35
     most_negatives: int = 70_000
     floors: tuple[tuple[int, float], ...] = ((24, -1.0), (64, -2.0), (384, 0.0))
     refinement: RefinementPlan = field(default_factory=RefinementPlan)
@@ -95,7 +97,7 @@ def fit_detector(
             break
         count = max(1, round(len(scenes) * plan.mining_share[number]))
         searched = [scenes[i] for i in rng.permutation(len(scenes))[:count]]
-        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, tick, count)
+        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, rng, plan.relit, tick, count)
         negatives = _thinned(negatives, hard, plan.most_negatives, rng)
     assert cascade is not None
     second_look = train_second_look(scenes, cascade, window, pyramid, plan.refinement, rng, tick)

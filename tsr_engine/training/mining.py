@@ -17,6 +17,7 @@ from tsr_engine.errors import InputError
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.augment import relight
 
 MIN_WIDTH = 16.0
 """Narrowest sign of the training pyramids, px."""
@@ -37,6 +38,16 @@ def read_picture(scene: Scene) -> Picture:
     if picture is None:
         raise InputError(f"Cannot decode the picture {scene.path}.")
     return np.asarray(picture, dtype=np.uint8)
+
+
+def searched_picture(scene: Scene, rng: np.random.Generator, relit: float) -> Picture:
+    """The scene's picture to look for background in: with probability ``relit`` under another light.
+
+    Near darkness makes sign-like blocks out of road and sky that daylight scenes never show. Background is not
+    blurred: a verifier that has refused blurred background also refuses blurred signs.
+    """
+    picture = read_picture(scene)
+    return relight(picture, rng) if rng.random() < relit else picture
 
 
 def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Level]:
@@ -126,14 +137,19 @@ def hard_windows(
     window: Window,
     plan: PyramidPlan,
     per_scene: int,
+    rng: np.random.Generator,
+    relit: float,
     tick: Tick,
     total: int,
 ) -> NDArray[np.uint8]:
-    """The background windows that a cascade likes best, after suppression; shape (n, features)."""
+    """The background windows that a cascade likes best, after suppression; shape (n, features).
+
+    A share ``relit`` of the scenes is searched under another light (:func:`searched_picture`).
+    """
     out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
     for number, scene in enumerate(scenes):
         tick("hard background", number, total)
-        boxes, scores, places, kept = scan_scene(read_picture(scene), ensemble, window, plan)
+        boxes, scores, places, kept = scan_scene(searched_picture(scene, rng, relit), ensemble, window, plan)
         clear = away_from_signs(boxes, scene.boxes)
         boxes, scores, places = boxes[clear], scores[clear], places[clear]
         chosen = places[suppress(boxes, scores, 0.6, per_scene)]

@@ -20,7 +20,7 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.mining import Tick, away_from_signs, read_picture, scan_scene
+from tsr_engine.training.mining import Tick, away_from_signs, read_picture, scan_scene, searched_picture
 from tsr_engine.training.patches import jitter
 
 FEWEST_NEGATIVES: Final = 400
@@ -38,6 +38,7 @@ class RefinementPlan:
         log_scale: largest change of a start's scale, natural logarithm.
         ridge: regularisation of the regressions.
         candidates: hardest background candidates a scene.
+        relit: share of the scenes that are searched for them a second time, under another light.
         boosting: the verifier.
     """
 
@@ -47,6 +48,7 @@ class RefinementPlan:
     log_scale: float = 0.16
     ridge: float = 3e-4
     candidates: int = 50
+    relit: float = 0.6
     boosting: BoostingPlan = field(
         default_factory=lambda: BoostingPlan(768, depth=4, feature_share=1 / 16, shrinkage=0.3)
     )
@@ -94,7 +96,7 @@ def train_second_look(
                 start = stop
     positives = np.concatenate([features_of(v.picture, v.boxes) for v in views])
     blank = SecondLook(np.stack(weights), np.stack(biases), cascade)
-    negatives = _background(scenes, cascade, window, pyramid, blank, plan.candidates, tick)
+    negatives = _background(scenes, cascade, window, pyramid, blank, plan, rng, tick)
     if len(negatives) < FEWEST_NEGATIVES:
         negatives = np.concatenate([negatives, _anywhere(scenes, blank, FEWEST_NEGATIVES, rng)])
     verifier = boost(
@@ -163,17 +165,20 @@ def _background(
     window: Window,
     pyramid: PyramidPlan,
     look: SecondLook,
-    candidates: int,
+    plan: RefinementPlan,
+    rng: np.random.Generator,
     tick: Tick,
 ) -> NDArray[np.uint8]:
     out = [np.zeros((0, FEATURES), np.uint8)]
-    for number, scene in enumerate(scenes):
-        tick("candidates to verify", number, len(scenes))
-        picture = read_picture(scene)
+    again = np.flatnonzero(rng.random(len(scenes)) < plan.relit)
+    views = [(i, 0.0) for i in range(len(scenes))] + [(int(i), 1.0) for i in again]
+    for number, (i, relit) in enumerate(views):
+        tick("candidates to verify", number, len(views))
+        scene, picture = scenes[i], searched_picture(scenes[i], rng, relit)
         boxes, scores, _, _ = scan_scene(picture, cascade, window, pyramid)
         clear = away_from_signs(boxes, scene.boxes)
         boxes, scores = boxes[clear], scores[clear]
-        boxes = boxes[suppress(boxes, scores, 0.6, candidates)]
+        boxes = boxes[suppress(boxes, scores, 0.6, plan.candidates)]
         if not len(boxes):
             continue
         moved = look.step(0, boxes, features_of(picture, boxes))

@@ -1,0 +1,29 @@
+"""Comparisons."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from app.api.responses import failures
+from app.compare.service import Comparison
+from app.context import ContextDep
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["compare"])
+
+Side = Annotated[
+    str,
+    Query(
+        pattern="^(run|annotation|truth):[0-9a-f]{32}$",
+        description="run:ID, annotation:RUN (the run as people have corrected it) or truth:ID",
+    ),
+]
+
+
+@router.get("/compare", operation_id="compare", responses=failures(404, 409))
+def compare(reference: Side, candidate: Side, context: ContextDep) -> Comparison:
+    """How a candidate does against a reference, with the places behind every figure."""
+    return context.compare.compare(reference, candidate)

@@ -1,0 +1,88 @@
+"""Edits: read what people have changed, change more."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Query
+from pydantic import Field
+
+from app.api.responses import Model, failures
+from app.api.runs import RunId
+from app.context import ContextDep
+from app.edits.commands import Command, Redo, Undo
+from app.edits.service import Adopted, Annotation, EditAnswer, LogEntry
+from app.errors import Invalid
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["edits"])
+
+Author = Annotated[str, Field(min_length=1, max_length=80)]
+_TAG = re.compile(r'\s*"(m[0-9]{1,12}|h[0-9a-z]{6,40}):([0-9]{1,9})"\s*')
+
+
+class Operation(Model):
+    """One operation of one person."""
+
+    op_id: Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
+    author: Author
+    command: Annotated[Command | Undo | Redo, Field(discriminator="name")]
+
+
+class AdoptFrom(Model):
+    """Where the edits come from."""
+
+    from_run: Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+    author: Author | None = None
+
+
+class Log(Model):
+    """Rows of the log."""
+
+    edits: list[LogEntry]
+
+
+@router.get("/runs/{run_id}/annotation", operation_id="get_annotation", responses=failures(404))
+def get_annotation(
+    run_id: RunId, context: ContextDep, author: Annotated[str | None, Query(max_length=80)] = None
+) -> Annotation:
+    """Documents of all edited tracks, and what the author can undo and redo."""
+    return context.edits.annotation(run_id, author or context.settings.author)
+
+
+@router.post("/runs/{run_id}/edits", operation_id="edit", responses=failures(404, 409, 428))
+def edit(
+    run_id: RunId,
+    operation: Operation,
+    context: ContextDep,
+    if_match: Annotated[
+        str | None, Header(description='revision of each touched track: `"m7:3", "m9:1"`; 0: untouched so far')
+    ] = None,
+) -> EditAnswer:
+    """Carry out one operation; it is stored when the answer comes."""
+    expected = None if if_match is None else _revisions(if_match)
+    return context.edits.apply(run_id, operation.op_id, operation.author, operation.command, expected)
+
+
+@router.get("/runs/{run_id}/edits", operation_id="list_edits", responses=failures(404))
+def list_edits(run_id: RunId, context: ContextDep, after: Annotated[int, Query(ge=0, le=2**62)] = 0) -> Log:
+    """The log after a number, at most a thousand rows."""
+    return Log(edits=context.edits.log(run_id, after))
+
+
+@router.post("/runs/{run_id}/adopt", operation_id="adopt_edits", responses=failures(404, 409))
+def adopt_edits(run_id: RunId, source: AdoptFrom, context: ContextDep) -> Adopted:
+    """Carry the edits of another run of the same video over to this one."""
+    return context.edits.adopt(run_id, source.from_run, source.author or context.settings.author)
+
+
+def _revisions(header: str) -> dict[str, int]:
+    found = {}
+    for part in header.split(","):
+        match = _TAG.fullmatch(part)
+        if match is None:
+            raise Invalid('If-Match names tracks and revisions: "m7:3", "m9:1".', field="if-match")
+        found[match[1]] = int(match[2])
+    return found

@@ -1,0 +1,120 @@
+"""Evidence: tracks, lanes, overlays, crops, explanations, and what-ifs on them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Path, Query
+from fastapi.responses import Response
+from pydantic import Field
+
+from app.api.responses import Model, failures
+from app.api.runs import RunId
+from app.context import ContextDep
+from app.evidence.crops import CropOf
+from app.evidence.explain import Explanation
+from app.evidence.flips import Flips
+from app.evidence.lane import TrackLane
+from app.evidence.lanes import LaneColumns
+from app.evidence.overlays import Overlay
+from app.evidence.tracks import TrackColumns
+from app.runs.view import RunView, run_view
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["evidence"])
+
+Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]
+TrackId = Annotated[int, Path(ge=0, le=2**62, description="number of the engine's track")]
+Frame = Annotated[int, Path(ge=0, le=2**31 - 1, description="ordinal of the frame")]
+_PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+
+
+class Overlays(Model):
+    """A window of frames."""
+
+    overlays: list[Overlay]
+
+
+class NewWhatIf(Model):
+    """What to change, against the run that is replayed."""
+
+    parameters: dict[str, bool | int | float | str | list[float] | None] = Field(min_length=1, max_length=200)
+    name: str = Field("", max_length=120)
+
+
+def _whole(content: bytes) -> Response:
+    return Response(content, media_type="application/json", headers={"Cache-Control": "no-cache"})
+
+
+@router.get(
+    "/runs/{run_id}/tracks", operation_id="get_tracks", response_model=TrackColumns, responses=failures(404, 409)
+)
+def get_tracks(run_id: RunId, context: ContextDep) -> Response:
+    """The confirmed tracks, a column a property; while the run goes on, those so far."""
+    return _whole(context.evidence.tracks(run_id))
+
+
+@router.get("/runs/{run_id}/lanes", operation_id="get_lanes", response_model=LaneColumns, responses=failures(404, 409))
+def get_lanes(run_id: RunId, context: ContextDep) -> Response:
+    """Where each track's result comes from over time."""
+    return _whole(context.evidence.lanes(run_id))
+
+
+@router.get("/runs/{run_id}/overlays", operation_id="get_overlays", responses=failures(404, 409))
+def get_overlays(run_id: RunId, first: Ordinal, last: Ordinal, context: ContextDep) -> Overlays:
+    """What the layers show in ``first <= frame <= last``, at most 256 frames."""
+    return Overlays(overlays=context.evidence.overlays(run_id, first, last))
+
+
+@router.get("/runs/{run_id}/flips", operation_id="get_flips", responses=failures(404, 409))
+def get_flips(
+    run_id: RunId, tau: Annotated[float, Query(gt=0, le=1e6, allow_inf_nan=False)], context: ContextDep
+) -> Flips:
+    """How many verdicts of the gate another tau would turn over, and in which tracks."""
+    return context.evidence.flips(run_id, tau)
+
+
+@router.get("/runs/{run_id}/tracks/{track_id}", operation_id="get_track", responses=failures(404, 409))
+def get_track(run_id: RunId, track_id: TrackId, context: ContextDep) -> TrackLane:
+    """One track frame by frame."""
+    return context.evidence.track(run_id, track_id)
+
+
+@router.get(
+    "/runs/{run_id}/tracks/{track_id}/crops/{frame}",
+    operation_id="get_crop",
+    response_class=Response,
+    responses={**failures(404, 409), 200: _PNG, 304: {"description": "Not Modified"}},
+)
+def get_crop(
+    run_id: RunId,
+    track_id: TrackId,
+    frame: Frame,
+    context: ContextDep,
+    size: Annotated[int, Query(ge=8, le=512, description="longer side, px")] = 96,
+    of: CropOf = "result",
+    if_none_match: Annotated[str | None, Header()] = None,
+) -> Response:
+    """A track's crop in one frame, with a tenth of its side around it; ``of=prediction``: what the gate judged."""
+    tag = f'"{run_id}-{track_id}-{frame}-{size}-{of}"'
+    headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
+    if if_none_match == tag:
+        return Response(status_code=304, headers=headers)
+    content = context.evidence.crop(run_id, track_id, frame, size, of, context.frames.raw)
+    return Response(content, media_type="image/png", headers=headers)
+
+
+@router.get(
+    "/runs/{run_id}/tracks/{track_id}/explain/{frame}", operation_id="explain_verdict", responses=failures(404, 409)
+)
+def explain_verdict(run_id: RunId, track_id: TrackId, frame: Frame, context: ContextDep) -> Explanation:
+    """The mirror matches and the two hashes behind one verdict of the gate."""
+    return context.evidence.explain(run_id, track_id, frame)
+
+
+@router.post("/runs/{run_id}/whatif", operation_id="start_whatif", status_code=202, responses=failures(404, 409))
+def start_whatif(run_id: RunId, wanted: NewWhatIf, context: ContextDep) -> RunView:
+    """Replay the run's evidence with other parameters; the answer is a run of its own."""
+    changed: dict[str, Any] = dict(wanted.parameters)
+    return run_view(context.whatif.start(run_id, changed, wanted.name))

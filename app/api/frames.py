@@ -1,0 +1,50 @@
+"""Pictures, by ordinal."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Path, Query
+from fastapi.responses import Response
+
+from app.api.responses import PICTURE, failures
+from app.api.runs import VideoId
+from app.context import ContextDep
+from app.videos.reel import Encoding
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["videos"])
+
+
+@router.get(
+    "/videos/{video_id}/frames/{ordinal}",
+    operation_id="get_frame",
+    response_class=Response,
+    responses={200: PICTURE, 304: {"description": "unchanged"}, **failures(404, 409)},
+)
+def get_frame(
+    video_id: VideoId,
+    ordinal: Annotated[int, Path(ge=0, le=2**31 - 1)],
+    context: ContextDep,
+    width: Annotated[int | None, Query(ge=16, le=16384)] = None,
+    encoding: Annotated[Encoding, Query(alias="format")] = "jpeg",
+    if_none_match: Annotated[str | None, Header()] = None,
+) -> Response:
+    """Frame k as the engine sees it; X-Frame-Ordinal and X-Frame-Pts say which one it is."""
+    served = context.frames.picture(video_id, ordinal, width, encoding, _tags(if_none_match))
+    headers = {
+        "ETag": served.etag,
+        "Cache-Control": "private, max-age=31536000, immutable",
+        "X-Frame-Ordinal": str(served.ordinal),
+        "X-Frame-Pts": str(served.pts),
+        "Content-Encoding": "identity",  # compressed already
+    }
+    if served.data is None:
+        return Response(status_code=304, headers=headers)
+    return Response(served.data, media_type=f"image/{served.encoding}", headers=headers)
+
+
+def _tags(header: str | None) -> frozenset[str]:
+    """The ETags of an If-None-Match header; weak ones count, as they do for GET."""
+    return frozenset(tag.strip().removeprefix("W/") for tag in (header or "").split(","))

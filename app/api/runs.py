@@ -1,0 +1,77 @@
+"""Runs: start, follow, cancel, resume, remove."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path
+from pydantic import Field
+
+from app.api.responses import Model, failures
+from app.context import ContextDep
+from app.runs.view import RunView, run_view
+
+__all__ = ["RunId", "router"]
+
+router = APIRouter(tags=["runs"])
+
+RunId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the run: 32 hexadecimal digits")]
+VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]
+
+
+class NewRun(Model):
+    """What to run."""
+
+    preset: str = Field("default", max_length=32)
+    parameters: dict[str, bool | int | float | str | list[float] | None] = Field({}, max_length=200)
+    first: int = Field(0, ge=0, le=2**31 - 1)
+    stop: int | None = Field(None, ge=1, le=2**31 - 1)
+    name: str = Field("", max_length=120)
+
+
+class Runs(Model):
+    """Runs of one video."""
+
+    runs: list[RunView]
+
+
+@router.get("/videos/{video_id}/runs", operation_id="list_runs", responses=failures(404))
+def list_runs(video_id: VideoId, context: ContextDep) -> Runs:
+    """Runs of a video, the newest first."""
+    return Runs(runs=[run_view(run) for run in context.runs.of_video(video_id)])
+
+
+@router.post("/videos/{video_id}/runs", operation_id="start_run", status_code=202, responses=failures(404, 409))
+def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> RunView:
+    """Queue a run of the engine."""
+    changed: dict[str, Any] = dict(wanted.parameters)
+    run = context.runs.start(
+        video_id, preset=wanted.preset, parameters=changed, first=wanted.first, stop=wanted.stop, name=wanted.name
+    )
+    return run_view(run)
+
+
+@router.get("/runs/{run_id}", operation_id="get_run", responses=failures(404))
+def get_run(run_id: RunId, context: ContextDep) -> RunView:
+    """One run."""
+    with context.database.read() as session:
+        return run_view(context.runs.get(session, run_id))
+
+
+@router.delete("/runs/{run_id}", operation_id="remove_run", status_code=204, responses=failures(404, 409))
+def remove_run(run_id: RunId, context: ContextDep) -> None:
+    """Remove a run, its evidence and its edits."""
+    context.runs.remove(run_id)
+    context.evidence.forget(run_id)
+
+
+@router.post("/runs/{run_id}/cancel", operation_id="cancel_run", status_code=202, responses=failures(404))
+def cancel_run(run_id: RunId, context: ContextDep) -> RunView:
+    """Stop a run; what it has stored stays."""
+    return run_view(context.runs.cancel(run_id))
+
+
+@router.post("/runs/{run_id}/resume", operation_id="resume_run", status_code=202, responses=failures(404, 409))
+def resume_run(run_id: RunId, context: ContextDep) -> RunView:
+    """Go on with a stopped run."""
+    return run_view(context.runs.resume(run_id))

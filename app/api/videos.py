@@ -1,0 +1,177 @@
+"""Videos: add, list, look at, remove; folders to choose from."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+from typing import Annotated
+
+import anyio.to_thread
+from fastapi import APIRouter, Path, Query, Request
+from fastapi.responses import FileResponse
+from pydantic import Field
+from starlette.requests import ClientDisconnect
+
+from app.api.responses import PICTURE, Model, failures
+from app.api.runs import VideoId
+from app.context import ContextDep
+from app.errors import Invalid, NotFound, StorageFull, TooLarge, UnsupportedMedia
+from app.videos.paths import SUFFIXES, list_folder
+from app.videos.table import TableAnswer, page_table
+from app.videos.thumbnails import thumbnail_path
+from app.videos.view import VideoView
+from tsr_engine.io.video_probe import VIDEO_HEAD, is_video_head
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["videos"])
+
+
+class NewVideo(Model):
+    """A file of the server's machine."""
+
+    path: str = Field(min_length=1, max_length=4096)
+
+
+class Videos(Model):
+    """All videos."""
+
+    videos: list[VideoView]
+
+
+class BrowseVideo(Model):
+    """A video file in a folder."""
+
+    name: str
+    path: str
+    size: int
+
+
+class Browse(Model):
+    """A folder."""
+
+    path: str
+    parent: str | None
+    folders: list[str]
+    videos: list[BrowseVideo]
+
+
+@router.get("/videos", operation_id="list_videos", responses=failures())
+def list_videos(context: ContextDep) -> Videos:
+    """All videos, the newest first."""
+    return Videos(videos=context.videos.views())
+
+
+@router.post("/videos", operation_id="add_video", status_code=201, responses=failures(404))
+def add_video(wanted: NewVideo, context: ContextDep) -> VideoView:
+    """Add a file of this machine by its path."""
+    return context.videos.add_path(wanted.path)
+
+
+@router.get("/videos/{video_id}", operation_id="get_video", responses=failures(404))
+def get_video(video_id: VideoId, context: ContextDep) -> VideoView:
+    """One video."""
+    return context.videos.view(video_id)
+
+
+@router.delete("/videos/{video_id}", operation_id="remove_video", status_code=204, responses=failures(404, 409))
+def remove_video(video_id: VideoId, context: ContextDep) -> None:
+    """Remove a video with its runs and edits; a file that was added by path stays."""
+    runs = context.videos.remove(video_id)
+    context.frames.forget(video_id)
+    for run in runs:
+        context.evidence.forget(run)
+
+
+@router.get("/videos/{video_id}/table", operation_id="get_frame_table", responses=failures(404, 409))
+def get_frame_table(video_id: VideoId, context: ContextDep) -> TableAnswer:
+    """Which frames the video has, and when each is shown."""
+    return page_table(context.videos.table(video_id))
+
+
+@router.get(
+    "/videos/{video_id}/thumbnail",
+    operation_id="get_thumbnail",
+    response_class=FileResponse,
+    responses={200: PICTURE, **failures(404)},
+)
+def get_thumbnail(video_id: VideoId, context: ContextDep) -> FileResponse:
+    """A small picture from the middle of the video."""
+    place = thumbnail_path(context.settings.home, video_id)
+    if not place.is_file():
+        raise NotFound("There is no thumbnail (yet).")
+    return FileResponse(place, media_type="image/jpeg", headers={"Cache-Control": "private, max-age=86400"})
+
+
+@router.get("/browse", operation_id="browse", responses=failures(404))
+def browse(
+    context: ContextDep, path: Annotated[str | None, Query(max_length=4096, description="unset: the first root")] = None
+) -> Browse:
+    """Folders and videos inside the allowed folders."""
+    roots = context.videos.readable_roots()
+    found = list_folder(path if path is not None else str(roots[0]), roots)
+    return Browse(
+        path=str(found.path),
+        parent=None if found.parent is None else str(found.parent),
+        folders=found.folders,
+        videos=[BrowseVideo(name=name, path=str(place), size=size) for name, place, size in found.videos],
+    )
+
+
+@router.put(
+    "/uploads/{name}",
+    operation_id="upload_video",
+    status_code=201,
+    responses=failures(415),
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+        }
+    },
+)
+async def upload_video(
+    name: Annotated[str, Path(min_length=1, max_length=255)], request: Request, context: ContextDep
+) -> VideoView:
+    """Add a video by sending its bytes; they are written as they come."""
+    if not name.lower().endswith(SUFFIXES):
+        raise UnsupportedMedia(f"{name!r} is not named like a video ({', '.join(SUFFIXES)}).")
+    if "/" in name or "\\" in name or not name.isprintable() or name.startswith("."):
+        raise Invalid("The name of an upload is a plain file name.", field="name")
+    most = context.settings.upload_max_mb * 2**20
+    length = request.headers.get("content-length", "0")
+    if length.isascii() and length.isdigit() and int(length) > most:
+        raise TooLarge(f"The file has {length} bytes, allowed are {most}.")
+    part = context.videos.new_part()
+    digest = hashlib.sha256()
+    size = 0
+    try:
+        with part.open("xb") as file:
+            async for chunk in request.stream():
+                if not size and len(chunk) >= VIDEO_HEAD and not is_video_head(chunk[:VIDEO_HEAD]):
+                    raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.")
+                size += len(chunk)
+                if size > most:
+                    raise TooLarge(f"The file has more than {most} bytes.")
+                await anyio.to_thread.run_sync(file.write, chunk)
+                digest.update(chunk)
+            await anyio.to_thread.run_sync(_settle, file)
+        if not size:
+            raise Invalid("The upload is empty.", field="body")
+        if length.isdigit() and 0 < int(length) != size:
+            raise Invalid(f"The upload broke off: {size} of {length} bytes came.", field="body")
+        return await anyio.to_thread.run_sync(context.videos.add_upload, part, name, digest.hexdigest())
+    except ClientDisconnect:
+        raise Invalid("The upload broke off.", field="body", code="broken_off") from None
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            raise StorageFull("The disk is full: the upload was dropped. Free some space and try again.") from None
+        raise
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _settle(file: object) -> None:
+    file.flush()  # type: ignore[attr-defined]
+    os.fsync(file.fileno())  # type: ignore[attr-defined]

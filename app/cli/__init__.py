@@ -1,0 +1,1 @@
+"""The command line: the engine's commands, and those of the review tool."""

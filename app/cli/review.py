@@ -1,0 +1,75 @@
+"""``tsr review``: the server and the browser from one command."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tsr_engine.cli.common import say
+from tsr_engine.errors import UsageError
+
+if TYPE_CHECKING:
+    from app.settings import Settings
+
+__all__ = ["review"]
+
+
+def review(
+    video: Annotated[Path | None, typer.Argument(help="A video to add and open.", show_default=False)] = None,
+    home: Annotated[Path | None, typer.Option("--home", metavar="DIR", help="Data folder.", show_default=False)] = None,
+    roots: Annotated[
+        list[Path] | None,
+        typer.Option("--root", metavar="DIR", help="Folder that videos may be added from; repeatable."),
+    ] = None,
+    host: Annotated[
+        str | None, typer.Option("--host", help="Address to listen on; others than loopback need TSR_TOKEN.")
+    ] = None,
+    port: Annotated[int | None, typer.Option("--port", min=0, max=65535, help="Port; 0: any free one.")] = None,
+    database: Annotated[
+        str | None, typer.Option("--database", metavar="URL", help="A database besides SQLite.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option("--workers", min=0, max=64, help="Engine processes at once.")] = None,
+    models: Annotated[Path | None, typer.Option("--models", metavar="DIR", help="Folder of model files.")] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page.")] = True,
+) -> None:
+    """Open the review tool in the browser: videos, runs of the engine, corrections.
+
+    \b
+    Examples:
+      tsr review
+      tsr review drive.mp4
+      tsr review --root /data/drives --port 9000 --no-browser
+    """
+    from app.settings import load_settings
+
+    allowed = list(roots or [])
+    if video is not None:
+        if not video.is_file():
+            raise UsageError(f"There is no video {video}. Check the path.")
+        allowed.append(video.resolve().parent)
+    settings = load_settings(
+        home=home,
+        roots=tuple(allowed or [Path.cwd()]) if allowed or roots else None,
+        host=host,
+        port=port,
+        database_url=database,
+        workers=workers,
+        models=models,
+    )
+    from app.cli.serve import open_running, serve
+
+    if open_running(settings, video, browser):
+        return
+    serve(settings, video, browser)
+
+
+def say_link(settings: Settings, link: str) -> None:
+    """Print where the page is."""
+    say(f"tsr review on {link}")
+    if not settings.loopback:
+        say(f"Others can reach {settings.host}: the link lets one of them in, once.")
+    say("Press Ctrl-C to stop. Everything is stored as it happens.")

@@ -1,0 +1,1 @@
+"""Two views of one video side by side: runs, corrected annotations, ground truth."""

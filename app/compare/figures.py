@@ -1,0 +1,280 @@
+"""The figures of a comparison, each with the places behind it. Definitions: docs/compare.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from app.api.responses import Model
+from app.compare.matching import Matching
+from app.evidence.tables import BoxTable, IntColumn
+
+__all__ = ["LEAST_WIDTH", "MOST", "Cell", "Confusion", "Figure", "confusion", "figures"]
+
+LEAST_WIDTH = 20.0
+"""Signs narrower than this do not count for coverage, identities and classes, px."""
+MOST = 500
+"""Places a figure; ``places`` holds their full number."""
+
+
+class Figure(Model):
+    """One number and the places that it comes from.
+
+    A place is a stretch of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``.
+    """
+
+    value: float | None
+    """None: there is nothing to measure."""
+    of: tuple[int, int] | None
+    """Numerator and denominator, for shares."""
+    frames: list[int]
+    lasts: list[int]
+    tracks: list[str]
+    places: int
+    """Number of places, also where the lists are cut."""
+
+
+class Cell(Model):
+    """Boxes of one reference class that the candidate calls another."""
+
+    reference: int | None
+    """None: a sign of no known class, or, with a candidate class, nothing there."""
+    candidate: int | None
+    count: int
+    frames: list[int]
+    lasts: list[int]
+    tracks: list[str]
+
+
+class Confusion(Model):
+    """Matched boxes by class; missed ones have no candidate class, false ones no reference class."""
+
+    classes: list[int]
+    cells: list[Cell]
+
+
+@dataclass(frozen=True, slots=True)
+class _Sign:
+    """One reference track that is wide enough to count."""
+
+    key: str
+    frames: IntColumn
+    covered: IntColumn
+    """Frames of ``frames`` with a match."""
+    matched: IntColumn
+    """All its matched frames."""
+    tracks: IntColumn
+    """The candidate's track in each of ``matched``."""
+    right: bool
+
+
+def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[str, Figure]:
+    """All figures by name."""
+    signs = _signs(reference, candidate, found)
+    seen = [sign for sign in signs if len(sign.matched)]
+    ids = [list(dict.fromkeys(sign.tracks.tolist())) for sign in seen]
+    wide = np.concatenate([sign.frames for sign in signs]) if signs else np.zeros(0)
+    covered = sum(len(sign.covered) for sign in signs)
+    switches = [
+        (int(f), candidate.keys[b])
+        for sign in seen
+        for f, (a, b) in zip(sign.matched[1:], pairwise(sign.tracks.tolist()), strict=True)
+        if a != b
+    ]
+    second = [
+        (int(sign.matched[sign.tracks == own[1]][0]), sign.key) for sign, own in zip(seen, ids, strict=True) if own[1:]
+    ]
+    used = set(candidate.track[found.candidate].tolist())
+    false = _false_tracks(candidate, found, used)
+    wrong = [(int(sign.matched[-1]), sign.key) for sign in seen if not sign.right]
+    return {
+        "precision": _share(len(found.candidate), found.judged, _stretches(candidate, found.false)),
+        "recall": _share(len(found.reference), found.counted, _stretches(reference, found.missed)),
+        "eq7": _worst(reference, found),
+        "coverage": _share(covered, len(wide), _uncovered(signs)),
+        "fragmentation": _count(_breaks(signs)),
+        "switches": _count(switches),
+        "ids_per_sign": _figure(sum(map(len, ids)) / len(ids) if ids else None, None, [(f, f, k) for f, k in second]),
+        "signs_found": _share(
+            len(seen), len(signs), [(int(s.frames[0]), int(s.frames[-1]), s.key) for s in signs if not len(s.matched)]
+        ),
+        "signs_classified": _share(len(seen) - len(wrong), len(seen), [(f, f, k) for f, k in wrong]),
+        "false_tracks": _count(false),
+    }
+
+
+def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Confusion:
+    """Boxes by reference class and candidate class; only classes that occur."""
+    frame = np.concatenate(
+        [reference.frame[found.reference], reference.frame[found.missed], candidate.frame[found.false]]
+    )
+    nothing = -2  # unlike -1, a sign of no known class
+    ours = np.concatenate(
+        [
+            reference.class_id[found.reference],
+            reference.class_id[found.missed],
+            np.full(len(found.false), nothing),
+        ]
+    )
+    theirs = np.concatenate(
+        [candidate.class_id[found.candidate], np.full(len(found.missed), nothing), candidate.class_id[found.false]]
+    )
+    names = [reference.keys[t] for t in reference.track[np.concatenate([found.reference, found.missed])].tolist()]
+    names += [candidate.keys[t] for t in candidate.track[found.false].tolist()]
+    number = {name: i for i, name in enumerate(dict.fromkeys(names))}
+    track = np.array([number[name] for name in names], dtype=np.int64)
+    spelled = list(number)
+    cells = []
+    for a, b in sorted({*zip(ours.tolist(), theirs.tolist(), strict=True)}):
+        rows = np.flatnonzero((ours == a) & (theirs == b))
+        places = _runs(frame[rows], track[rows], spelled)[:MOST]
+        cells.append(
+            Cell(
+                reference=None if a < 0 else a,
+                candidate=None if b < 0 else b,
+                count=len(rows),
+                frames=[p[0] for p in places],
+                lasts=[p[1] for p in places],
+                tracks=[p[2] for p in places],
+            )
+        )
+    classes = sorted({int(c) for c in np.concatenate([ours, theirs]) if c >= 0})
+    return Confusion(classes=classes, cells=_merged(cells))
+
+
+def _merged(cells: list[Cell]) -> list[Cell]:
+    """Cells of one address joined: no known class and nothing there are both told as None."""
+    found: dict[tuple[int | None, int | None], Cell] = {}
+    for cell in cells:
+        key = cell.reference, cell.candidate
+        before = found.get(key)
+        found[key] = (
+            cell
+            if before is None
+            else Cell(
+                reference=cell.reference,
+                candidate=cell.candidate,
+                count=before.count + cell.count,
+                frames=(before.frames + cell.frames)[:MOST],
+                lasts=(before.lasts + cell.lasts)[:MOST],
+                tracks=(before.tracks + cell.tracks)[:MOST],
+            )
+        )
+    return list(found.values())
+
+
+_Place = tuple[int, int, str]
+
+
+def _signs(reference: BoxTable, candidate: BoxTable, found: Matching) -> list[_Sign]:
+    wide = ~reference.ignore & (reference.boxes[:, 2] - reference.boxes[:, 0] >= LEAST_WIDTH)
+    partner = np.full(len(reference), -1)
+    partner[found.reference] = found.candidate
+    order = np.argsort(reference.track, kind="stable")
+    bounds = np.searchsorted(reference.track[order], np.arange(len(reference.keys) + 1))
+    signs = []
+    for i, key in enumerate(reference.keys):
+        rows = order[bounds[i] : bounds[i + 1]]
+        counted = rows[wide[rows]]
+        if not len(counted):
+            continue
+        own = rows[partner[rows] >= 0]
+        labels = reference.class_id[counted]
+        values, counts = np.unique(labels, return_counts=True)
+        most = values[counts == counts.max()]
+        # Of equally frequent labels the one seen first, as Counter.most_common has it.
+        label = next(int(c) for c in labels.tolist() if c in most)
+        last = int(candidate.class_id[partner[own[-1]]]) if len(own) else None
+        signs.append(
+            _Sign(
+                key=key,
+                frames=reference.frame[counted],
+                covered=reference.frame[counted[partner[counted] >= 0]],
+                matched=reference.frame[own],
+                tracks=candidate.track[partner[own]],
+                right=last == label,
+            )
+        )
+    return signs
+
+
+def _breaks(signs: list[_Sign]) -> list[tuple[int, str]]:
+    """Where a sign's coverage was interrupted, to go on later."""
+    found = []
+    for sign in signs:
+        places = np.searchsorted(sign.frames, sign.covered)
+        for a, b in pairwise(places.tolist()):
+            if b > a + 1:
+                found.append((int(sign.frames[a + 1]), sign.key))
+    return found
+
+
+def _uncovered(signs: list[_Sign]) -> list[_Place]:
+    found: list[_Place] = []
+    for sign in signs:
+        missing = np.setdiff1d(sign.frames, sign.covered, assume_unique=True)
+        found += _runs(missing, np.zeros(len(missing), np.int64), [sign.key])
+    return sorted(found)
+
+
+def _false_tracks(candidate: BoxTable, found: Matching, used: set[int]) -> list[tuple[int, str]]:
+    """Tracks without a match whose every row is false: an excused row excuses its track."""
+    total = np.bincount(candidate.track, minlength=len(candidate.keys))
+    wrong = np.bincount(candidate.track[found.false], minlength=len(candidate.keys))
+    first: dict[int, int] = {}
+    for row in found.false.tolist():
+        first.setdefault(int(candidate.track[row]), int(candidate.frame[row]))
+    return [
+        (frame, candidate.keys[track])
+        for track, frame in first.items()
+        if track not in used and wrong[track] == total[track]
+    ]
+
+
+def _worst(reference: BoxTable, found: Matching) -> Figure:
+    """Mean of Eq. 7 over the matches; the places are the worst of them, the worst first."""
+    order = np.argsort(-found.error, kind="stable")[:MOST]
+    rows = found.reference[order]
+    places = [
+        (f, f, reference.keys[t])
+        for f, t in zip(reference.frame[rows].tolist(), reference.track[rows].tolist(), strict=True)
+    ]
+    value = float(found.error.mean()) if len(found.error) else None
+    return _figure(value, None, places, len(found.error))
+
+
+def _stretches(table: BoxTable, rows: IntColumn) -> list[_Place]:
+    return _runs(table.frame[rows], table.track[rows], table.keys)
+
+
+def _runs(frame: IntColumn, track: IntColumn, keys: tuple[str, ...] | list[str]) -> list[_Place]:
+    """Consecutive frames of one track run together, by first frame."""
+    if not len(frame):
+        return []
+    order = np.lexsort((frame, track))
+    f, t = frame[order], track[order]
+    starts = np.concatenate([[0], np.flatnonzero((np.diff(t) != 0) | (np.diff(f) != 1)) + 1])
+    ends = np.append(starts[1:], len(f)) - 1
+    return sorted(zip(f[starts].tolist(), f[ends].tolist(), [keys[i] for i in t[starts].tolist()], strict=True))
+
+
+def _share(part: int, whole: int, places: list[_Place]) -> Figure:
+    return _figure(part / whole if whole else None, (part, whole), places)
+
+
+def _count(places: list[tuple[int, str]]) -> Figure:
+    return _figure(float(len(places)), None, sorted((f, f, k) for f, k in places))
+
+
+def _figure(value: float | None, of: tuple[int, int] | None, places: list[_Place], total: int | None = None) -> Figure:
+    cut = places[:MOST]
+    return Figure(
+        value=value,
+        of=of,
+        frames=[p[0] for p in cut],
+        lasts=[p[1] for p in cut],
+        tracks=[p[2] for p in cut],
+        places=len(places) if total is None else total,
+    )

@@ -1,0 +1,1 @@
+"""What people change: documents, commands, the append-only log, undo."""

@@ -1,0 +1,256 @@
+"""Carry edits over to another run of the same video: each track kept, no longer needed, or a conflict. Pure.
+
+A track of the old run is the track of the new one that overlaps it (IoU >= ``SAME``) in the most frames, if those are
+at least half of the frames of the shorter of the two. An edit is no longer needed where the new run shows by itself
+what people wanted: the same frames but for one in ten, in each corrected frame a box within ``CORRECTED``, and the
+same label. A verdict goes over only where nine of ten frames agree within ``AGREES`` and the label is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.edits.documents import OPEN_END, Segment, TrackDoc
+from app.edits.effective import EffectiveTrack, effective_track
+
+__all__ = ["Adoption", "MachineRun", "adopt_documents"]
+
+SAME = 0.5
+AGREES = 0.7
+CORRECTED = 0.8
+
+Ints = NDArray[np.int64]
+Boxes = NDArray[np.float64]
+
+
+class MachineRun:
+    """The engine's tracks of one run.
+
+    Args:
+        frame: shape (n,), ascending within each track.
+        track: shape (n,), the engine's number of the track.
+        boxes: shape (n, 4).
+        class_id: shape (n,), -1: unknown.
+    """
+
+    def __init__(self, frame: Ints, track: Ints, boxes: Boxes, class_id: Ints) -> None:
+        order = np.lexsort((frame, track))
+        self._frame, self._boxes = frame[order], boxes[order]
+        ids, starts = np.unique(track[order], return_index=True)
+        stops = [*starts[1:].tolist(), len(order)]
+        self._rows = {int(i): slice(int(a), int(b)) for i, a, b in zip(ids, starts, stops, strict=True)}
+        self.label = {i: int(class_id[order][rows.start]) for i, rows in self._rows.items()}
+
+    def ids(self) -> list[int]:
+        """All tracks."""
+        return list(self._rows)
+
+    def of(self, track: int) -> tuple[Ints, Boxes]:
+        """Frames and boxes of a track; none: there is no such track."""
+        rows = self._rows.get(track, slice(0, 0))
+        return self._frame[rows], self._boxes[rows]
+
+    def span(self, track: int) -> tuple[int, int]:
+        """First and last frame of a track that exists."""
+        frames = self.of(track)[0]
+        return int(frames[0]), int(frames[-1])
+
+
+@dataclass
+class Adoption:
+    """What becomes of the edits."""
+
+    changed: dict[str, dict[str, TrackDoc]] = field(default_factory=dict)
+    """Key of the old run -> documents of the new run that carry it on."""
+    kept: list[str] = field(default_factory=list)
+    """Keys in the new run."""
+    not_needed: list[str] = field(default_factory=list)
+    """Keys in the old run."""
+    conflicts: list[tuple[str, str, int]] = field(default_factory=list)
+    """Key in the old run, reason, frame."""
+
+
+def adopt_documents(
+    docs: Mapping[str, TrackDoc], old: MachineRun, new: MachineRun, present: Mapping[str, TrackDoc]
+) -> Adoption:
+    """Decide about every edited track.
+
+    Args:
+        docs: the old run's documents.
+        old: the engine's tracks of the old run.
+        new: those of the new run.
+        present: documents that the new run has already; they are left alone.
+    """
+    result = Adoption()
+    twins = {t: _twin(old.of(t), new) for t in {s.track for doc in docs.values() for s in doc.segments}}
+    taken: set[str] = set(present)
+    for key, doc in sorted(docs.items()):
+        if doc.merged_into is not None:
+            continue  # goes with the track that it became part of
+        if doc.gone:
+            _deleted(result, taken, key, doc, twins, new, present)
+        else:
+            _living(result, taken, key, doc, twins, old, new)
+    return result
+
+
+def _deleted(
+    result: Adoption,
+    taken: set[str],
+    key: str,
+    doc: TrackDoc,
+    twins: Mapping[int, int | None],
+    new: MachineRun,
+    present: Mapping[str, TrackDoc],
+) -> None:
+    own = int(key[1:]) if key.startswith("m") else None
+    twin = twins.get(own) if own is not None else None
+    if twin is None:
+        result.not_needed.append(key)
+        return
+    name = f"m{twin}"
+    if name in taken:
+        if not (name in present and present[name].gone):
+            result.conflicts.append(
+                (key, f"It was deleted, but its track {name} in this run carries edits.", new.span(twin)[0])
+            )
+        return
+    taken.add(name)
+    gone = TrackDoc(key=name, segments=(_whole(twin, new),), gone=True)
+    result.changed[key] = {name: gone}
+    result.kept.append(name)
+
+
+def _living(
+    result: Adoption,
+    taken: set[str],
+    key: str,
+    doc: TrackDoc,
+    twins: Mapping[int, int | None],
+    old: MachineRun,
+    new: MachineRun,
+) -> None:
+    wanted = effective_track(doc, old.of)
+    start = int(wanted.frame[0]) if len(wanted.frame) else 0
+    label = _label(doc, old)
+    plain = not doc.notes and not doc.not_a_sign and not wanted.occluded.any()
+    for candidate in {t for t in twins.values() if t is not None} if doc.segments else new.ids():
+        if plain and doc.review in ("open", "accepted") and _shows(new, candidate, wanted, label):
+            result.not_needed.append(key)
+            return
+    segments: list[Segment] = []
+    for segment in doc.segments:
+        twin = twins[segment.track]
+        if twin is None:
+            result.conflicts.append(
+                (key, "The engine no longer finds this track. Draw it, or leave it out.", segment.first)
+            )
+            return
+        moved = _moved(segment, old, new, twin)
+        if moved is not None:
+            segments.append(moved)
+    if not segments and not any(k.box is not None for k in doc.keys.values()):
+        result.conflicts.append((key, "Nothing of this part of the track is left in this run.", start))
+        return
+    name = f"m{twins[int(key[1:])]}" if key.startswith("m") and twins.get(int(key[1:])) is not None else key
+    if name.startswith("m") and not segments:
+        name = key
+    others = {f"m{s.track}" for s in segments} - {name} if key.startswith("m") else set()
+    clash = next((n for n in (name, *sorted(others)) if n in taken), None)
+    if clash is not None:
+        result.conflicts.append((key, f"Track {clash} of this run carries other edits already.", start))
+        return
+    ordered = sorted(segments, key=lambda s: (s.first, s.track))
+    if any(a.last >= b.first for a, b in pairwise(ordered)):
+        result.conflicts.append((key, "Its pieces lie in the same frames in this run. Merge them by hand.", start))
+        return
+    moved_doc = doc.model_copy(update={"key": name, "revision": 0, "segments": tuple(ordered)})
+    shown = effective_track(moved_doc, new.of)
+    if not (_agreement(wanted, shown) >= 0.9 and label == _label(moved_doc, new)):
+        moved_doc = moved_doc.model_copy(update={"review": "open" if doc.review == "accepted" else doc.review})
+        if doc.review == "rejected":
+            moved_doc = moved_doc.model_copy(update={"review": "open"})
+    documents = {name: moved_doc}
+    for other in sorted(others):
+        track = int(other[1:])
+        documents[other] = TrackDoc(key=other, segments=(_whole(track, new),), gone=True, merged_into=name)
+    taken.update(documents)
+    result.changed[key] = documents
+    result.kept.append(name)
+
+
+def _twin(track: tuple[Ints, Boxes], run: MachineRun) -> int | None:
+    """The track of a run that is the same sign."""
+    best, most = None, 0
+    for candidate in run.ids():
+        other = run.of(candidate)
+        common = _overlaps(track, other)
+        hits = int((common >= SAME).sum())
+        if hits > most and hits >= 0.5 * min(len(track[0]), len(other[0])):
+            best, most = candidate, hits
+    return best
+
+
+def _overlaps(a: tuple[Ints, Boxes], b: tuple[Ints, Boxes]) -> Boxes:
+    """IoU in each common frame, shape (m,)."""
+    if not len(a[0]) or not len(b[0]) or a[0][-1] < b[0][0] or b[0][-1] < a[0][0]:
+        return np.zeros(0)
+    _, i, j = np.intersect1d(a[0], b[0], assume_unique=True, return_indices=True)
+    p, q = a[1][i], b[1][j]
+    sides = np.minimum(p[:, 2:], q[:, 2:]) - np.maximum(p[:, :2], q[:, :2])
+    inner = np.prod(np.maximum(sides, 0.0), axis=1)
+    both = np.prod(p[:, 2:] - p[:, :2], axis=1) + np.prod(q[:, 2:] - q[:, :2], axis=1) - inner
+    iou: Boxes = inner / np.maximum(both, 1e-12)
+    return iou
+
+
+def _agreement(wanted: EffectiveTrack, shown: EffectiveTrack) -> float:
+    """Frames in which both agree, as a share of the frames of either."""
+    either = len(np.union1d(wanted.frame, shown.frame))
+    hits = int((_overlaps((wanted.frame, wanted.boxes), (shown.frame, shown.boxes)) >= AGREES).sum())
+    return hits / either if either else 1.0
+
+
+def _shows(new: MachineRun, track: int, wanted: EffectiveTrack, label: int) -> bool:
+    """Whether a track of the new run is by itself what people wanted."""
+    frames, boxes = new.of(track)
+    if new.label.get(track, -1) != label or not len(frames):
+        return False
+    both, i, _ = np.intersect1d(wanted.frame, frames, assume_unique=True, return_indices=True)
+    if len(both) < 0.9 * len(np.union1d(wanted.frame, frames)):
+        return False
+    corrected = wanted.origin != 0
+    person = (wanted.frame[corrected], wanted.boxes[corrected])
+    close = _overlaps(person, (frames, boxes))
+    whole = _overlaps((wanted.frame, wanted.boxes), (frames, boxes))
+    labels = wanted.class_id[i]
+    same = bool(((labels == -1) | (labels == label)).all())
+    return (
+        same and len(close) == int(corrected.sum()) and bool((close >= CORRECTED).all()) and bool((whole >= SAME).all())
+    )
+
+
+def _whole(track: int, run: MachineRun) -> Segment:
+    first, last = run.span(track)
+    return Segment(track=track, first=first, last=last)
+
+
+def _moved(segment: Segment, old: MachineRun, new: MachineRun, twin: int) -> Segment | None:
+    """The piece of the new track: a cut stays where it was, an end of the engine's is the new engine's."""
+    (first, last), (begin, end) = old.span(segment.track), new.span(twin)
+    low = begin if segment.first <= first else max(begin, segment.first)
+    high = end if segment.last >= min(last, OPEN_END) else min(end, segment.last)
+    return Segment(track=twin, first=low, last=high) if low <= high else None
+
+
+def _label(doc: TrackDoc, run: MachineRun) -> int:
+    """The label of a document, -1: unknown."""
+    if doc.class_id is not None:
+        return doc.class_id
+    own = int(doc.key[1:]) if doc.key.startswith("m") else next((s.track for s in doc.segments), -1)
+    return run.label.get(own, -1)

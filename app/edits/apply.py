@@ -1,0 +1,240 @@
+"""Documents in, documents out: what each command does. Pure; the page does the same in static/js/model/commands.js."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from app.edits import commands as c
+from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
+from app.edits.join import join
+
+__all__ = ["CommandError", "apply_command", "touched_keys"]
+
+Docs = Mapping[str, TrackDoc]
+
+
+class CommandError(ValueError):
+    """A command that makes no sense for the documents; the message is one sentence."""
+
+
+def touched_keys(command: Any) -> list[str]:
+    """Keys of the tracks that a command reads or changes."""
+    others = list(command.others) if isinstance(command, c.Merge) else []
+    new = [command.new_key] if isinstance(command, c.Split) else []
+    return list(dict.fromkeys([command.key, *others, *new]))
+
+
+def apply_command(docs: Docs, command: Any, author: str = "", time: str = "") -> dict[str, TrackDoc]:
+    """The documents that a command leaves behind, revisions not yet raised.
+
+    Args:
+        docs: documents of at least the touched tracks; new keys must be missing.
+        command: see :mod:`app.edits.commands`.
+        author: for notes.
+        time: for notes, ISO 8601.
+
+    Returns:
+        The changed documents only.
+
+    Raises:
+        CommandError: there is no such track, it is gone, or there is nothing to do it to.
+    """
+    if isinstance(command, c.CreateTrack):
+        if command.key in docs:
+            raise CommandError(f"There is a track {command.key} already.")
+        if not command.key.startswith("h"):
+            raise CommandError("A new track has a key that starts with h.")
+        first = KeyFrame(box=command.box, interpolate=True)
+        return {command.key: TrackDoc(key=command.key, class_id=command.class_id, keys={str(command.frame): first})}
+    doc = docs.get(command.key)
+    if doc is None:
+        raise CommandError(f"There is no track {command.key}.")
+    if doc.gone:
+        raise CommandError(f"Track {command.key} is deleted. Undo that first.")
+    if isinstance(command, c.Merge):
+        return _merge(docs, doc, command)
+    if isinstance(command, c.Split):
+        return _split(docs, doc, command)
+    if isinstance(command, c.AddNote):
+        return {doc.key: _add_note(doc, command, author, time)}
+    return {doc.key: _ALONE[type(command)](doc, command)}
+
+
+def _with_key(doc: TrackDoc, frame: int, **changes: Any) -> TrackDoc:
+    """The document with a key frame at ``frame``: what stands there, or else what is carried over, with changes."""
+    present = doc.keys.get(str(frame))
+    if present is None:
+        before = doc.last_key(frame)
+        carried = KeyFrame() if before is None else doc.keys[str(before)]
+        person = not doc.segments
+        present = KeyFrame(
+            occluded=carried.occluded,
+            outside=carried.outside,
+            interpolate=person if before is None else carried.interpolate,
+        )
+    return doc.model_copy(update={"keys": {**doc.keys, str(frame): present.model_copy(update=changes)}})
+
+
+def _set_box(doc: TrackDoc, command: Any) -> TrackDoc:
+    return _with_key(doc, command.frame, box=command.box, outside=False)
+
+
+def _relabel_track(doc: TrackDoc, command: Any) -> TrackDoc:
+    return doc.model_copy(update={"class_id": command.class_id})
+
+
+def _relabel_box(doc: TrackDoc, command: Any) -> TrackDoc:
+    box = command.box if command.box is not None else doc.line_at(command.frame)
+    changes = {"class_id": command.class_id}
+    return _with_key(doc, command.frame, **changes, **({} if box is None else {"box": box}))
+
+
+def _delete_from(doc: TrackDoc, command: Any) -> TrackDoc:
+    # a line that is cut must end where it was when it was cut
+    edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
+    if edge is not None and str(command.frame - 1) not in doc.keys:
+        doc = _with_key(doc, command.frame - 1, box=edge)
+    kept = doc.model_copy(
+        update={
+            "segments": _clip(doc.segments, -1, command.frame - 1),
+            "keys": {k: key for k, key in doc.keys.items() if int(k) < command.frame},
+        }
+    )
+    return kept.model_copy(update={"gone": True}) if kept.empty() else kept
+
+
+def _delete_track(doc: TrackDoc, command: Any) -> TrackDoc:
+    return doc.model_copy(update={"gone": True})
+
+
+def _add_key(doc: TrackDoc, command: Any) -> TrackDoc:
+    return _with_key(doc, command.frame, box=command.box)
+
+
+def _remove_key(doc: TrackDoc, command: Any) -> TrackDoc:
+    if str(command.frame) not in doc.keys:
+        raise CommandError(f"Frame {command.frame} is no key frame of track {doc.key}.")
+    left = doc.model_copy(update={"keys": {k: key for k, key in doc.keys.items() if k != str(command.frame)}})
+    if left.empty():
+        raise CommandError("This is the track's only box. Delete the track instead.")
+    return left
+
+
+def _interpolate(doc: TrackDoc, command: Any) -> TrackDoc:
+    inside = [k for k in doc.frames() if command.first <= k <= command.last]
+    if len([k for k in inside if doc.keys[str(k)].box is not None]) < 2:
+        raise CommandError("Interpolation needs two key frames with a box. Correct the box in two frames first.")
+    lines = {str(k): doc.keys[str(k)].model_copy(update={"interpolate": command.value}) for k in inside[:-1]}
+    return doc.model_copy(update={"keys": {**doc.keys, **lines}})
+
+
+def _set_occluded(doc: TrackDoc, command: Any) -> TrackDoc:
+    box = command.box if command.box is not None else doc.line_at(command.frame)
+    return _with_key(doc, command.frame, occluded=command.value, **({} if box is None else {"box": box}))
+
+
+def _set_outside(doc: TrackDoc, command: Any) -> TrackDoc:
+    box = command.box if command.box is not None else doc.line_at(command.frame)
+    return _with_key(doc, command.frame, outside=command.value, **({} if box is None else {"box": box}))
+
+
+def _set_not_a_sign(doc: TrackDoc, command: Any) -> TrackDoc:
+    return doc.model_copy(update={"not_a_sign": command.value})
+
+
+def _set_review(doc: TrackDoc, command: Any) -> TrackDoc:
+    return doc.model_copy(update={"review": command.review})
+
+
+def _add_note(doc: TrackDoc, command: Any, author: str, time: str) -> TrackDoc:
+    if any(note.id == command.note_id for note in doc.notes):
+        raise CommandError("There is a note of that name already.")
+    note = Note(id=command.note_id, frame=command.frame, text=command.text, author=author, time=time)
+    return doc.model_copy(update={"notes": (*doc.notes, note)})
+
+
+def _edit_note(doc: TrackDoc, command: Any) -> TrackDoc:
+    _require_note(doc, command.note_id)
+    changed = (n.model_copy(update={"text": command.text}) if n.id == command.note_id else n for n in doc.notes)
+    return doc.model_copy(update={"notes": tuple(changed)})
+
+
+def _remove_note(doc: TrackDoc, command: Any) -> TrackDoc:
+    _require_note(doc, command.note_id)
+    return doc.model_copy(update={"notes": tuple(n for n in doc.notes if n.id != command.note_id)})
+
+
+def _require_note(doc: TrackDoc, identity: str) -> None:
+    if all(note.id != identity for note in doc.notes):
+        raise CommandError("There is no such note (any more).")
+
+
+def _merge(docs: Docs, doc: TrackDoc, command: Any) -> dict[str, TrackDoc]:
+    changed: dict[str, TrackDoc] = {}
+    for key in dict.fromkeys(command.others):
+        other = docs.get(key)
+        if other is None or other.gone or key == doc.key:
+            raise CommandError(f"Track {key} cannot be merged: it is gone, or the same track.")
+        doc = join(doc, other)
+        changed[key] = other.model_copy(update={"gone": True, "merged_into": doc.key})
+    return {doc.key: doc, **changed}
+
+
+def _split(docs: Docs, doc: TrackDoc, command: Any) -> dict[str, TrackDoc]:
+    if command.new_key in docs:
+        raise CommandError(f"There is a track {command.new_key} already.")
+    frame = command.frame
+    before, at = (doc.line_at(f) if f >= 0 else None for f in (frame - 1, frame))
+    if at is not None and str(frame) not in doc.keys:
+        doc = _with_key(doc, frame, box=at)
+    if before is not None and str(frame - 1) not in doc.keys:
+        doc = _with_key(doc, frame - 1, box=before)
+    carried = doc.last_key(frame)
+    later = {k: key for k, key in doc.keys.items() if int(k) >= frame}
+    if carried is not None and carried < frame and (doc.keys[str(carried)].occluded or doc.keys[str(carried)].outside):
+        state = doc.keys[str(carried)]
+        later[str(frame)] = KeyFrame(occluded=state.occluded, outside=state.outside)
+    new = TrackDoc(
+        key=command.new_key,
+        class_id=doc.class_id,
+        review="open",
+        not_a_sign=doc.not_a_sign,
+        segments=_clip(doc.segments, frame, 2**31),
+        keys=later,
+        notes=tuple(n for n in doc.notes if n.frame >= frame),
+    )
+    old = doc.model_copy(
+        update={
+            "segments": _clip(doc.segments, -1, frame - 1),
+            "keys": {k: key for k, key in doc.keys.items() if int(k) < frame},
+            "notes": tuple(n for n in doc.notes if n.frame < frame),
+        }
+    )
+    if old.empty() or new.empty():
+        raise CommandError(f"Track {doc.key} has nothing on one side of frame {frame}. Split it in between.")
+    return {old.key: old, new.key: new}
+
+
+def _clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment, ...]:
+    """What lies within first to last, both included."""
+    cut = ((s, max(s.first, first), min(s.last, last)) for s in segments)
+    return tuple(Segment(track=s.track, first=a, last=b) for s, a, b in cut if a <= b)
+
+
+_ALONE: dict[type, Callable[[TrackDoc, Any], TrackDoc]] = {
+    c.SetBox: _set_box,
+    c.RelabelTrack: _relabel_track,
+    c.RelabelBox: _relabel_box,
+    c.DeleteFrom: _delete_from,
+    c.DeleteTrack: _delete_track,
+    c.AddKey: _add_key,
+    c.RemoveKey: _remove_key,
+    c.Interpolate: _interpolate,
+    c.SetOccluded: _set_occluded,
+    c.SetOutside: _set_outside,
+    c.SetNotASign: _set_not_a_sign,
+    c.SetReview: _set_review,
+    c.EditNote: _edit_note,
+    c.RemoveNote: _remove_note,
+}

@@ -1,0 +1,189 @@
+"""The operations that a person can carry out on tracks, as typed commands."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictBool
+
+from app.api.responses import Model
+from app.edits.documents import Box, ClassId, Frame, Key, Review, Segment
+
+__all__ = ["Command", "Redo", "Undo"]
+
+
+class _OnTrack(Model):
+    frame: Frame
+    """The frame that the person looks at."""
+    key: Key
+    spans: Annotated[list[Segment], Field(max_length=60, default_factory=list)]
+    """What the page took engine tracks without a document to be; the server asks the evidence instead."""
+
+
+class CreateTrack(_OnTrack):
+    """A new track with its first box."""
+
+    name: Literal["create_track"]
+    box: Box
+    class_id: ClassId | None = None
+
+
+class SetBox(_OnTrack):
+    """Draw, move or resize: the frame becomes a key frame with this box."""
+
+    name: Literal["set_box"]
+    box: Box
+
+
+class RelabelTrack(_OnTrack):
+    """Label of the whole track; null: the engine's again."""
+
+    name: Literal["relabel_track"]
+    class_id: ClassId | None
+
+
+class RelabelBox(_OnTrack):
+    """Label of the box in this frame alone; ``box`` is the one on screen."""
+
+    name: Literal["relabel_box"]
+    class_id: ClassId | None
+    box: Box | None = None
+
+
+class Merge(_OnTrack):
+    """Others become part of the track; where both have a frame, the track's own counts."""
+
+    name: Literal["merge"]
+    others: Annotated[list[Key], Field(min_length=1, max_length=50)]
+
+
+class Split(_OnTrack):
+    """From this frame on it is another track."""
+
+    name: Literal["split"]
+    new_key: Annotated[str, Field(pattern=r"^h[0-9a-z]{6,40}$")]
+
+
+class DeleteFrom(_OnTrack):
+    """Nothing from this frame on."""
+
+    name: Literal["delete_from"]
+
+
+class DeleteTrack(_OnTrack):
+    """Nothing at all."""
+
+    name: Literal["delete_track"]
+
+
+class AddKey(_OnTrack):
+    """Make this frame a key frame with the box on screen."""
+
+    name: Literal["add_key"]
+    box: Box
+
+
+class RemoveKey(_OnTrack):
+    """Forget what was said at this frame."""
+
+    name: Literal["remove_key"]
+
+
+class Interpolate(_OnTrack):
+    """Straight lines between the key frames of a range; ``value`` false: the engine's boxes again."""
+
+    name: Literal["interpolate"]
+    first: Frame
+    last: Frame
+    value: StrictBool = True
+
+
+class SetOccluded(_OnTrack):
+    """Hidden (or not) from here to the next key frame; ``box`` is the one on screen."""
+
+    name: Literal["set_occluded"]
+    value: StrictBool
+    box: Box | None = None
+
+
+class SetOutside(_OnTrack):
+    """Out of sight (or back) from here to the next key frame; ``box`` is the one on screen."""
+
+    name: Literal["set_outside"]
+    value: StrictBool
+    box: Box | None = None
+
+
+class SetNotASign(_OnTrack):
+    """What was tracked is no traffic sign."""
+
+    name: Literal["set_not_a_sign"]
+    value: StrictBool
+
+
+class SetReview(_OnTrack):
+    """The verdict on the track."""
+
+    name: Literal["set_review"]
+    review: Review
+
+
+class AddNote(_OnTrack):
+    """A remark pinned to this frame."""
+
+    name: Literal["add_note"]
+    note_id: Annotated[str, Field(min_length=1, max_length=64)]
+    text: Annotated[str, Field(min_length=1, max_length=4000)]
+
+
+class EditNote(_OnTrack):
+    """Another text."""
+
+    name: Literal["edit_note"]
+    note_id: Annotated[str, Field(min_length=1, max_length=64)]
+    text: Annotated[str, Field(min_length=1, max_length=4000)]
+
+
+class RemoveNote(_OnTrack):
+    """Away with it."""
+
+    name: Literal["remove_note"]
+    note_id: Annotated[str, Field(min_length=1, max_length=64)]
+
+
+class Undo(Model):
+    """Take an operation back."""
+
+    name: Literal["undo"]
+    op_id: Annotated[str, Field(min_length=8, max_length=64)]
+
+
+class Redo(Model):
+    """Carry out again what was taken back."""
+
+    name: Literal["redo"]
+    op_id: Annotated[str, Field(min_length=8, max_length=64)]
+
+
+Command = Annotated[
+    CreateTrack
+    | SetBox
+    | RelabelTrack
+    | RelabelBox
+    | Merge
+    | Split
+    | DeleteFrom
+    | DeleteTrack
+    | AddKey
+    | RemoveKey
+    | Interpolate
+    | SetOccluded
+    | SetOutside
+    | SetNotASign
+    | SetReview
+    | AddNote
+    | EditNote
+    | RemoveNote,
+    Field(discriminator="name"),
+]
+"""One operation; ``name`` says which."""

@@ -1,0 +1,147 @@
+"""A track as people have left it: a sparse document over the engine's boxes, which stay in evidence.
+
+The state of a track at frame f, with K the last key frame at or before f:
+
+1. the track is gone, or K is outside: nothing;
+2. f is a key frame with a box: that box;
+3. K interpolates and a later key frame has a box: the straight line between them;
+4. a segment holds f: the engine's box of that track and frame;
+5. otherwise nothing.
+
+``occluded`` is K's. The label is that of the key frame at f, else the document's, else the engine's.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from app.api.responses import Model
+
+__all__ = [
+    "OPEN_END",
+    "Box",
+    "ClassId",
+    "Frame",
+    "Key",
+    "KeyFrame",
+    "Note",
+    "Review",
+    "Segment",
+    "TrackDoc",
+    "engine_doc",
+]
+
+OPEN_END = 2**31 - 2
+"""Last frame of a piece of an engine track that may still grow, because its run goes on."""
+_FAR = 1e5
+
+
+def _ordered(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    x1, y1, x2, y2 = box
+    if not (x1 < x2 and y1 < y2):
+        raise ValueError("a box is x1, y1, x2, y2 with x1 < x2 and y1 < y2")
+    if max(abs(value) for value in box) > _FAR:
+        raise ValueError(f"the edges of a box lie within {_FAR:.0f} px")
+    if not all(math.isfinite(value) for value in box):
+        raise ValueError("the edges of a box are finite numbers")
+    return box
+
+
+_Edge = Annotated[float, Field(strict=True)]
+Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(_ordered)]
+"""x1, y1, x2, y2; 0-based pixel edges."""
+Frame = Annotated[int, Field(ge=0, le=2**31 - 2, strict=True)]
+ClassId = Annotated[int, Field(ge=0, le=42, strict=True)]
+Key = Annotated[str, Field(pattern=r"^(m[0-9]{1,12}|h[0-9a-z]{6,40})$")]
+"""``m7``: the engine's track 7; ``h...``: made by a person."""
+Review = Literal["open", "accepted", "rejected", "needs_work"]
+
+
+class Segment(Model):
+    """A piece of an engine track."""
+
+    track: Annotated[int, Field(ge=0, le=10**12, strict=True)]
+    first: Frame
+    last: Frame
+    """Inclusive."""
+
+
+class KeyFrame(Model):
+    """What a person has said about one frame, and about those up to the next key frame."""
+
+    box: Box | None = None
+    occluded: bool = False
+    outside: bool = False
+    interpolate: bool = False
+    class_id: ClassId | None = None
+
+
+class Note(Model):
+    """A remark pinned to a frame."""
+
+    id: Annotated[str, Field(min_length=1, max_length=64)]
+    frame: Frame
+    text: Annotated[str, Field(min_length=1, max_length=4000)]
+    author: str
+    time: str
+
+
+class TrackDoc(Model):
+    """One track; see ``TrackDoc`` in static/js/types.js."""
+
+    key: Key
+    revision: int = 0
+    class_id: ClassId | None = None
+    review: Review = "open"
+    not_a_sign: bool = False
+    segments: tuple[Segment, ...] = ()
+    keys: dict[Annotated[str, Field(pattern=r"^[0-9]{1,10}$")], KeyFrame] = Field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+    gone: bool = False
+    merged_into: Key | None = None
+
+    def frames(self) -> list[int]:
+        """Key frames in order."""
+        return sorted(int(k) for k in self.keys)
+
+    def last_key(self, frame: int) -> int | None:
+        """The last key frame at or before a frame."""
+        return max((k for k in map(int, self.keys) if k <= frame), default=None)
+
+    def next_key(self, frame: int) -> int | None:
+        """The first key frame after a frame."""
+        return min((k for k in map(int, self.keys) if k > frame), default=None)
+
+    def line_at(self, frame: int) -> tuple[float, float, float, float] | None:
+        """The box that key frames alone give, their own or on the line between two; None: they give none."""
+        before = self.last_key(frame)
+        if before is None or self.keys[str(before)].outside:
+            return None
+        if before == frame and self.keys[str(frame)].box is not None:
+            return self.keys[str(frame)].box
+        if not self.keys[str(before)].interpolate:
+            return None
+        start = max((k for k in map(int, self.keys) if k <= frame and self.keys[str(k)].box is not None), default=None)
+        end = self.next_key(frame)
+        while end is not None and self.keys[str(end)].box is None and not self.keys[str(end)].outside:
+            end = self.next_key(end)
+        if start is None or end is None or self.keys[str(end)].box is None:
+            return None
+        a, b = self.keys[str(start)].box, self.keys[str(end)].box
+        assert a is not None
+        assert b is not None
+        share = (frame - start) / (end - start)
+        x1, y1, x2, y2 = (p + share * (q - p) for p, q in zip(a, b, strict=True))
+        return x1, y1, x2, y2
+
+    def empty(self) -> bool:
+        """Nothing of the track is left in any frame."""
+        return not self.segments and not any(key.box is not None and not key.outside for key in self.keys.values())
+
+
+def engine_doc(track: int, first: int, last: int) -> TrackDoc:
+    """The document of an engine track that nobody has touched."""
+    return TrackDoc(key=f"m{track}", segments=(Segment(track=track, first=first, last=last),))

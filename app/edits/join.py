@@ -1,0 +1,115 @@
+"""One track out of two: each frame keeps what it showed. The page does the same in static/js/model/join.js."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
+
+__all__ = ["join"]
+
+Span = tuple[int, int]
+"""First and last frame, both included."""
+
+
+def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
+    """``doc`` with the frames of ``other`` that it does not have itself.
+
+    A track has the frames of its segments, of its key frames with a box, and of the lines between those. What a key
+    frame says ends where the other track's frames begin: a track that left the picture does not hide the one that
+    is joined to it, and no line runs across a gap.
+    """
+    doc, other = _anchored(doc), _anchored(other)
+    keys = {int(k): key for k, key in doc.keys.items()}
+    pieces = list(doc.segments)
+    for first, last in _without(_spans(other), _spans(doc)):
+        pieces += [
+            Segment(track=s.track, first=max(s.first, first), last=min(s.last, last))
+            for s in other.segments
+            if s.first <= last and first <= s.last
+        ]
+        held = _state(keys, first - 1)
+        before = max((k for k in keys if k < first), default=None)
+        if before is not None and keys[before].interpolate:
+            keys[before] = keys[before].model_copy(update={"interpolate": False})
+            held["interpolate"] = False
+        after = _state({int(k): key for k, key in doc.keys.items()}, last + 1)
+        given = {int(k): key for k, key in other.keys.items() if first <= int(k) <= last}
+        if first not in given:
+            line = other.line_at(first)
+            start = _state({int(k): key for k, key in other.keys.items()}, first)
+            if line is not None or start != held:
+                given[first] = KeyFrame(box=line, **start)
+        edge = other.line_at(last)
+        if edge is not None and last not in given:  # a line that is cut must end where it was when it was cut
+            given[last] = KeyFrame(box=edge, **_state({int(k): key for k, key in other.keys.items()}, last))
+        if given:
+            end = max(given)
+            given[end] = given[end].model_copy(update={"interpolate": False})
+        keys = {k: key for k, key in keys.items() if not first <= k <= last} | given
+        if last + 1 not in keys and last < OPEN_END and _state(keys, last + 1) != {**after, "interpolate": False}:
+            keys[last + 1] = KeyFrame(**{**after, "interpolate": False})
+    return doc.model_copy(
+        update={
+            "segments": tuple(sorted(pieces, key=lambda s: (s.first, s.track))),
+            "keys": {str(k): keys[k] for k in sorted(keys)},
+            "notes": (*doc.notes, *(n for n in other.notes if all(n.id != mine.id for mine in doc.notes))),
+        }
+    )
+
+
+def _anchored(doc: TrackDoc) -> TrackDoc:
+    """The same track with a box at both ends of each line, so that a line can lose its neighbours."""
+    added: dict[str, KeyFrame] = {}
+    frames = doc.frames()
+    for position, frame in enumerate(frames):
+        key = doc.keys[str(frame)]
+        start = doc.line_at(frame)
+        if key.box is None and start is not None:
+            added[str(frame)] = key.model_copy(update={"box": start})
+        behind = frames[position + 1] if position + 1 < len(frames) else None
+        if behind is None or behind - 1 == frame or doc.line_at(behind) is not None:
+            continue
+        end = doc.line_at(behind - 1)
+        if end is not None:
+            added[str(behind - 1)] = key.model_copy(update={"box": end, "class_id": None})
+    return doc.model_copy(update={"keys": {**doc.keys, **added}})
+
+
+def _state(keys: dict[int, KeyFrame], frame: int) -> dict[str, Any]:
+    """What the last key frame at or before a frame says about it."""
+    last = max((k for k in keys if k <= frame), default=None)
+    key = KeyFrame() if last is None else keys[last]
+    return {"occluded": key.occluded, "outside": key.outside, "interpolate": key.interpolate}
+
+
+def _spans(doc: TrackDoc) -> list[Span]:
+    """The frames that a track has, as disjoint spans in order."""
+    found = [(s.first, s.last) for s in doc.segments]
+    frames = doc.frames()
+    for position, frame in enumerate(frames):
+        if doc.keys[str(frame)].box is not None and not doc.keys[str(frame)].outside:
+            found.append((frame, frame))
+        if position + 1 < len(frames) and doc.line_at(frames[position + 1] - 1) is not None:
+            found.append((frame, frames[position + 1] - 1))
+    joined: list[Span] = []
+    for first, last in sorted(found):
+        if joined and first <= joined[-1][1] + 1:
+            joined[-1] = (joined[-1][0], max(last, joined[-1][1]))
+        else:
+            joined.append((first, last))
+    return joined
+
+
+def _without(spans: Sequence[Span], others: Sequence[Span]) -> list[Span]:
+    """The parts of spans that no other span covers."""
+    parts = list(spans)
+    for low, high in others:
+        parts = [
+            (a, b)
+            for first, last in parts
+            for a, b in ((first, min(last, low - 1)), (max(first, high + 1), last))
+            if a <= b
+        ]
+    return parts

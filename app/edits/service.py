@@ -1,0 +1,372 @@
+"""Edits of a run: checked against what they were made for, logged, applied, told, all in one transaction."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+from sqlalchemy import Select, func, select
+from sqlalchemy.orm import Session
+
+from app.api.responses import Model
+from app.edits.adopt import Adoption, MachineRun, adopt_documents
+from app.edits.apply import CommandError, apply_command, touched_keys
+from app.edits.commands import Redo, Undo
+from app.edits.documents import OPEN_END, TrackDoc, engine_doc
+from app.edits.history import Target, stacks, target
+from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
+from app.events import EventBus
+from app.evidence.service import EvidenceService
+from app.evidence.tables import BoxTable
+from app.storage.database import Database
+from app.storage.models import Edit, Run, TrackDocument
+
+__all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
+
+
+class Annotation(Model):
+    """Everything that people have changed in a run; see types.js."""
+
+    seq: int
+    docs: list[TrackDoc]
+    undo: Target | None
+    redo: Target | None
+
+
+class EditAnswer(Annotation):
+    """The answer to one operation; ``docs`` are the touched ones."""
+
+    op_id: str
+
+
+class AdoptConflict(Model):
+    """An edit that could not be carried over."""
+
+    key: str
+    reason: str
+    frame: int
+
+
+class Adopted(Model):
+    """What became of the edits of another run."""
+
+    kept: list[str]
+    not_needed: list[str]
+    conflicts: list[AdoptConflict]
+
+
+class LogEntry(Model):
+    """One row of the log."""
+
+    seq: int
+    op_id: str
+    author: str
+    name: str
+    frame: int | None
+    reverts: str | None
+    command: dict[str, Any]
+    keys: list[str]
+    time: str
+
+
+class EditService:
+    """The append-only log and the documents that follow from it."""
+
+    def __init__(self, database: Database, events: EventBus, evidence: EvidenceService) -> None:
+        self._database = database
+        self._events = events
+        self._evidence = evidence
+
+    def annotation(self, run_id: str, author: str) -> Annotation:
+        """All documents of a run, and what ``author`` can undo.
+
+        Raises:
+            NotFound: no such run.
+        """
+        with self._database.read() as session:
+            _require_run(session, run_id)
+            rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id)).all()
+            return self._annotated(session, run_id, author, [_doc(row) for row in rows])
+
+    def documents(self, run_id: str) -> dict[str, TrackDoc]:
+        """All documents of a run by key."""
+        with self._database.read() as session:
+            rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id)).all()
+            return {row.key: _doc(row) for row in rows}
+
+    def log(self, run_id: str, after: int, most: int = 1000) -> list[LogEntry]:
+        """Rows of the log after a number.
+
+        Raises:
+            NotFound: no such run.
+        """
+        with self._database.read() as session:
+            _require_run(session, run_id)
+            query = select(Edit).where(Edit.run_id == run_id, Edit.seq > after).order_by(Edit.seq).limit(most)
+            return [_entry(edit) for edit in session.scalars(query)]
+
+    def apply(
+        self, run_id: str, op_id: str, author: str, command: Any, expected: Mapping[str, int] | None
+    ) -> EditAnswer:
+        """Carry out one operation; the same ``op_id`` again gives the first answer again.
+
+        Args:
+            run_id: the run.
+            op_id: chosen by the page, unique.
+            author: who does it.
+            command: see :mod:`app.edits.commands`.
+            expected: revision of each touched track as the page knows it (If-Match); unset: none was sent.
+
+        Raises:
+            NotFound: no such run.
+            PreconditionRequired: a revision is missing.
+            Conflict: a track has changed since; ``details`` holds both versions.
+            Invalid: the command makes no sense.
+        """
+        with self._database.write() as session:
+            self._events.order(session)
+            run = _require_run(session, run_id)
+            known = session.scalars(select(Edit).where(Edit.op_id == op_id)).first()
+            if known is not None:
+                return self._again(session, known, run_id, author)
+            if isinstance(command, Undo | Redo):
+                before, after, edit = self._revert(session, run, author, command)
+                keys = list(after)
+            else:
+                keys = touched_keys(command)
+                present = self._load(session, run, keys)
+                self._check(present, keys, expected, command)
+                now = datetime.now(UTC).isoformat(timespec="seconds")
+                try:
+                    after = apply_command(present, command, author, now)
+                except CommandError as error:
+                    raise Invalid(str(error), field="command", code="impossible") from None
+                before = {key: present.get(key) for key in after}
+                edit = None
+            saved = self._save(session, run_id, before, after)
+            row = Edit(
+                op_id=op_id,
+                run_id=run_id,
+                author=author,
+                kind=command.name,
+                command=command.model_dump(mode="json"),
+                frame=command.frame if edit is None else edit.frame,
+                before={key: None if doc is None else doc.model_dump(mode="json") for key, doc in before.items()},
+                after={key: doc.model_dump(mode="json") for key, doc in saved.items()},
+                reverts=None if edit is None else edit.op_id,
+            )
+            session.add(row)
+            session.flush()
+            docs = list(saved.values())
+            told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": [d.model_dump(mode="json") for d in docs]}
+            self._events.publish(session, "edit", run_id, told)
+            answer = self._annotated(session, run_id, author, docs)
+            return EditAnswer(**{**answer.model_dump(), "op_id": op_id})
+
+    def adopt(self, run_id: str, from_run: str, author: str) -> Adopted:
+        """Carry the edits of another run of the same video over to this one; each is an operation of ``author``.
+
+        Raises:
+            NotFound: no such run.
+            Invalid: the runs are of different videos, or the same.
+            Conflict: this run is not complete.
+        """
+        with self._database.read() as session:
+            new, old = _require_run(session, run_id), _require_run(session, from_run)
+            if new.id == old.id or new.video_id != old.video_id:
+                raise Invalid("Edits go from one run to another run of the same video.", field="from_run")
+            if new.state != "complete":
+                raise Conflict(
+                    "This run is not complete. Edits can be carried over once it is.", code="run_not_complete"
+                )
+        tracks = _machine(self._evidence.boxes(from_run)), _machine(self._evidence.boxes(run_id))
+        with self._database.write() as session:
+            self._events.order(session)
+            present = {row.key: _doc(row) for row in session.scalars(_documents(run_id))}
+            docs = {row.key: _doc(row) for row in session.scalars(_documents(from_run))}
+            adoption = adopt_documents(docs, *tracks, present)
+            for key, documents in adoption.changed.items():
+                self._record_adopted(session, _require_run(session, run_id), from_run, author, key, documents)
+            return _adopted(adoption)
+
+    def _record_adopted(
+        self, session: Session, run: Run, from_run: str, author: str, key: str, documents: Mapping[str, TrackDoc]
+    ) -> None:
+        fresh = {name: self._fresh(run, name) for name in documents}
+        saved = self._save(session, run.id, fresh, documents)
+        row = Edit(
+            op_id=uuid4().hex,
+            run_id=run.id,
+            author=author,
+            kind="adopt",
+            command={"name": "adopt", "from_run": from_run, "key": key},
+            frame=None,
+            before={name: None if doc is None else doc.model_dump(mode="json") for name, doc in fresh.items()},
+            after={name: doc.model_dump(mode="json") for name, doc in saved.items()},
+        )
+        session.add(row)
+        session.flush()
+        told = {"seq": row.seq, "op_id": row.op_id, "author": author, "docs": list(row.after.values())}
+        self._events.publish(session, "edit", run.id, told)
+
+    def _again(self, session: Session, edit: Edit, run_id: str, author: str) -> EditAnswer:
+        if edit.run_id != run_id:
+            raise Conflict("This op_id belongs to an operation on another run. Choose a fresh one.", code="op_id_used")
+        docs = [TrackDoc.model_validate(doc) for doc in edit.after.values()]
+        answer = self._annotated(session, run_id, author, docs)
+        return EditAnswer(**{**answer.model_dump(), "op_id": edit.op_id})
+
+    def _load(self, session: Session, run: Run, keys: Sequence[str]) -> dict[str, TrackDoc]:
+        """Documents of the tracks that exist; engine tracks that nobody touched get a fresh one."""
+        query = select(TrackDocument).where(TrackDocument.run_id == run.id, TrackDocument.key.in_(keys))
+        found = {row.key: self._closed(run, _doc(row)) for row in session.scalars(query.with_for_update())}
+        for key in keys:
+            if key in found or not key.startswith("m"):
+                continue
+            fresh = self._fresh(run, key)
+            if fresh is not None:
+                found[key] = fresh
+        return found
+
+    def _closed(self, run: Run, doc: TrackDoc) -> TrackDoc:
+        """The document with its open pieces ended where their tracks ended, once the run is complete."""
+        if run.state != "complete" or all(piece.last < OPEN_END for piece in doc.segments):
+            return doc
+        pieces = []
+        for piece in doc.segments:
+            span = self._evidence.span(run.id, piece.track) if piece.last >= OPEN_END else (piece.first, piece.last)
+            if span is not None and piece.first <= span[1]:
+                pieces.append(piece.model_copy(update={"last": span[1]}))
+        return doc.model_copy(update={"segments": tuple(pieces)})
+
+    def _fresh(self, run: Run, key: str) -> TrackDoc | None:
+        """The untouched document of an engine track; while the run goes on, its end is open."""
+        span = self._evidence.span(run.id, int(key[1:])) if key.startswith("m") else None
+        if span is None:
+            return None
+        return engine_doc(int(key[1:]), span[0], span[1] if run.state == "complete" else OPEN_END)
+
+    def _check(
+        self, present: Mapping[str, TrackDoc], keys: Sequence[str], expected: Mapping[str, int] | None, command: Any
+    ) -> None:
+        """Each touched track must be as the page knew it."""
+        missing = [key for key in keys if key in present and (expected is None or key not in expected)]
+        if missing:
+            raise PreconditionRequired(
+                f'Say which revision the edit was made for: If-Match: "{missing[0]}:{present[missing[0]].revision}".'
+            )
+        stale = [
+            key for key in keys if key in present and expected is not None and expected[key] != present[key].revision
+        ]
+        if stale:
+            yours: list[Any] = []
+            with contextlib.suppress(CommandError):
+                yours = [doc.model_dump(mode="json") for doc in apply_command(present, command).values()]
+            raise Conflict(
+                f"Track {stale[0]} has been changed since you saw it. Look at both versions and decide.",
+                code="stale",
+                details={"current": [present[key].model_dump(mode="json") for key in stale], "yours": yours},
+            )
+
+    def _revert(
+        self, session: Session, run: Run, author: str, command: Undo | Redo
+    ) -> tuple[dict[str, TrackDoc | None], dict[str, TrackDoc], Edit]:
+        """Documents before and after an undo or redo, and the operation that it is about."""
+        done, undone = stacks(session, run.id, author)
+        stack = done if isinstance(command, Undo) else undone
+        if not stack or stack[-1] != command.op_id:
+            raise Conflict(
+                f"That is not the operation to {command.name} next. Reload to see which is.", code="not_next"
+            )
+        edit = session.scalars(select(Edit).where(Edit.op_id == command.op_id)).one()
+        start, goal = (edit.after, edit.before) if isinstance(command, Undo) else (edit.before, edit.after)
+        present = self._load(session, run, list(start))
+        for key, expected in start.items():
+            left = None if expected is None else self._closed(run, TrackDoc.model_validate(expected))
+            if not _same(present.get(key), left):
+                raise Conflict(
+                    f"Track {key} has been changed since. {command.name.capitalize()} would lose that.",
+                    code="stale",
+                    details={
+                        "current": [] if key not in present else [present[key].model_dump(mode="json")],
+                        "yours": [] if goal[key] is None else [goal[key]],
+                    },
+                )
+        after: dict[str, TrackDoc] = {}
+        for key, wanted in goal.items():
+            if wanted is None:  # there was no document: the engine's track, or what is left of a person's, a gone one
+                fresh = self._fresh(run, key)
+                after[key] = present[key].model_copy(update={"gone": True}) if fresh is None else fresh
+            else:
+                after[key] = TrackDoc.model_validate(wanted)
+        return {key: present.get(key) for key in start}, after, edit
+
+    def _save(
+        self, session: Session, run_id: str, before: Mapping[str, TrackDoc | None], after: Mapping[str, TrackDoc]
+    ) -> dict[str, TrackDoc]:
+        saved = {}
+        for key, doc in after.items():
+            old = before.get(key)
+            row = session.get(TrackDocument, (run_id, key))
+            revision = max(0 if old is None else old.revision, 0 if row is None else row.revision) + 1
+            saved[key] = doc.model_copy(update={"revision": revision})
+            if row is None:
+                row = TrackDocument(run_id=run_id, key=key)
+                session.add(row)
+            row.revision, row.document = revision, saved[key].model_dump(mode="json")
+        return saved
+
+    def _annotated(self, session: Session, run_id: str, author: str, docs: list[TrackDoc]) -> Annotation:
+        done, undone = stacks(session, run_id, author)
+        seq = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+        return Annotation(seq=seq, docs=docs, undo=target(session, done), redo=target(session, undone))
+
+
+def _documents(run_id: str) -> Select[TrackDocument]:
+    return select(TrackDocument).where(TrackDocument.run_id == run_id)
+
+
+def _machine(table: BoxTable) -> MachineRun:
+    numbers = np.array([int(key[1:]) for key in table.keys], np.int64)
+    return MachineRun(table.frame, numbers[table.track] if len(table) else table.track, table.boxes, table.class_id)
+
+
+def _adopted(adoption: Adoption) -> Adopted:
+    conflicts = [AdoptConflict(key=key, reason=reason, frame=frame) for key, reason, frame in adoption.conflicts]
+    return Adopted(kept=adoption.kept, not_needed=adoption.not_needed, conflicts=conflicts)
+
+
+def _require_run(session: Session, run_id: str) -> Run:
+    run = session.get(Run, run_id)
+    if run is None:
+        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    return run
+
+
+def _doc(row: TrackDocument) -> TrackDoc:
+    return TrackDoc.model_validate({**row.document, "revision": row.revision})
+
+
+def _same(present: TrackDoc | None, left: TrackDoc | None) -> bool:
+    """Whether a track still is what an operation left behind, whatever its revision."""
+    if left is None:
+        return present is None or present.gone
+    return present is not None and present.model_copy(update={"revision": left.revision}) == left
+
+
+def _entry(edit: Edit) -> LogEntry:
+    return LogEntry(
+        seq=edit.seq,
+        op_id=edit.op_id,
+        author=edit.author,
+        name=edit.kind,
+        frame=edit.frame,
+        reverts=edit.reverts,
+        command=edit.command,
+        keys=sorted(edit.after),
+        time=edit.created.isoformat(),
+    )

@@ -1,0 +1,123 @@
+"""Failures that a request can end with, and the one JSON shape in which they are told.
+
+::
+
+    ApiError                status
+      Invalid               422   a value is wrong; ``field`` names it
+      NotFound              404
+      Refused               403   not allowed, whoever asks
+      Conflict              409   somebody was faster; ``details`` holds both versions
+      PreconditionRequired  428   If-Match is missing
+      TooLarge              413
+      UnsupportedMedia      415
+      Busy                  503   try again
+      StorageFull           507   the disk is full
+
+Every answer of status 400 and above is ``{"error": {"code", "message", "field", "details"}}``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+__all__ = [
+    "ApiError",
+    "Busy",
+    "Conflict",
+    "Invalid",
+    "NotFound",
+    "PreconditionRequired",
+    "Refused",
+    "StorageFull",
+    "TooLarge",
+    "UnsupportedMedia",
+]
+
+
+class ApiError(Exception):
+    """A request that cannot be served.
+
+    Attributes:
+        status: of HTTP.
+        code: short word for programs.
+        message: one sentence for people: expected, got, what to do.
+        field: the value that is wrong, such as ``command.box``.
+        details: what else a program needs.
+    """
+
+    status: ClassVar[int] = 500
+    default_code: ClassVar[str] = "internal"
+
+    def __init__(
+        self, message: str, *, code: str | None = None, field: str | None = None, details: dict[str, Any] | None = None
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.code = code or self.default_code
+        self.field = field
+        self.details = details
+
+    def body(self) -> dict[str, Any]:
+        """The JSON answer."""
+        return error_body(self.code, self.message, self.field, self.details)
+
+
+def error_body(
+    code: str, message: str, field: str | None = None, details: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """The one shape of a failure."""
+    return {"error": {"code": code, "message": message, "field": field, "details": details}}
+
+
+class Invalid(ApiError):
+    """A value of the request is wrong."""
+
+    status, default_code = 422, "invalid"
+
+
+class NotFound(ApiError):
+    """There is no such thing."""
+
+    status, default_code = 404, "not_found"
+
+
+class Refused(ApiError):
+    """Not allowed, whoever asks."""
+
+    status, default_code = 403, "refused"
+
+
+class Conflict(ApiError):
+    """The request was made for a state that is no longer there."""
+
+    status, default_code = 409, "conflict"
+
+
+class PreconditionRequired(ApiError):
+    """A header that protects others' work is missing."""
+
+    status, default_code = 428, "precondition_required"
+
+
+class TooLarge(ApiError):
+    """The body is larger than the server takes."""
+
+    status, default_code = 413, "too_large"
+
+
+class UnsupportedMedia(ApiError):
+    """The body is not what the route takes."""
+
+    status, default_code = 415, "unsupported_media"
+
+
+class Busy(ApiError):
+    """Something is in the way for a moment."""
+
+    status, default_code = 503, "busy"
+
+
+class StorageFull(ApiError):
+    """Nothing more can be written."""
+
+    status, default_code = 507, "storage_full"

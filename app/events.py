@@ -1,0 +1,46 @@
+"""What pages are told: a numbered stream in the database, so that workers, servers and pages share one order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import delete, func, select, text
+from sqlalchemy.orm import Session
+
+from app.storage.models import Event
+
+__all__ = ["EventBus"]
+
+
+class EventBus:
+    """Appends to the stream and reads on from a number."""
+
+    keep = 20_000
+    """Events that are kept; a page that is further behind reloads everything."""
+
+    def order(self, session: Session) -> None:
+        """Let one writer at a time go on, so that numbers become visible in their order (SQLite does that anyway)."""
+        if session.get_bind().dialect.name == "postgresql":
+            session.execute(text("SELECT pg_advisory_xact_lock(7461)"))
+
+    def publish(self, session: Session, kind: str, subject: str, data: dict[str, Any]) -> None:
+        """Append within the caller's transaction: pages hear of what was committed, and of nothing else."""
+        self.order(session)
+        session.add(Event(kind=kind, subject=subject, data=data))
+
+    def newest(self, session: Session) -> int:
+        """Number of the newest event; 0: none yet."""
+        return session.scalar(select(func.max(Event.seq))) or 0
+
+    def oldest(self, session: Session) -> int:
+        """Number of the oldest event that is kept; 0: none yet."""
+        return session.scalar(select(func.min(Event.seq))) or 0
+
+    def after(self, session: Session, seq: int, most: int = 500) -> Sequence[Event]:
+        """Events after a number, in order."""
+        return session.scalars(select(Event).where(Event.seq > seq).order_by(Event.seq).limit(most)).all()
+
+    def prune(self, session: Session) -> None:
+        """Drop what is older than the newest ``keep`` events."""
+        session.execute(delete(Event).where(Event.seq <= self.newest(session) - self.keep))

@@ -1,0 +1,1 @@
+"""What the page reads from evidence: tracks, lanes, overlays, crops, and why."""

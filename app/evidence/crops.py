@@ -1,0 +1,73 @@
+"""Pictures of a track's crops, out of the pixels that evidence keeps, else out of the video."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+import cv2
+import numpy as np
+
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.evidence.regions import FramePixels, StoredPixels
+from tsr_engine.recognition.crops import crop_bounds
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["MARGIN", "CropOf", "box_in_frame", "crop_of", "encode", "pixels_in_frame"]
+
+MARGIN = 0.1
+"""Border around a result, as a share of its side: what classifier and gate see by default."""
+
+CropOf = Literal["result", "prediction"]
+
+
+def box_in_frame(reader: EvidenceReader, track_id: int, frame: int, of: CropOf) -> FloatArray | None:
+    """The box of a track in a frame; None: it has none there."""
+    table = "track_frames" if of == "result" else "predictions"
+    sql = f"SELECT x1, y1, x2, y2 FROM {table} WHERE frame = ? AND track_id = ?"  # noqa: S608
+    rows = reader.query(sql, (frame, track_id))
+    if not rows or None in rows[0]:
+        return None
+    return np.array(rows[0], dtype=np.float64)
+
+
+def pixels_in_frame(reader: EvidenceReader, frame: int) -> StoredPixels | None:
+    """What the store keeps of a frame; None: nothing."""
+    head = reader.query("SELECT width, height FROM frames WHERE frame = ?", (frame,))
+    kept = reader.regions(frame)
+    return StoredPixels(head[0][0], head[0][1], kept) if head and kept else None
+
+
+def crop_of(stored: StoredPixels | None, box: FloatArray, margin: float, picture: Callable[[], Picture]) -> Picture:
+    """The pixels of a box with its margin.
+
+    Args:
+        stored: what evidence keeps of the frame.
+        box: shape (4,).
+        margin: border on each side, share of the box's side.
+        picture: decodes the whole frame; asked only where evidence lacks pixels.
+    """
+    bounds = crop_bounds(box, margin)
+    if stored is not None:
+        before = stored.missing
+        crop = stored.crop(*bounds)
+        if stored.missing == before:
+            return crop
+    return FramePixels(picture()).crop(*bounds)
+
+
+def encode(crop: Picture, size: int) -> bytes:
+    """A crop as PNG with its longer side at ``size`` px.
+
+    Raises:
+        EvidenceError: the crop has no pixels.
+    """
+    height, width = crop.shape[:2]
+    if not height or not width:
+        raise EvidenceError("The crop has no pixels: its box has no area.")
+    scale = size / max(height, width)
+    target = max(1, round(width * scale)), max(1, round(height * scale))
+    way = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    _, code = cv2.imencode(".png", cv2.resize(crop, target, interpolation=way), [cv2.IMWRITE_PNG_COMPRESSION, 3])
+    return code.tobytes()

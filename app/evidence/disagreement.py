@@ -1,0 +1,144 @@
+"""Where another run, or a person, says something else about a track."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+
+import numpy as np
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from app.evidence.doubt import Disagreement
+from app.evidence.overlap import box_pairs
+from app.evidence.tables import BoxTable
+from app.evidence.tracks import TrackFacts
+from app.storage.database import Database
+from app.storage.models import Edit, Run, TrackDocument
+from tsr_engine.errors import EvidenceError
+from tsr_engine.recognition.catalogue import CATALOGUE
+
+__all__ = ["MATCH_IOU", "Others", "against_people", "against_run"]
+
+MATCH_IOU = 0.3
+"""Two boxes of one frame are of one sign from this overlap on."""
+MISSED = 0.5
+"""Weight of a track that the other run does not have."""
+
+
+class Others:
+    """What else is known of a run's video.
+
+    Args:
+        database: where runs and edits are.
+        boxes: boxes of a run's confirmed tracks, by its name.
+    """
+
+    def __init__(self, database: Database, boxes: Callable[[str], BoxTable]) -> None:
+        self._database = database
+        self._boxes = boxes
+        self._lock = threading.Lock()
+        self._known: OrderedDict[tuple[str, str], Disagreement] = OrderedDict()
+
+    def version(self, run_id: str, video_id: str) -> tuple[str, str]:
+        """Changes when another run is complete or a person edits this one."""
+        with self._database.read() as session:
+            other = _other_run(session, run_id, video_id)
+            seq = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+        return ("" if other is None else other.id), str(seq)
+
+    def forget(self, run_id: str) -> None:
+        """Drop what is kept about a run."""
+        with self._lock:
+            for key in [key for key in self._known if run_id in key]:
+                del self._known[key]
+
+    def disagreements(self, run_id: str, video_id: str, facts: TrackFacts) -> list[Disagreement]:
+        """At most two: against the newest other run of the video, and against the people who edited this one."""
+        with self._database.read() as session:
+            other = _other_run(session, run_id, video_id)
+            documents = session.execute(
+                select(TrackDocument.key, TrackDocument.document).where(TrackDocument.run_id == run_id)
+            ).all()
+        found = []
+        if other is not None:
+            against = self._against(run_id, other, facts)
+            if against is not None:
+                found.append(against)
+        if documents:
+            found.append(against_people({row.key: row.document for row in documents}, facts))
+        return found
+
+    def _against(self, run_id: str, other: Run, facts: TrackFacts) -> Disagreement | None:
+        with self._lock:
+            known = self._known.get((run_id, other.id))
+        if known is not None:
+            return known
+        try:
+            # The other run's evidence may be damaged or gone: that is its own page's trouble.
+            theirs = self._boxes(other.id)
+        except EvidenceError:
+            return None
+        stop = 2**62 if other.stop is None else other.stop
+        answer = against_run(self._boxes(run_id), theirs, facts, other.name or "Another run", (other.first, stop))
+        with self._lock:
+            self._known[run_id, other.id] = answer
+            while len(self._known) > 8:
+                self._known.popitem(last=False)
+        return answer
+
+
+def against_run(mine: BoxTable, theirs: BoxTable, facts: TrackFacts, name: str, span: tuple[int, int]) -> Disagreement:
+    """Tracks that another run labels differently, or does not have.
+
+    Args:
+        mine: boxes of this run.
+        theirs: boxes of the other run.
+        facts: this run's tracks, in the order of ``mine.keys``.
+        name: of the other run, for the sentence.
+        span: frames that the other run was asked to do, the last excluded; tracks beyond them are not judged.
+    """
+    n = len(facts.id)
+    weight, sentence = np.zeros(n), [""] * n
+    pairs = box_pairs(mine, theirs, MATCH_IOU)
+    width = max(len(theirs.keys), 1)
+    together, frames = np.unique(mine.track[pairs.a] * width + theirs.track[pairs.b], return_counts=True)
+    partner = np.full(n, -1)
+    for code in together[np.argsort(frames, kind="stable")].tolist():
+        partner[code // width] = code % width
+    of_theirs = dict(zip(theirs.track.tolist(), theirs.class_id.tolist(), strict=True))
+    for i in range(n):
+        if partner[i] < 0:
+            if facts.first[i] >= span[0] and facts.last[i] < span[1]:
+                weight[i], sentence[i] = MISSED, f"{name} has no such track."
+            continue
+        label = of_theirs[int(partner[i])]
+        if label != facts.class_id[i] and label >= 0:
+            weight[i] = 1.0
+            sentence[i] = f"{name} calls it '{CATALOGUE[label].name}'."
+    return Disagreement(weight, sentence)
+
+
+def against_people(documents: dict[str, dict[str, object]], facts: TrackFacts) -> Disagreement:
+    """Tracks that a person has given another class than the engine."""
+    n = len(facts.id)
+    weight, sentence = np.zeros(n), [""] * n
+    place = {f"m{track}": i for i, track in enumerate(facts.id.tolist())}
+    for key, document in documents.items():
+        i, label = place.get(key), document.get("class_id")
+        if i is not None and isinstance(label, int) and label != facts.class_id[i]:
+            weight[i] = 1.0
+            sentence[i] = f"A person calls it '{CATALOGUE[label].name}'."
+    return Disagreement(weight, sentence)
+
+
+def _other_run(session: Session, run_id: str, video_id: str) -> Run | None:
+    """The newest other complete run of the video; what-ifs are told apart in their own difference."""
+    query = (
+        select(Run)
+        .where(Run.video_id == video_id, Run.id != run_id, Run.state == "complete", Run.kind != "whatif")
+        .order_by(Run.created.desc(), Run.id)
+        .limit(1)
+    )
+    return session.scalars(query).first()

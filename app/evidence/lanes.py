@@ -1,0 +1,41 @@
+"""Which source each confirmed track's result has over time, as runs of equal source."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from app.api.responses import Model
+from app.evidence.tables import SOURCE_SQL, columns
+from tsr_engine.evidence.reader import EvidenceReader
+
+__all__ = ["LaneColumns", "lane_columns"]
+
+
+class LaneColumns(Model):
+    """See ``LaneColumns`` in static/js/types.js: one entry a run, by track, then by frame."""
+
+    track: list[int]
+    first: list[int]
+    last: list[int]
+    source: list[int]
+
+
+def lane_columns(reader: EvidenceReader) -> LaneColumns:
+    """Runs of equal source in consecutive frames."""
+    rows = reader.query(
+        f"SELECT track_id, frame, {SOURCE_SQL} FROM track_frames "  # noqa: S608
+        "WHERE state <> 'dead' AND track_id IN (SELECT track_id FROM tracks WHERE confirmed_frame IS NOT NULL)"
+    )
+    table = columns(rows, 3).astype(np.int64)
+    track, frame, source = table[:, np.lexsort((table[1], table[0]))]
+    if not len(track):
+        return LaneColumns(track=[], first=[], last=[], source=[])
+    breaks = (np.diff(track) != 0) | (np.diff(frame) != 1) | (np.diff(source) != 0)
+    starts = np.concatenate([[0], np.flatnonzero(breaks) + 1])
+    ends = np.append(starts[1:], len(track)) - 1
+    return LaneColumns(
+        track=track[starts].tolist(),
+        first=frame[starts].tolist(),
+        last=frame[ends].tolist(),
+        source=source[starts].tolist(),
+    )

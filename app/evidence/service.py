@@ -1,0 +1,287 @@
+"""What routes ask about a run's evidence."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from app.api.responses import Model
+from app.errors import Conflict, Invalid, NotFound
+from app.evidence.crops import MARGIN, CropOf, box_in_frame, crop_of, encode, pixels_in_frame
+from app.evidence.disagreement import Others
+from app.evidence.explain import Explanation
+from app.evidence.explainer import Explainer, Question
+from app.evidence.flips import Flips, flips
+from app.evidence.lane import TrackLane, track_lane
+from app.evidence.lanes import LaneColumns, lane_columns
+from app.evidence.overlays import MOST_FRAMES, Overlay, overlays
+from app.evidence.pool import ReaderPool
+from app.evidence.tables import BoxTable, confirmed_boxes
+from app.evidence.tracks import TrackFacts, no_tracks, track_columns, track_facts
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.evidence.schema import RUN_FILE
+from tsr_engine.params import Params
+from tsr_engine.records import Picture
+
+__all__ = ["EvidenceService", "RunPlace"]
+
+CACHE_BYTES = 48 * 2**20
+"""Memory for finished answers about whole runs."""
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class RunPlace:
+    """Where a run's evidence lies and how the run stands."""
+
+    id: str
+    video_id: str
+    folder: Path
+    state: str
+    parent_id: str | None
+    preset: str
+    parameters: dict[str, Any]
+
+    @property
+    def complete(self) -> bool:
+        """Nothing will be added any more."""
+        return self.state == "complete"
+
+
+class EvidenceService:
+    """Reads evidence for the page; thread-safe."""
+
+    def __init__(self, settings: Settings, database: Database) -> None:
+        self._home = settings.home
+        self._database = database
+        self._pool = ReaderPool()
+        self._explainer = Explainer()
+        self._others = Others(database, self.boxes)
+        self._lock = threading.Lock()
+        self._answers: OrderedDict[tuple[str, ...], bytes] = OrderedDict()
+        self._facts: OrderedDict[str, TrackFacts] = OrderedDict()
+
+    def close(self) -> None:
+        """Close all stores."""
+        self._explainer.close()
+        self._pool.close()
+
+    def forget(self, run_id: str) -> None:
+        """Drop what is kept of a run that was removed."""
+        with self._lock:
+            for key in [key for key in self._answers if key[1] == run_id]:
+                del self._answers[key]
+            self._facts.pop(run_id, None)
+        self._others.forget(run_id)
+        self._pool.forget(self._home / "runs" / run_id)
+
+    def place(self, run_id: str) -> RunPlace:
+        """Where a run lies.
+
+        Raises:
+            NotFound: there is none of that name.
+        """
+        with self._database.read() as session:
+            run = session.get(Run, run_id)
+            if run is None:
+                raise NotFound(f"There is no run {run_id[:40]!r}.")
+            folder = self._home / run.folder
+            return RunPlace(run.id, run.video_id, folder, run.state, run.parent_id, run.preset, dict(run.parameters))
+
+    @contextmanager
+    def reading(self, place: RunPlace) -> Iterator[EvidenceReader]:
+        """A reader of the run.
+
+        Raises:
+            Conflict: the run has stored nothing yet.
+        """
+        if not (place.folder / RUN_FILE).is_file():
+            raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
+        with self._pool.reading(place.folder) as reader:
+            yield reader
+
+    # ------------------------------------------------------------------------------------------- about whole runs
+
+    def tracks(self, run_id: str) -> bytes:
+        """``TrackColumns`` as JSON; empty columns while the run has nothing."""
+        place = self.place(run_id)
+        if not (place.folder / RUN_FILE).is_file():
+            return _json(no_tracks(_tau(place)))
+        others = self._others.version(place.id, place.video_id)
+        return self._cached(("tracks", place.id, *others), place, lambda: self._tracks(place))
+
+    def lanes(self, run_id: str) -> bytes:
+        """``LaneColumns`` as JSON."""
+        place = self.place(run_id)
+        if not (place.folder / RUN_FILE).is_file():
+            return _json(LaneColumns(track=[], first=[], last=[], source=[]))
+        return self._cached(("lanes", place.id), place, lambda: self._ask(place, lane_columns))
+
+    def flips(self, run_id: str, tau: float) -> Flips:
+        """What another tau would turn over."""
+        place = self.place(run_id)
+        with self.reading(place) as reader:
+            return flips(reader, tau)
+
+    def boxes(self, run_id: str) -> BoxTable:
+        """All boxes of the run's confirmed tracks."""
+        place = self.place(run_id)
+        with self.reading(place) as reader:
+            return confirmed_boxes(reader)
+
+    def stored_frames(self, run_id: str) -> tuple[int, int] | None:
+        """First and last frame that the run has stored; None: none."""
+        place = self.place(run_id)
+        with self.reading(place) as reader:
+            first, last = reader.first_frame, reader.last_frame
+        return None if first is None or last is None else (first, last)
+
+    def span(self, run_id: str, track_id: int) -> tuple[int, int] | None:
+        """First and last frame in which a confirmed track is not dead; None: the run has no such track."""
+        place = self.place(run_id)
+        sql = "SELECT first_frame, last_frame FROM tracks WHERE track_id = ? AND confirmed_frame IS NOT NULL"
+        with self.reading(place) as reader:
+            rows = reader.query(sql, (track_id,))
+        return (rows[0][0], rows[0][1]) if rows else None
+
+    # ------------------------------------------------------------------------------------- about frames and tracks
+
+    def overlays(self, run_id: str, first: int, last: int) -> list[Overlay]:
+        """Overlays of a window of frames.
+
+        Raises:
+            Invalid: the window is empty or too long.
+        """
+        if not first <= last < first + MOST_FRAMES:
+            raise Invalid(f"Ask for 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
+        place = self.place(run_id)
+        if not (place.folder / RUN_FILE).is_file():
+            return []
+        with self.reading(place) as reader:
+            return overlays(reader, first, last)
+
+    def track(self, run_id: str, track_id: int) -> TrackLane:
+        """One track frame by frame.
+
+        Raises:
+            NotFound: the run has no such track.
+        """
+        place = self.place(run_id)
+        with self.reading(place) as reader:
+            lane = track_lane(reader, track_id)
+        if lane is None:
+            raise NotFound(f"The run has no track {track_id}.")
+        return lane
+
+    def crop(
+        self, run_id: str, track_id: int, frame: int, size: int, of: CropOf, picture: Callable[[str, int], Picture]
+    ) -> bytes:
+        """A track's crop as PNG.
+
+        Args:
+            run_id: the run.
+            track_id: the track.
+            frame: ordinal of the frame.
+            size: longer side of the answer, px.
+            of: its result, or the prediction that the gate judged, with the gate's margin.
+            picture: decodes a frame of a video; asked only where evidence lacks pixels.
+
+        Raises:
+            NotFound: the track has no such box there.
+        """
+        place = self.place(run_id)
+        with self.reading(place) as reader:
+            box = box_in_frame(reader, track_id, frame, of)
+            margin = float(reader.header.parameters["gate"]["gate_margin"]) if of == "prediction" else MARGIN
+        if box is None:
+            raise NotFound(f"Track {track_id} has no {of} in frame {frame}.")
+        with self._pixels_of(place) as source:
+            stored = pixels_in_frame(source, frame)
+        crop = crop_of(stored, box, margin, lambda: picture(place.video_id, frame))
+        return encode(crop, size)
+
+    def explain(self, run_id: str, track_id: int, frame: int) -> Explanation:
+        """Why the gate judged one prediction as it did.
+
+        Raises:
+            NotFound: it did not judge that track there.
+        """
+        place = self.place(run_id)
+        with self.reading(place), self._pixels_of(place) as source:
+            pixels = source.folder
+        with self._database.read() as session:
+            path = Path(session.get_one(Video, place.video_id).path)
+        video = str(path) if path.is_file() else ""
+        found = self._explainer.ask(Question(str(place.folder), str(pixels), video, track_id, frame))
+        if found is None:
+            raise NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
+        return found
+
+    # ------------------------------------------------------------------------------------------------------ inside
+
+    @contextmanager
+    def _pixels_of(self, place: RunPlace) -> Iterator[EvidenceReader]:
+        """The store that holds the pixels: a what-if's are those of the run that it replays."""
+        if place.parent_id is None:
+            with self.reading(place) as reader:
+                yield reader
+            return
+        with self._pixels_of(self.place(place.parent_id)) as reader:
+            yield reader
+
+    def _tracks(self, place: RunPlace) -> Model:
+        facts = self._facts.get(place.id) if place.complete else None
+        if facts is None:
+            facts = self._ask(place, track_facts)
+            if place.complete:
+                with self._lock:
+                    self._facts[place.id] = facts
+                    while len(self._facts) > 4:
+                        self._facts.popitem(last=False)
+        found = self._others.disagreements(place.id, place.video_id, facts) if place.complete else []
+        return track_columns(facts, found, place.complete)
+
+    def _ask(self, place: RunPlace, question: Callable[[EvidenceReader], _T]) -> _T:
+        with self.reading(place) as reader:
+            return question(reader)
+
+    def _cached(self, key: tuple[str, ...], place: RunPlace, make: Callable[[], Model]) -> bytes:
+        """An answer about a complete run is made once; one about a growing run, once a chunk."""
+        if not place.complete:
+            with self.reading(place) as reader:
+                key = (*key, str(reader.last_frame))
+        with self._lock:
+            known = self._answers.get(key)
+            if known is not None:
+                self._answers.move_to_end(key)
+                return known
+        answer = _json(make())
+        with self._lock:
+            # What was known of an earlier state of the same run is of no use any more.
+            for old in [k for k in self._answers if k[:2] == key[:2]]:
+                del self._answers[old]
+            self._answers[key] = answer
+            while len(self._answers) > 1 and sum(map(len, self._answers.values())) > CACHE_BYTES:
+                self._answers.popitem(last=False)
+        return answer
+
+
+def _json(answer: Model) -> bytes:
+    return answer.__pydantic_serializer__.to_json(answer)
+
+
+def _tau(place: RunPlace) -> float:
+    try:
+        return Params.preset(place.preset).with_settings(place.parameters.items()).gate.tau
+    except EvidenceError:
+        return Params().gate.tau

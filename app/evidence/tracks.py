@@ -1,0 +1,233 @@
+"""The confirmed tracks of a run, a column a property."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.api.responses import Model
+from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
+from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
+from tsr_engine.evidence.reader import EvidenceReader
+
+__all__ = ["TrackColumns", "TrackFacts", "no_tracks", "track_columns", "track_facts"]
+
+
+class TrackColumns(Model):
+    """See ``TrackColumns`` in static/js/types.js."""
+
+    id: list[int]
+    first: list[int]
+    last: list[int]
+    frames: list[int]
+    detected: list[int]
+    class_id: list[int | None]
+    share: list[float | None]
+    runner_up: list[int | None]
+    runner_up_share: list[float | None]
+    score: list[float]
+    side: list[float]
+    rejected: list[int]
+    relocalised: list[int]
+    doubt: list[float]
+    reasons: list[list[str]]
+    tau: float
+    complete: bool
+
+
+@dataclass(frozen=True, slots=True)
+class TrackFacts:
+    """What evidence alone says of the confirmed tracks; each column has one entry a track, by id."""
+
+    id: IntColumn
+    first: IntColumn
+    last: IntColumn
+    frames: IntColumn
+    detected: IntColumn
+    score: FloatColumn
+    side: FloatColumn
+    class_id: IntColumn
+    share: FloatColumn
+    runner_up: IntColumn
+    runner_up_share: FloatColumn
+    rejected: IntColumn
+    relocalised: IntColumn
+    predicted: IntColumn
+    closest: FloatColumn
+    closest_frame: IntColumn
+    closest_value: FloatColumn
+    near: IntColumn
+    judged: IntColumn
+    tau: float
+
+
+def no_tracks(tau: float) -> TrackColumns:
+    """The columns of a run that has nothing yet."""
+    empty: dict[str, list[object]] = {name: [] for name in TrackColumns.model_fields if name not in ("tau", "complete")}
+    return TrackColumns.model_validate({**empty, "tau": tau, "complete": False})
+
+
+def track_facts(reader: EvidenceReader) -> TrackFacts:
+    """Read the columns: a scan of ``gates`` and ``track_frames``, and one row of votes a track."""
+    rows = reader.query(
+        "SELECT track_id, first_frame, last_frame, frames, detected_frames, best_score, largest_side, class_id, share "
+        "FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
+    )
+    table = columns(rows, 9)
+    whole = np.where(np.isnan(table), -1, table).astype(np.int64)
+    ids, n = whole[0], len(rows)
+    tau = tau_of(reader)
+    gates = _gates(reader, ids, tau)
+    sources = _sources(reader, ids)
+    runner_up, runner_up_share = _runners_up(reader, n, ids)
+    return TrackFacts(
+        id=ids,
+        first=whole[1],
+        last=whole[2],
+        frames=whole[3],
+        detected=whole[4],
+        score=table[5],
+        side=table[6],
+        class_id=whole[7],
+        share=table[8],
+        runner_up=runner_up,
+        runner_up_share=runner_up_share,
+        rejected=gates.rejected,
+        relocalised=sources[2],
+        predicted=sources[1],
+        closest=gates.closest,
+        closest_frame=gates.frame,
+        closest_value=gates.value,
+        near=gates.near,
+        judged=gates.judged,
+        tau=tau,
+    )
+
+
+def track_columns(facts: TrackFacts, disagreements: list[Disagreement], complete: bool) -> TrackColumns:
+    """The facts with doubt, as the page gets them."""
+    found = doubts(
+        DoubtInput(
+            frames=facts.frames,
+            predicted=facts.predicted,
+            class_id=facts.class_id,
+            share=facts.share,
+            runner_up=facts.runner_up,
+            runner_up_share=facts.runner_up_share,
+            closest=facts.closest,
+            closest_frame=facts.closest_frame,
+            closest_value=facts.closest_value,
+            near=facts.near,
+            judged=facts.judged,
+            tau=facts.tau,
+        ),
+        disagreements,
+    )
+    return TrackColumns(
+        id=facts.id.tolist(),
+        first=facts.first.tolist(),
+        last=facts.last.tolist(),
+        frames=facts.frames.tolist(),
+        detected=facts.detected.tolist(),
+        class_id=[None if c < 0 else c for c in facts.class_id.tolist()],
+        share=_optional(facts.share),
+        runner_up=[None if c < 0 else c for c in facts.runner_up.tolist()],
+        runner_up_share=_optional(facts.runner_up_share),
+        score=np.round(np.nan_to_num(facts.score, neginf=0.0), 3).tolist(),
+        side=np.round(np.nan_to_num(facts.side), 1).tolist(),
+        rejected=facts.rejected.tolist(),
+        relocalised=facts.relocalised.tolist(),
+        doubt=found.doubt.tolist(),
+        reasons=found.reasons,
+        tau=facts.tau,
+        complete=complete,
+    )
+
+
+def _optional(values: FloatColumn) -> list[float | None]:
+    return [None if v != v else v for v in np.round(values, 4).tolist()]
+
+
+def _places(ids: IntColumn, track: IntColumn) -> tuple[IntColumn, IntColumn]:
+    """Rows that belong to one of the tracks, and the position of that track."""
+    if not len(ids):
+        nothing = np.zeros(0, np.int64)
+        return nothing, nothing
+    place = np.minimum(np.searchsorted(ids, track), len(ids) - 1)
+    rows = np.flatnonzero(ids[place] == track)
+    return rows, place[rows]
+
+
+@dataclass(frozen=True, slots=True)
+class _Gates:
+    """Verdicts of each track."""
+
+    closest: FloatColumn
+    """Smallest ``|ln(L / tau)|``."""
+    frame: IntColumn
+    value: FloatColumn
+    near: IntColumn
+    judged: IntColumn
+    rejected: IntColumn
+
+
+def _gates(reader: EvidenceReader, ids: IntColumn, tau: float) -> _Gates:
+    n = len(ids)
+    table = columns(reader.query("SELECT track_id, frame, l_positive, confident FROM gates"), 4)
+    rows, place = _places(ids, table[0].astype(np.int64))
+    values = table[2][rows]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = np.nan_to_num(np.abs(np.log(values / tau)), nan=np.inf)
+    closest = np.full(n, np.inf)
+    frame, value = np.full(n, -1), np.full(n, np.nan)
+    order = np.lexsort((distance, place))
+    first = order[np.flatnonzero(np.diff(place[order], prepend=-1))]
+    closest[place[first]] = distance[first]
+    frame[place[first]] = table[1][rows][first].astype(np.int64)
+    value[place[first]] = values[first]
+    return _Gates(
+        closest,
+        frame,
+        value,
+        near=np.bincount(place[distance < np.log(CLEAR_RATIO)], minlength=n),
+        judged=np.bincount(place, minlength=n),
+        rejected=np.bincount(place[table[3][rows] == 0], minlength=n),
+    )
+
+
+def _sources(reader: EvidenceReader, ids: IntColumn) -> dict[int, IntColumn]:
+    """Number of frames by source."""
+    sql = (
+        "SELECT track_id, CASE source WHEN 'predicted' THEN 1 ELSE 2 END FROM track_frames "
+        "WHERE state <> 'dead' AND source <> 'detected'"
+    )
+    table = columns(reader.query(sql), 2).astype(np.int64)
+    rows, place = _places(ids, table[0])
+    source = table[1][rows]
+    return {code: np.bincount(place[source == code], minlength=len(ids)) for code in (1, 2)}
+
+
+def _runners_up(reader: EvidenceReader, n: int, ids: IntColumn) -> tuple[IntColumn, FloatColumn]:
+    """Runner-up and its share of all votes, from each track's last recognition."""
+    newest = (
+        "SELECT t.track_id, r.runner_up, r.votes FROM tracks t JOIN recognitions r "
+        "ON r.frame = t.last_frame AND r.track_id = t.track_id WHERE t.confirmed_frame IS NOT NULL"
+    )
+    found = {row[0]: row[1:] for row in reader.query(newest)}
+    # A box that ends outside the picture is not recognised there: its last recognition lies further back.
+    earlier = (
+        "SELECT r.runner_up, r.votes FROM tracks t JOIN recognitions r ON r.track_id = t.track_id "
+        "AND r.frame BETWEEN t.first_frame AND t.last_frame WHERE t.track_id = ? AND t.class_id IS NOT NULL "
+        "ORDER BY r.frame DESC LIMIT 1"
+    )
+    runner_up, share = np.full(n, -1), np.full(n, np.nan)
+    for i, track in enumerate(ids.tolist()):
+        row = found.get(track) or next(iter(reader.query(earlier, (track,))), None)
+        if row is None:
+            continue
+        votes = np.frombuffer(row[1], "<f8")
+        total = float(votes.sum())
+        if total > 0 and votes[row[0]] > 0:
+            runner_up[i], share[i] = row[0], votes[row[0]] / total
+    return runner_up, share

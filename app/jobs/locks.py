@@ -1,0 +1,63 @@
+"""Who is alive: each running job's process holds a lock on a file, which the kernel frees when the process ends."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from pathlib import Path
+
+__all__ = ["JobLock", "holder", "is_alive"]
+
+
+def _path(home: Path, job_id: str) -> Path:
+    return home / "locks" / f"{job_id}.lock"
+
+
+class JobLock:
+    """The lock of one job, as held by its process."""
+
+    def __init__(self, home: Path, job_id: str) -> None:
+        self._path = _path(home, job_id)
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600)
+
+    def take(self) -> bool:
+        """Whether the lock is ours now."""
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(self._file)
+            return False
+        os.ftruncate(self._file, 0)
+        os.write(self._file, str(os.getpid()).encode())
+        return True
+
+    def free(self) -> None:
+        """Give it back."""
+        self._path.unlink(missing_ok=True)
+        os.close(self._file)
+
+
+def is_alive(home: Path, job_id: str) -> bool:
+    """Whether some process of this machine holds the job."""
+    try:
+        file = os.open(_path(home, job_id), os.O_RDWR)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(file)
+    return False
+
+
+def holder(home: Path, job_id: str) -> int | None:
+    """Process that holds the job, as it noted itself; None: nobody."""
+    if not is_alive(home, job_id):
+        return None
+    try:
+        return int(_path(home, job_id).read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return None

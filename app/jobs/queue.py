@@ -1,0 +1,133 @@
+"""The durable queue: rows in the database, claimed with a fencing token.
+
+A claim raises the job's token; whoever holds an older one may write nothing any more. So a job may be executed twice,
+after a crash, but takes effect once.
+"""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.storage.models import Job
+
+__all__ = ["MOST_CRASHES", "Fenced", "JobQueue"]
+
+MOST_CRASHES = 3
+"""A job that kills this many processes at one place is given up."""
+
+
+class Fenced(Exception):
+    """The job belongs to another process by now."""
+
+
+class JobQueue:
+    """Operations on the queue; each runs in the caller's transaction."""
+
+    def __init__(self, events: EventBus) -> None:
+        self.events = events
+
+    def submit(
+        self, session: Session, kind: str, subject: str, payload: dict[str, Any] | None = None, priority: int = 0
+    ) -> Job:
+        """Put work into the queue."""
+        order = (session.scalar(select(func.max(Job.order))) or 0) + 1
+        job = Job(
+            id=uuid.uuid4().hex,
+            kind=kind,
+            subject=subject,
+            payload=payload or {},
+            priority=priority,
+            order=order,
+            state="queued",
+            token=0,
+            crashes=0,
+            cancel=False,
+        )
+        session.add(job)
+        session.flush()
+        return job
+
+    def waiting(self, session: Session) -> Sequence[str]:
+        """Jobs that can be claimed, the next first."""
+        query = select(Job.id).where(Job.state == "queued").order_by(Job.priority.desc(), Job.order)
+        return session.scalars(query).all()
+
+    def claim(self, session: Session, job_id: str) -> Job | None:
+        """Take one job; None: somebody was faster."""
+        query = select(Job).where(Job.id == job_id, Job.state == "queued").with_for_update(skip_locked=True)
+        job = session.scalars(query).first()
+        if job is None:
+            return None
+        job.state, job.token, job.started = "running", job.token + 1, datetime.now(UTC)
+        return job
+
+    def held(self, session: Session, job_id: str, token: int) -> Job:
+        """The job, if the token is still the newest.
+
+        Raises:
+            Fenced: it is not.
+        """
+        job = session.scalars(select(Job).where(Job.id == job_id).with_for_update()).first()
+        if job is None or job.token != token or job.state != "running":
+            raise Fenced(job_id)
+        return job
+
+    def finish(self, session: Session, job_id: str, token: int, state: str, error: str | None = None) -> None:
+        """End a claimed job.
+
+        Raises:
+            Fenced: it belongs to another process.
+        """
+        job = self.held(session, job_id, token)
+        job.state, job.error, job.finished = state, error, datetime.now(UTC)
+
+    def release(self, session: Session, job_id: str, token: int) -> None:
+        """Give a claimed job back unharmed, as a server does that shuts down."""
+        job = self.held(session, job_id, token)
+        job.state = "queued"
+
+    def cancel(self, session: Session, subject: str) -> list[Job]:
+        """Ask the jobs of a subject to stop; those that have not begun are cancelled at once."""
+        active = select(Job).where(Job.subject == subject, Job.state.in_(("queued", "running"))).with_for_update()
+        jobs = list(session.scalars(active))
+        for job in jobs:
+            job.cancel = True
+            if job.state == "queued":
+                job.state, job.finished = "cancelled", datetime.now(UTC)
+        return jobs
+
+    def running(self, session: Session) -> list[Job]:
+        """Jobs that some process holds, or died holding."""
+        return list(session.scalars(select(Job).where(Job.state == "running")))
+
+    def bury(self, session: Session, job_id: str, token: int) -> Job | None:
+        """A process died with this job: queue it again, or give it up when it keeps dying at one place.
+
+        Returns:
+            The job if it is given up or was cancelled; None if it goes on.
+        """
+        try:
+            job = self.held(session, job_id, token)
+        except Fenced:
+            return None
+        died_at = job.payload.get("died_at", -1)
+        place = -1 if job.position is None else job.position
+        job.crashes = job.crashes + 1 if place == died_at or job.crashes == 0 else 1
+        job.payload = {**job.payload, "died_at": place}
+        if job.cancel:
+            job.state, job.finished = "cancelled", datetime.now(UTC)
+            return job
+        if job.crashes >= MOST_CRASHES:
+            where = "before its first frame" if job.position is None else f"at frame {job.position}"
+            job.state, job.finished = "failed", datetime.now(UTC)
+            job.error = f"The engine died {job.crashes} times {where}. The file may be damaged there."
+            return job
+        job.state = "queued"
+        return None

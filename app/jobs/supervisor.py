@@ -1,0 +1,144 @@
+"""Watches over the workers: starts them when there is work, buries the dead, ends them with the server."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+from sqlalchemy.exc import SQLAlchemyError
+
+from app.events import EventBus
+from app.jobs.locks import holder, is_alive
+from app.jobs.outcome import settle_subject
+from app.jobs.queue import JobQueue
+from app.runs.view import publish_run
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job, Run
+
+__all__ = ["Supervisor"]
+
+_TURN = 0.25
+_PATIENCE = 4.0
+"""Seconds a cancelled or leaving worker gets before it is killed."""
+_log = logging.getLogger("tsr.supervisor")
+
+
+class Supervisor:
+    """One thread of the server.
+
+    Jobs of a SQLite database belong to this machine, so the lock file decides who is alive. On PostgreSQL other
+    machines may hold jobs: there a job is dead when its heartbeat has not moved for a minute by our own steady clock.
+    """
+
+    silence = 60.0
+
+    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._settings = settings
+        self._database = database
+        self._events = events
+        self._jobs = jobs
+        self._workers: list[subprocess.Popen[bytes]] = []
+        self._stop = threading.Event()
+        self._overdue: dict[str, float] = {}
+        self._beats: dict[str, tuple[object, float]] = {}
+        self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
+
+    def start(self) -> None:
+        """Begin to watch."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the workers, kindly at first; their jobs go on with the next server."""
+        self._stop.set()
+        self._thread.join()
+        for worker in self._workers:
+            worker.terminate()
+        until = time.monotonic() + _PATIENCE
+        for worker in self._workers:
+            try:
+                worker.wait(max(0.05, until - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                worker.kill()
+                worker.wait()
+
+    def _watch(self) -> None:
+        while not self._stop.wait(_TURN):
+            try:
+                self._turn()
+            except (SQLAlchemyError, OSError):
+                _log.exception("The supervisor could not look after the workers; it tries again.")
+                self._stop.wait(2.0)
+
+    def _turn(self) -> None:
+        self._workers = [worker for worker in self._workers if worker.poll() is None]
+        with self._database.read() as session:
+            running = self._jobs.running(session)
+            waiting = len(self._jobs.waiting(session))
+        for job in running:
+            if self._is_dead(job):
+                self._bury(job)
+            elif job.cancel:
+                self._press(job)
+        busy = sum(is_alive(self._settings.home, job.id) for job in running)
+        idle = len(self._workers) - busy
+        if waiting > max(0, idle) and len(self._workers) < self._settings.workers:
+            self._workers.append(self._spawn())
+
+    def _is_dead(self, job: Job) -> bool:
+        if is_alive(self._settings.home, job.id):
+            return False
+        if self._database.is_sqlite:
+            return True
+        beat, since = self._beats.get(job.id, (None, time.monotonic()))
+        if beat != (job.token, job.position):
+            since = time.monotonic()
+        self._beats[job.id] = ((job.token, job.position), since)
+        return time.monotonic() - since > self.silence
+
+    def _bury(self, job: Job) -> None:
+        with self._database.write() as session:
+            ended = self._jobs.bury(session, job.id, job.token)
+            if ended is not None:
+                settle_subject(session, self._events, ended, ended.state, ended.error)
+                return
+            run = session.get(Run, job.subject)
+            if run is not None and run.state == "running":
+                run.state = "queued"
+                publish_run(session, self._events, run)
+        _log.warning("A worker died in job %s; it is tried again.", job.id)
+
+    def _press(self, job: Job) -> None:
+        """A cancelled job that does not stop by itself is ended, at last by force."""
+        waited = time.monotonic() - self._overdue.setdefault(job.id, time.monotonic())
+        process = holder(self._settings.home, job.id)
+        if waited > _PATIENCE and process in {worker.pid for worker in self._workers}:
+            assert process is not None
+            os.kill(process, signal.SIGKILL if waited > 2 * _PATIENCE else signal.SIGTERM)
+
+    def _spawn(self) -> subprocess.Popen[bytes]:
+        passed = {f"TSR_{name.upper()}": value for name, value in _as_environment(self._settings).items()}
+        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+        command = [sys.executable, "-m", "app.jobs.worker", str(os.getpid())]
+        environment = {**os.environ, **threads, **passed}
+        return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
+
+
+def _as_environment(settings: Settings) -> dict[str, str]:
+    """Settings as the variables that make the same settings."""
+    values: dict[str, str] = {}
+    for name, value in settings:
+        if value is None:
+            continue
+        if name == "roots":
+            values[name] = os.pathsep.join(str(path) for path in value)
+        elif name == "allowed_hosts":
+            values[name] = ",".join(value)
+        else:
+            values[name] = str(value)
+    return values

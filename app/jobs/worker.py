@@ -1,0 +1,119 @@
+"""A process that takes jobs from the queue until there are none: ``python -m app.jobs.worker PARENT``.
+
+It ends with its server, has a limit on memory, and works at low priority: a broken or hostile video costs this one
+process.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import resource
+import signal
+import sys
+import time
+
+from sqlalchemy.exc import OperationalError
+
+from app.events import EventBus
+from app.jobs.locks import JobLock
+from app.jobs.outcome import give_back, report_failure
+from app.jobs.queue import Fenced, JobQueue
+from app.jobs.tasks import Stopped, TaskContext, task_of
+from app.settings import Settings, load_settings
+from app.storage.database import Database
+from tsr_engine.errors import TsrError
+
+__all__ = ["main"]
+
+IDLE = 30.0
+"""Seconds without work after which the process ends, seconds."""
+_PR_SET_PDEATHSIG = 1
+_log = logging.getLogger("tsr.worker")
+
+
+class _Leaving:
+    """Set by SIGTERM: finish what is being written, then end."""
+
+    def __init__(self) -> None:
+        self.told = False
+        signal.signal(signal.SIGTERM, self._hear)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the server tells us itself
+
+    def _hear(self, *_: object) -> None:
+        self.told = True
+
+    def __call__(self) -> bool:
+        return self.told
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Work until idle or told to leave; the exit code is 0 then."""
+    parent = int((sys.argv[1:] if arguments is None else arguments)[0])
+    logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
+    leaving = _Leaving()
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+    if os.getppid() != parent:
+        return 0
+    settings = load_settings()
+    limit = settings.worker_memory_mb * 2**20
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    os.nice(10)
+    database = Database(settings.database)
+    events = EventBus()
+    jobs = JobQueue(events)
+    since = time.monotonic()
+    while not leaving() and time.monotonic() - since < IDLE:
+        if _one_job(settings, database, events, jobs, leaving):
+            since = time.monotonic()
+        else:
+            time.sleep(0.2)
+    database.close()
+    return 0
+
+
+def _one_job(settings: Settings, database: Database, events: EventBus, jobs: JobQueue, leaving: _Leaving) -> bool:
+    """Do the next job; False: there was none."""
+    with database.read() as session:
+        waiting = jobs.waiting(session)
+    for job_id in waiting:
+        lock = JobLock(settings.home, job_id)
+        if not lock.take():
+            continue
+        try:
+            with database.write() as session:
+                job = jobs.claim(session, job_id)
+            if job is not None:
+                _execute(TaskContext(settings, database, events, jobs, job, leaving))
+                return True
+        finally:
+            lock.free()
+    return False
+
+
+def _execute(task: TaskContext) -> None:
+    job = task.job
+    try:
+        task_of(job.kind)(task)
+        with task.database.write() as session:
+            task.jobs.finish(session, job.id, job.token, "done")
+    except Fenced:
+        _log.warning("Job %s belongs to another process by now.", job.id)
+    except Stopped:
+        give_back(task)
+    except TsrError as error:
+        report_failure(task, str(error))
+    except MemoryError:
+        report_failure(task, f"The file needs more than {task.settings.worker_memory_mb} MiB of memory.")
+    except OperationalError as error:
+        _log.exception("The database failed in job %s.", job.id)
+        report_failure(task, f"The database could not be written: {error.orig}.")
+    except Exception as error:
+        _log.exception("Job %s failed.", job.id)
+        name = type(error).__name__
+        report_failure(task, f"Something unexpected went wrong ({name}). The server's log has the details.")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,44 @@
+"""The browser page: ``static/`` as it lies on disk, revalidated on every visit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.responses import FileResponse, Response
+from starlette.staticfiles import StaticFiles
+
+__all__ = ["mount_pages", "static_folder"]
+
+
+def static_folder() -> Path:
+    """Where the page lies: beside ``app`` in a checkout, inside it in a wheel."""
+    here = Path(__file__).resolve().parent
+    inside = here / "static"
+    return inside if inside.is_dir() else here.parent / "static"
+
+
+class _Revalidated(StaticFiles):
+    """Files that a browser may keep but asks about: an update is seen at once, an unchanged file costs a 304."""
+
+    def file_response(self, *args: Any, **options: Any) -> Response:
+        answer = super().file_response(*args, **options)
+        answer.headers["Cache-Control"] = "no-cache"
+        return answer
+
+
+def mount_pages(app: FastAPI) -> None:
+    """Serve the page at ``/`` and its files under ``/static``."""
+    folder = static_folder()
+
+    @app.get("/", include_in_schema=False)
+    @app.get("/index.html", include_in_schema=False)
+    def index() -> Response:
+        return FileResponse(folder / "index.html", headers={"Cache-Control": "no-cache"})
+
+    @app.get("/favicon.ico", include_in_schema=False)
+    def icon() -> Response:
+        return FileResponse(folder / "icon.svg", media_type="image/svg+xml")
+
+    app.mount("/static", _Revalidated(directory=folder))

@@ -1,0 +1,1 @@
+"""Runs of the engine: started, followed, cancelled, resumed, removed."""

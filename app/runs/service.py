@@ -1,0 +1,156 @@
+"""What people do with runs."""
+
+from __future__ import annotations
+
+import shutil
+import uuid
+from collections.abc import Mapping
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.errors import Conflict, Invalid, NotFound
+from app.events import EventBus
+from app.jobs.outcome import settle_subject
+from app.jobs.queue import JobQueue
+from app.runs.parameters import params_of
+from app.runs.view import publish_run
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from tsr_engine.version import __version__
+
+__all__ = ["RunService"]
+
+_ACTIVE = ("queued", "running")
+
+
+class RunService:
+    """Start, list, cancel, resume, remove."""
+
+    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._settings = settings
+        self._database = database
+        self._events = events
+        self._jobs = jobs
+
+    def get(self, session: Session, run_id: str) -> Run:
+        """One run.
+
+        Raises:
+            NotFound: there is none of that name.
+        """
+        run = session.get(Run, run_id)
+        if run is None:
+            raise NotFound(f"There is no run {run_id[:40]!r}.")
+        return run
+
+    def of_video(self, video_id: str) -> list[Run]:
+        """Runs of a video, the newest first.
+
+        Raises:
+            NotFound: no such video.
+        """
+        with self._database.read() as session:
+            if session.get(Video, video_id) is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            return list(session.scalars(select(Run).where(Run.video_id == video_id).order_by(Run.created.desc())))
+
+    def start(
+        self,
+        video_id: str,
+        *,
+        preset: str = "default",
+        parameters: Mapping[str, Any] | None = None,
+        first: int = 0,
+        stop: int | None = None,
+        name: str = "",
+    ) -> Run:
+        """Queue a run of the engine.
+
+        Raises:
+            NotFound: no such video.
+            Conflict: the video is not imported yet, or its import failed.
+            Invalid: a parameter or the range of frames.
+        """
+        changed = dict(parameters or {})
+        params_of(preset, changed)
+        with self._database.write() as session:
+            video = session.get(Video, video_id)
+            if video is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            if video.state != "ready":
+                raise Conflict(f"{video.name} is {video.state}: only an imported video can be run.", code="not_ready")
+            frames = video.frames or 0
+            if first >= frames or (stop is not None and stop <= first):
+                raise Invalid(f"Frames {first} to {stop} are not in the video, which has {frames}.", field="first")
+            run = Run(
+                id=uuid.uuid4().hex,
+                video_id=video_id,
+                kind="engine",
+                name=name or self._next_name(session, video_id),
+                state="queued",
+                preset=preset,
+                parameters=changed,
+                first=first,
+                stop=None if stop is None else min(stop, frames),
+                frames_total=min(stop or frames, frames) - first,
+                engine_version=__version__,
+            )
+            run.folder = f"runs/{run.id}"
+            session.add(run)
+            session.flush()
+            self._jobs.submit(session, "track", run.id)
+            publish_run(session, self._events, run)
+        return run
+
+    def _next_name(self, session: Session, video_id: str) -> str:
+        used = set(session.scalars(select(Run.name).where(Run.video_id == video_id)))
+        return next(name for k in range(1, len(used) + 2) if (name := f"Run {k}") not in used)
+
+    def cancel(self, run_id: str) -> Run:
+        """Stop a run; what it has stored stays and can be resumed."""
+        with self._database.write() as session:
+            run = self.get(session, run_id)
+            for job in self._jobs.cancel(session, run_id):
+                if job.state == "cancelled":
+                    settle_subject(session, self._events, job, "cancelled", None)
+        return run
+
+    def resume(self, run_id: str) -> Run:
+        """Go on with a run that was cancelled, failed or interrupted.
+
+        Raises:
+            Conflict: it is running, or complete.
+        """
+        with self._database.write() as session:
+            run = self.get(session, run_id)
+            if run.state in _ACTIVE or run.state == "complete":
+                raise Conflict(f"{run.name} is {run.state}: there is nothing to resume.", code="not_resumable")
+            run.state, run.error = "queued", None
+            self._jobs.submit(session, "whatif" if run.kind == "whatif" else "track", run.id)
+            publish_run(session, self._events, run)
+        return run
+
+    def remove(self, run_id: str) -> None:
+        """Remove a run with its evidence and its edits.
+
+        Raises:
+            Conflict: it is still going on.
+        """
+        with self._database.write() as session:
+            run = self.get(session, run_id)
+            if run.state in _ACTIVE:
+                raise Conflict(f"{run.name} is {run.state}. Cancel it first.", code="still_running")
+            children = list(session.scalars(select(Run).where(Run.parent_id == run_id)))
+            folders = [child.folder for child in (run, *children)]
+            for child in children:
+                session.delete(child)
+                self._events.publish(session, "removed", child.id, {"run": child.id, "video": child.video_id})
+            session.flush()
+            session.delete(run)
+            self._events.publish(session, "removed", run.id, {"run": run.id, "video": run.video_id})
+        for folder in folders:
+            if folder.startswith("runs/"):
+                shutil.rmtree(self._settings.home / folder, ignore_errors=True)

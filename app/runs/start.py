@@ -1,0 +1,43 @@
+"""The run that a sample drive gets without being asked for, so that the first screen has something to show."""
+
+from __future__ import annotations
+
+import uuid
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.jobs.queue import JobQueue
+from app.runs.view import publish_run
+from app.storage.models import Run, Video
+from tsr_engine.version import __version__
+
+__all__ = ["queue_first_run"]
+
+
+def queue_first_run(session: Session, events: EventBus, jobs: JobQueue, video: Video) -> None:
+    """Queue a run with the default preset if the video has none."""
+    if session.scalars(select(Run.id).where(Run.video_id == video.id).limit(1)).first() is not None:
+        return
+    identity = uuid.uuid4().hex
+    run = Run(
+        id=identity,
+        video_id=video.id,
+        kind="engine",
+        name="Run 1",
+        state="queued",
+        preset="default",
+        parameters={},
+        first=0,
+        frames_done=0,
+        frames_total=video.frames,
+        folder=f"runs/{identity}",
+        engine_version=__version__,
+        models={},
+        summary={},
+    )
+    session.add(run)
+    session.flush()
+    jobs.submit(session, "track", run.id, priority=5)
+    publish_run(session, events, run)

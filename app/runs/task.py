@@ -1,0 +1,77 @@
+"""The job ``track``: the engine over a video, into the run's own evidence folder."""
+
+from __future__ import annotations
+
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+from app.jobs.tasks import Stopped, TaskContext
+from app.runs.parameters import params_of
+from app.runs.view import publish_run
+from app.storage.models import Run, Video
+from tsr_engine.errors import InputError
+from tsr_engine.version import __version__
+
+__all__ = ["track"]
+
+_TELL = 0.3
+"""Seconds between two notes of progress."""
+
+
+def track(task: TaskContext) -> None:
+    """Run the engine, or go on where an earlier process was stopped."""
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.runs import Progress, RunRequest, track_video
+
+    with task.write() as session:
+        run = session.get_one(Run, task.job.subject)
+        video = session.get_one(Video, run.video_id)
+        _check_file(video)
+        run.state, run.error = "running", None
+        run.started = run.started or datetime.now(UTC)
+        publish_run(session, task.events, run)
+    params = params_of(run.preset, run.parameters)
+    components = load_components(params, task.settings.models)
+    request = RunRequest(
+        Path(video.path), params, evidence=task.settings.home / run.folder, start=run.first, stop=run.stop
+    )
+    told = 0.0
+
+    def tell(progress: Progress) -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now - told < _TELL:
+            return
+        told = now
+        with task.write() as session:
+            row = session.get_one(Run, run.id)
+            row.frames_done, row.frames_total, row.rate = progress.done, progress.total, progress.rate
+            task.reached(session, run.first + progress.done)
+            publish_run(session, task.events, row)
+
+    report = track_video(request, components, progress=tell, stop=task.stop)
+    if report.interrupted:
+        raise Stopped
+    with task.write() as session:
+        row = session.get_one(Run, run.id)
+        row.state, row.finished = "complete", datetime.now(UTC)
+        row.frames_done = row.frames_total = report.frames
+        row.tracks, row.engine_version, row.models = len(report.tracks), __version__, dict(components.models)
+        row.rate = report.computed / report.seconds if report.seconds and report.computed else row.rate
+        row.summary = {
+            "seconds": round(report.seconds, 2),
+            "events": dict(sorted(report.events.items())),
+            "warnings": list(report.warnings),
+            "stages": {stage: round(median, 2) for stage, _, median, _ in report.stage_table()},
+        }
+        publish_run(session, task.events, row)
+
+
+def _check_file(video: Video) -> None:
+    """The file must still be the one that the video is named after; the engine records its hash anew."""
+    path = Path(video.path)
+    if not path.is_file():
+        raise InputError(f"{path} is not there any more. Put it back, or add the video from where it lies now.")
+    if path.stat().st_size != video.size:
+        raise InputError(f"{path} has changed since it was added. Add it again: it counts as another video.")

@@ -1,0 +1,75 @@
+"""A run as pages see it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.api.responses import Model
+from app.events import EventBus
+from app.storage.models import Run
+
+__all__ = ["RunView", "publish_run", "run_view"]
+
+
+class RunView(Model):
+    """One run; see ``Run`` in static/js/types.js."""
+
+    id: str
+    video_id: str
+    kind: str
+    name: str
+    parent_id: str | None
+    state: str
+    error: str | None
+    preset: str
+    parameters: dict[str, Any]
+    first: int
+    stop: int | None
+    frames_done: int
+    frames_total: int | None
+    rate: float | None
+    remaining: float | None
+    tracks: int | None
+    engine_version: str
+    models: dict[str, str]
+    summary: dict[str, Any]
+    created: str
+    finished: str | None
+
+
+def run_view(run: Run) -> RunView:
+    """The run's present state."""
+    remaining = None
+    if run.state == "running" and run.rate and run.frames_total is not None:
+        remaining = max(0, run.frames_total - run.frames_done) / run.rate
+    return RunView(
+        id=run.id,
+        video_id=run.video_id,
+        kind=run.kind,
+        name=run.name,
+        parent_id=run.parent_id,
+        state=run.state,
+        error=run.error,
+        preset=run.preset,
+        parameters=run.parameters,
+        first=run.first,
+        stop=run.stop,
+        frames_done=run.frames_done,
+        frames_total=run.frames_total,
+        rate=run.rate,
+        remaining=remaining,
+        tracks=run.tracks,
+        engine_version=run.engine_version,
+        models=run.models,
+        summary=run.summary,
+        created=run.created.isoformat(),
+        finished=None if run.finished is None else run.finished.isoformat(),
+    )
+
+
+def publish_run(session: Session, events: EventBus, run: Run) -> None:
+    """Tell the pages how the run stands."""
+    session.flush()
+    events.publish(session, "run", run.id, run_view(run).model_dump(mode="json"))

@@ -1,0 +1,174 @@
+"""The door: every request and every socket passes here before any route sees it.
+
+Checked in this order: the Host header (a page of another name must not reach us by rebinding), the origin of requests
+that change something, the credential, the size of the body. Every answer leaves with headers that keep the page to
+itself.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from http.cookies import CookieError, SimpleCookie
+from typing import Final
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.errors import error_body
+from app.security.tokens import Tokens
+
+__all__ = ["CSP", "Guard", "cookie_name"]
+
+CSP: Final = (
+    "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'; connect-src 'self'; "
+    "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+_SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_OPEN: Final = ("/login/", "/static/")
+_OPEN_EXACT: Final = frozenset({"/", "/favicon.ico", "/index.html"})
+_UPLOADS: Final = "/api/uploads/"
+
+
+def cookie_name(port: int) -> str:
+    """Cookies do not tell ports apart, so their name does."""
+    return f"tsr_{port}"
+
+
+class Guard:
+    """ASGI middleware.
+
+    Args:
+        app: what lies behind.
+        tokens: what counts as a credential.
+        hosts: names that the Host header may carry besides loopback's, without port.
+        body_max: bytes of a request's body, uploads apart.
+    """
+
+    def __init__(self, app: ASGIApp, tokens: Tokens, hosts: Iterable[str], body_max: int) -> None:
+        self.app = app
+        self.tokens = tokens
+        self.hosts = frozenset({"127.0.0.1", "localhost", "[::1]", *hosts})
+        self.body_max = body_max
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve or refuse one connection."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        refusal = self._refusal(scope)
+        if refusal is not None:
+            await _refuse(scope, send, *refusal)
+            return
+        if scope["type"] == "websocket":
+            await self.app(scope, receive, send)
+            return
+        body = _Limited(receive, None if scope["path"].startswith(_UPLOADS) else self.body_max)
+        answered = False
+
+        async def guarded(message: Message) -> None:
+            nonlocal answered
+            if message["type"] == "http.response.start":
+                if body.exceeded:
+                    return
+                answered = True
+                _protect(MutableHeaders(scope=message))
+            elif body.exceeded and not answered:
+                return
+            await send(message)
+
+        await self.app(scope, body, guarded)
+        if body.exceeded and not answered:
+            await _refuse(scope, send, 413, "too_large", f"The body is larger than {self.body_max} bytes.")
+
+    def _refusal(self, scope: Scope) -> tuple[int, str, str] | None:
+        headers = Headers(scope=scope)
+        host = headers.get("host", "")
+        if len(headers.getlist("host")) != 1 or _without_port(host) not in self.hosts:
+            return 400, "bad_host", "This server does not answer under that name. Open the address that it printed."
+        unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE
+        if unsafe and not _same_origin(headers, host):
+            return 403, "bad_origin", "The request comes from another page. Use the page of this server."
+        path = scope["path"]
+        if not (path in _OPEN_EXACT or path.startswith(_OPEN)) and not self._known(headers, scope):
+            return 401, "unauthorised", "Open the link that the terminal shows ('tsr review' prints a new one)."
+        length = headers.get("content-length", "0")
+        if not path.startswith(_UPLOADS) and length.isascii() and length.isdigit() and int(length) > self.body_max:
+            return 413, "too_large", f"The body has {length} bytes, allowed are {self.body_max}."
+        return None
+
+    def _known(self, headers: Headers, scope: Scope) -> bool:
+        kind, _, bearer = headers.get("authorization", "").partition(" ")
+        server = scope.get("server") or ("", 0)
+        cookie = _cookie(headers.get("cookie", ""), cookie_name(server[1] or 0))
+        return self.tokens.accepts(bearer=bearer.strip() if kind.lower() == "bearer" else None, cookie=cookie)
+
+
+class _Limited:
+    """``receive`` that stops handing on a body at a limit."""
+
+    def __init__(self, receive: Receive, most: int | None) -> None:
+        self._receive = receive
+        self._most = most
+        self._seen = 0
+        self.exceeded = False
+
+    async def __call__(self) -> Message:
+        message = await self._receive()
+        if message["type"] == "http.request" and self._most is not None:
+            self._seen += len(message.get("body", b""))
+            if self._seen > self._most:
+                self.exceeded = True
+                return {"type": "http.disconnect"}
+        return message
+
+
+def _without_port(host: str) -> str:
+    if host.startswith("["):
+        name, bracket, port = host.partition("]")
+        if not bracket or (port and not port.startswith(":")):
+            return ""
+        name, port = name + "]", port.removeprefix(":")
+    else:
+        name, _, port = host.partition(":")
+    return name.lower() if not port or (port.isascii() and port.isdigit()) else ""
+
+
+def _same_origin(headers: Headers, host: str) -> bool:
+    if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+        return False
+    origin = headers.get("origin")
+    return origin is None or urlsplit(origin).netloc.lower() == host.lower()
+
+
+def _cookie(header: str, name: str) -> str | None:
+    try:
+        morsel = SimpleCookie(header).get(name)
+    except CookieError:
+        return None
+    return None if morsel is None else morsel.value
+
+
+def _protect(headers: MutableHeaders) -> None:
+    headers.setdefault("Content-Security-Policy", CSP)
+    headers["X-Content-Type-Options"] = "nosniff"
+    headers["Referrer-Policy"] = "no-referrer"
+    headers["Cross-Origin-Resource-Policy"] = "same-origin"
+    headers["Cross-Origin-Opener-Policy"] = "same-origin"
+    headers.setdefault("Cache-Control", "no-store")
+
+
+async def _refuse(scope: Scope, send: Send, status: int, code: str, message: str) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 4000 + status, "reason": code})
+        return
+    body = json.dumps(error_body(code, message)).encode()
+    start: Message = {
+        "type": "http.response.start",
+        "status": status,
+        "headers": [(b"content-type", b"application/json"), (b"content-length", str(len(body)).encode())],
+    }
+    _protect(MutableHeaders(scope=start))
+    await send(start)
+    await send({"type": "http.response.body", "body": b"" if scope.get("method") == "HEAD" else body})

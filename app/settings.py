@@ -1,0 +1,105 @@
+"""Every setting of the server, in one place: a field here is a ``TSR_*`` variable and a flag of ``tsr review``."""
+
+from __future__ import annotations
+
+import getpass
+import os
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, ValidationError, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+from tsr_engine.errors import UsageError
+
+__all__ = ["Settings", "load_settings"]
+
+
+def _default_home() -> Path:
+    base = os.environ.get("XDG_DATA_HOME") or "~/.local/share"
+    return Path(base).expanduser() / "tsr"
+
+
+def _default_author() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # no entry in the user database, as in a bare container
+        return "someone"
+
+
+class Settings(BaseSettings):
+    """How the server runs. Values come from the caller, else from ``TSR_<NAME>``, else the default."""
+
+    model_config = SettingsConfigDict(env_prefix="TSR_", extra="ignore", frozen=True)
+
+    home: Path = Field(default_factory=_default_home, description="data folder: database, evidence, uploads")
+    database_url: str | None = Field(None, description="SQLAlchemy address of a database; unset: SQLite in home")
+    host: str = Field("127.0.0.1", description="address to listen on; other than loopback needs a token")
+    port: int = Field(8765, ge=0, le=65535, description="port to listen on; 0: any free one")
+    token: str | None = Field(None, min_length=16, description="secret for programs; unset: made once and kept in home")
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
+        (), description="further names that the Host header may carry, separated by commas"
+    )
+    roots: Annotated[tuple[Path, ...], NoDecode] = Field(
+        default_factory=lambda: (Path.cwd(),), description="folders that videos may be added from, separated by colons"
+    )
+    models: Path | None = Field(None, description="folder of model files; unset: those that ship with the engine")
+    workers: int = Field(1, ge=0, le=64, description="engine processes at once; 0: none here")
+    worker_memory_mb: int = Field(6144, ge=512, description="address space of one engine process, MiB")
+    frame_cache_mb: int = Field(64, ge=1, description="memory for encoded pictures, MiB")
+    upload_max_mb: int = Field(16384, ge=1, description="largest upload, MiB")
+    body_max_kb: int = Field(4096, ge=16, description="largest request body besides uploads, KiB")
+    max_pixels: int = Field(50_000_000, ge=10_000, description="largest picture of a video, px")
+    author: str = Field(default_factory=_default_author, max_length=80, description="name that edits carry")
+    sample: bool = Field(True, description="put the bundled sample drives into the library")
+
+    @field_validator("home", mode="after")
+    @classmethod
+    def _absolute(cls, value: Path) -> Path:
+        return value.expanduser().absolute()
+
+    @field_validator("roots", mode="before")
+    @classmethod
+    def _split_roots(cls, value: object) -> object:
+        return tuple(part for part in value.split(os.pathsep) if part) if isinstance(value, str) else value
+
+    @field_validator("roots", mode="after")
+    @classmethod
+    def _real_roots(cls, value: tuple[Path, ...]) -> tuple[Path, ...]:
+        return tuple(dict.fromkeys(Path(os.path.realpath(path.expanduser())) for path in value))
+
+    @field_validator("allowed_hosts", mode="before")
+    @classmethod
+    def _split_hosts(cls, value: object) -> object:
+        return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value
+
+    @property
+    def loopback(self) -> bool:
+        """Only this machine can reach the address."""
+        return self.host in ("127.0.0.1", "localhost", "::1")
+
+    @property
+    def database(self) -> str:
+        """SQLAlchemy address of the database."""
+        return self.database_url or f"sqlite:///{self.home / 'tsr.sqlite'}"
+
+
+def load_settings(**values: object) -> Settings:
+    """Settings from values, environment and defaults; values that are None count as unset.
+
+    Raises:
+        UsageError: a value is not allowed; the sentence names it.
+    """
+    try:
+        settings = Settings(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = "_".join(str(part) for part in first["loc"])
+        wrong = f"The setting {name} (TSR_{name.upper()}) cannot be {first['input']!r}"
+        raise UsageError(f"{wrong}: {first['msg']}.") from None
+    if not settings.loopback and settings.token is None:
+        raise UsageError(
+            f"The server would listen on {settings.host}, where others can reach it. Set TSR_TOKEN to a secret of at "
+            "least 16 characters first, or use 127.0.0.1."
+        )
+    return settings

@@ -1,0 +1,40 @@
+"""What runs beside the routes: the supervisor of the workers and the stream of events."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass
+
+from app.context import Context
+from app.jobs.supervisor import Supervisor
+from app.streaming import EventStream
+
+__all__ = ["Running", "start", "stop"]
+
+
+@dataclass(slots=True)
+class Running:
+    """The parts that must be stopped."""
+
+    supervisor: Supervisor | None
+    stream: EventStream
+
+
+def start(context: Context) -> Running:
+    """Start them; called on the server's event loop."""
+    if context.settings.sample:
+        context.videos.add_samples(context.truths)
+    supervisor = None
+    if context.settings.workers:
+        supervisor = Supervisor(context.settings, context.database, context.events, context.jobs)
+        supervisor.start()
+    stream = EventStream(context.database, context.events)
+    stream.start()
+    return Running(supervisor, stream)
+
+
+async def stop(running: Running) -> None:
+    """Stop them, the streams first: an open page must not hold the server up."""
+    await running.stream.stop()
+    if running.supervisor is not None:
+        await asyncio.to_thread(running.supervisor.stop)

@@ -1,0 +1,133 @@
+"""One database: SQLite in the data folder, or PostgreSQL by address; the same code for both."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, create_engine, event
+from sqlalchemy.exc import DBAPIError
+from sqlalchemy.orm import Session
+
+from app.errors import ApiError, Busy, StorageFull
+from tsr_engine.errors import StorageError
+
+__all__ = ["Database", "storage_failure"]
+
+MIGRATIONS = Path(__file__).parent / "migrations"
+_WAIT_MS = 8000
+"""How long SQLite waits for another writer."""
+
+
+class Database:
+    """Sessions on one database.
+
+    Reading sessions see one state and hold nobody up; writing ones take SQLite's write lock at once, so that they
+    wait for each other instead of failing half way.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.is_sqlite = url.startswith("sqlite")
+        if self.is_sqlite:
+            self.engine = create_engine(url, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False})
+            event.listen(self.engine, "connect", _on_connect)
+            event.listen(self.engine, "begin", _on_begin)
+        else:
+            self.engine = create_engine(url, pool_pre_ping=True, pool_size=8, max_overflow=24)
+        self._writer = self.engine.execution_options(tsr_write=True)
+
+    @contextmanager
+    def read(self) -> Iterator[Session]:
+        """A session that only reads."""
+        with Session(self.engine, expire_on_commit=False) as session:
+            yield session
+
+    @contextmanager
+    def write(self) -> Iterator[Session]:
+        """A session whose changes are committed together at the end, or not at all."""
+        with Session(self._writer, expire_on_commit=False) as session, session.begin():
+            yield session
+
+    def migrate(self, backup: Path | None = None) -> None:
+        """Bring the tables up to date.
+
+        Args:
+            backup: folder that a SQLite file is copied to before an existing database changes.
+
+        Raises:
+            StorageError: the database is newer than this version, or cannot be changed.
+        """
+        config = Config()
+        config.set_main_option("script_location", str(MIGRATIONS))
+        scripts = ScriptDirectory.from_config(config)
+        with self._writer.connect() as connection:
+            now = MigrationContext.configure(connection).get_current_revision()
+            connection.rollback()
+            if now == scripts.get_current_head():
+                return
+            known = {script.revision for script in scripts.walk_revisions()}
+            if now is not None and now not in known:
+                raise StorageError(
+                    f"The database was written by a newer version of tsr (tables {now}). Install that version, or name "
+                    "another data folder with --home."
+                )
+            if now is not None and backup is not None and self.is_sqlite:
+                self._copy(backup)
+            config.attributes["connection"] = connection
+            command.upgrade(config, "head")
+            connection.commit()
+
+    def _copy(self, folder: Path) -> None:
+        name = self.engine.url.database
+        assert name is not None
+        folder.mkdir(parents=True, exist_ok=True)
+        target = folder / f"{Path(name).stem}-{datetime.now(UTC):%Y%m%dT%H%M%S}.sqlite"
+        if shutil.disk_usage(folder).free < 2 * Path(name).stat().st_size:
+            raise StorageError(f"There is no room in {folder} to copy {name} before its tables change. Free some.")
+        with sqlite3.connect(name) as source, sqlite3.connect(target) as copy:
+            source.backup(copy)
+        copy.close()
+        source.close()
+
+    def close(self) -> None:
+        """Close all connections."""
+        self.engine.dispose()
+
+
+def _on_connect(connection: Any, _record: object) -> None:
+    connection.isolation_level = None  # transactions begin where we say so
+    cursor = connection.cursor()
+    for pragma in (
+        "journal_mode = WAL",
+        "synchronous = FULL",
+        "foreign_keys = ON",
+        f"busy_timeout = {_WAIT_MS}",
+    ):
+        cursor.execute(f"PRAGMA {pragma}")
+    cursor.close()
+
+
+def _on_begin(connection: Connection) -> None:
+    write = connection.get_execution_options().get("tsr_write", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if write else "BEGIN")
+
+
+def storage_failure(error: DBAPIError) -> ApiError | None:
+    """What a failure of the database means to the person; None: something else."""
+    text = str(error.orig).lower()
+    if "disk is full" in text or "disk full" in text or "disk i/o error" in text or "no space left" in text:
+        return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
+    if "locked" in text or "busy" in text or "could not connect" in text or "connection refused" in text:
+        return Busy("The database is busy. The request can be repeated.", code="database_busy")
+    if "readonly" in text or "read-only" in text:
+        return StorageFull("The data folder cannot be written. Check its permissions.", code="storage_readonly")
+    return None

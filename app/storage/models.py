@@ -1,0 +1,194 @@
+"""The tables of the review tool. The same models serve SQLite and PostgreSQL.
+
+Times are UTC. A video is named by the SHA-256 of its bytes, a run and a job by 32 hexadecimal digits.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import JSON, BigInteger, DateTime, Float, ForeignKey, Index, Integer, LargeBinary, String, Text
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+__all__ = ["Base", "Edit", "Event", "Job", "Run", "TrackDocument", "Truth", "Video"]
+
+Sequence = BigInteger().with_variant(Integer, "sqlite")
+"""Whole numbers that count up; SQLite counts only INTEGER keys."""
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+class Base(DeclarativeBase):
+    """All tables."""
+
+
+class Video(Base):
+    """A video file, by its content."""
+
+    __tablename__ = "videos"
+
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    """SHA-256 of the file."""
+    name: Mapped[str] = mapped_column(Text)
+    path: Mapped[str] = mapped_column(Text)
+    """Where it was seen last; absolute."""
+    size: Mapped[int] = mapped_column(BigInteger)
+    """Bytes."""
+    state: Mapped[str] = mapped_column(String(16), default="importing")
+    """``importing``, ``ready`` or ``failed``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    owned: Mapped[bool] = mapped_column(default=False)
+    """True: an upload that lies in the data folder and goes with the video."""
+    sample: Mapped[bool] = mapped_column(default=False)
+    """True: a drive that ships with the tool."""
+    width: Mapped[int | None]
+    height: Mapped[int | None]
+    rotation: Mapped[int | None]
+    codec: Mapped[str | None] = mapped_column(String(32))
+    rate: Mapped[float | None] = mapped_column(Float)
+    """Announced frames a second; for playing speed only."""
+    frames: Mapped[int | None]
+    """Frames that decode."""
+    duration: Mapped[float | None] = mapped_column(Float)
+    """Seconds."""
+    warnings: Mapped[list[str]] = mapped_column(JSON, default=list)
+    frame_table: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
+    """The frame table as ``app.videos.table`` packs it."""
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+
+
+class Run(Base):
+    """One pass of the engine over a video, one what-if on its evidence, or an imported one; immutable when complete."""
+
+    __tablename__ = "runs"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    video_id: Mapped[str] = mapped_column(ForeignKey("videos.id", ondelete="CASCADE"), index=True)
+    kind: Mapped[str] = mapped_column(String(16), default="engine")
+    """``engine``, ``whatif`` or ``imported``."""
+    name: Mapped[str] = mapped_column(Text, default="")
+    parent_id: Mapped[str | None] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"))
+    """The run whose evidence a what-if replays."""
+    state: Mapped[str] = mapped_column(String(16), default="queued")
+    """``queued``, ``running``, ``complete``, ``failed``, ``cancelled`` or ``interrupted``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    preset: Mapped[str] = mapped_column(String(32), default="default")
+    parameters: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    """Parameters that differ from the preset: name -> value."""
+    first: Mapped[int] = mapped_column(Integer, default=0)
+    """First frame."""
+    stop: Mapped[int | None]
+    """Frame after the last; NULL: to the end."""
+    folder: Mapped[str] = mapped_column(Text, default="")
+    """The evidence, relative to the data folder."""
+    engine_version: Mapped[str] = mapped_column(String(32), default="")
+    models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
+    """Model -> SHA-256."""
+    frames_done: Mapped[int] = mapped_column(Integer, default=0)
+    frames_total: Mapped[int | None]
+    rate: Mapped[float | None] = mapped_column(Float)
+    """Frames a second of the engine."""
+    tracks: Mapped[int | None]
+    """Confirmed tracks."""
+    summary: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    """Figures of the complete run; for a what-if also ``difference`` against its parent."""
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    started: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+
+
+class Job(Base):
+    """Work for a worker process: the durable queue."""
+
+    __tablename__ = "jobs"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(32))
+    """``import``, ``track``, ``whatif`` ..."""
+    subject: Mapped[str] = mapped_column(String(64), index=True)
+    """The video or run that it works on."""
+    payload: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    state: Mapped[str] = mapped_column(String(16), default="queued", index=True)
+    """``queued``, ``running``, ``done``, ``failed`` or ``cancelled``."""
+    priority: Mapped[int] = mapped_column(Integer, default=0)
+    """Higher goes first."""
+    token: Mapped[int] = mapped_column(Integer, default=0)
+    """Fencing token: rises with every claim; a worker with an older one may write nothing."""
+    crashes: Mapped[int] = mapped_column(Integer, default=0)
+    """Workers that died in a row without getting further than ``position``."""
+    position: Mapped[int | None]
+    """How far the job was when a worker died last (a frame)."""
+    cancel: Mapped[bool] = mapped_column(default=False)
+    heartbeat: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    error: Mapped[str | None] = mapped_column(Text)
+    order: Mapped[int] = mapped_column(BigInteger, default=0, index=True)
+    """First come, first served; counts, never a clock."""
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    started: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+
+
+class Event(Base):
+    """What the pages are told: a numbered stream that a dropped connection picks up where it broke."""
+
+    __tablename__ = "events"
+
+    seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    kind: Mapped[str] = mapped_column(String(32))
+    """``video``, ``run``, ``edit``, ``removed`` ..."""
+    subject: Mapped[str] = mapped_column(String(64))
+    data: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    time: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+
+
+class Edit(Base):
+    """One operation of a person on the tracks of a run: a row of the append-only log."""
+
+    __tablename__ = "edits"
+    __table_args__ = (Index("edits_of_run", "run_id", "seq"),)
+
+    seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
+    op_id: Mapped[str] = mapped_column(String(64), unique=True)
+    """Chosen by the page; the same operation sent twice is one row."""
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"))
+    author: Mapped[str] = mapped_column(Text)
+    kind: Mapped[str] = mapped_column(String(32))
+    """Name of the command, or ``undo`` / ``redo``."""
+    command: Mapped[dict[str, Any]] = mapped_column(JSON)
+    frame: Mapped[int | None]
+    """The frame that the person looked at."""
+    before: Mapped[dict[str, Any]] = mapped_column(JSON)
+    """Documents of the touched tracks before: key -> document, None where there was none."""
+    after: Mapped[dict[str, Any]] = mapped_column(JSON)
+    """The same after."""
+    reverts: Mapped[str | None] = mapped_column(String(64))
+    """The operation that an ``undo`` or ``redo`` is about."""
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+
+
+class TrackDocument(Base):
+    """A track as people have left it: the newest document of each edited track."""
+
+    __tablename__ = "track_documents"
+
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
+    key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    revision: Mapped[int] = mapped_column(Integer)
+    document: Mapped[dict[str, Any]] = mapped_column(JSON)
+
+
+class Truth(Base):
+    """Ground truth of a video, imported."""
+
+    __tablename__ = "truths"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    video_id: Mapped[str] = mapped_column(ForeignKey("videos.id", ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(Text)
+    boxes: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
+    """Rows of frame, track, x1, y1, x2, y2, class, visibility, ignore: little-endian float64, deflated."""
+    count: Mapped[int] = mapped_column(Integer)
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)

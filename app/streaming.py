@@ -1,0 +1,132 @@
+"""Events for open pages: one task reads the database, any number of pages are fed from it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+from collections.abc import AsyncIterator, Sequence
+
+from sqlalchemy.exc import SQLAlchemyError
+
+from app.events import EventBus
+from app.storage.database import Database
+from app.storage.models import Event
+
+__all__ = ["EventStream"]
+
+_TURN = 0.12
+_BEAT = 10.0
+_MOST_WAITING = 2000
+_log = logging.getLogger("tsr.events")
+
+
+class EventStream:
+    """Fans the numbered stream out.
+
+    A page names the last number it has seen and gets everything after it, without gap and without double. One that is
+    too far behind, or too slow, is told to load everything anew (``reset``).
+    """
+
+    def __init__(self, database: Database, events: EventBus) -> None:
+        self._database = database
+        self._events = events
+        self._pages: set[asyncio.Queue[str | None]] = set()
+        self._seen = 0
+        self._task: asyncio.Task[None] | None = None
+        self._turns = 0
+
+    def start(self) -> None:
+        """Begin to read; needs a running event loop."""
+        self._seen = self._newest()
+        self._task = asyncio.get_running_loop().create_task(self._read())
+
+    async def stop(self) -> None:
+        """End all streams."""
+        if self._task is not None:
+            self._task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._task
+        for page in self._pages:
+            page.put_nowait(None)
+
+    async def follow(self, last: int | None) -> AsyncIterator[str]:
+        """Server-sent events after number ``last``; unset: from now on."""
+        page: asyncio.Queue[str | None] = asyncio.Queue()
+        seen = self._seen if last is None else last
+        missed = await asyncio.to_thread(self._missed, seen)
+        # no await between here and the first yield: what was read above ends at self._seen or before
+        if missed is None or seen > self._seen:
+            seen = self._seen
+            yield f"id: {seen}\nevent: reset\ndata: {{}}\n\n"
+        self._pages.add(page)
+        try:
+            yield f'id: {seen}\nevent: hello\ndata: {{"seq": {seen}}}\n\n'
+            for event in missed or ():
+                if event.seq > seen:
+                    seen = event.seq
+                    yield _text(event)
+            if seen < self._seen:
+                for event in await asyncio.to_thread(self._range, seen):
+                    if event.seq > seen:
+                        seen = event.seq
+                        yield _text(event)
+            while True:
+                try:
+                    text = await asyncio.wait_for(page.get(), _BEAT)
+                except TimeoutError:
+                    yield ": still here\n\n"
+                    continue
+                if text is None:
+                    return
+                if int(text[4 : text.index("\n")]) > seen:
+                    yield text
+        finally:
+            self._pages.discard(page)
+
+    def _missed(self, seen: int) -> Sequence[Event] | None:
+        with self._database.read() as session:
+            oldest = self._events.oldest(session)
+            if seen and oldest and seen < oldest - 1:
+                return None
+            missed = self._events.after(session, seen, _MOST_WAITING + 1)
+            return None if len(missed) > _MOST_WAITING else missed
+
+    def _range(self, seen: int) -> Sequence[Event]:
+        with self._database.read() as session:
+            return self._events.after(session, seen, _MOST_WAITING)
+
+    def _newest(self) -> int:
+        with self._database.read() as session:
+            return self._events.newest(session)
+
+    async def _read(self) -> None:
+        while True:
+            await asyncio.sleep(_TURN)
+            try:
+                found = await asyncio.to_thread(self._range, self._seen)
+                self._turns += 1
+                if self._turns % 2000 == 0:
+                    await asyncio.to_thread(self._prune)
+            except SQLAlchemyError:
+                _log.exception("Events could not be read; it is tried again.")
+                await asyncio.sleep(1.0)
+                continue
+            for event in found:
+                text = _text(event)
+                self._seen = event.seq
+                for page in self._pages:
+                    if page.qsize() < _MOST_WAITING:
+                        page.put_nowait(text)
+                    elif page.qsize() == _MOST_WAITING:
+                        page.put_nowait(None)  # the page reconnects with its number and catches up, or resets
+
+    def _prune(self) -> None:
+        with self._database.write() as session:
+            self._events.prune(session)
+
+
+def _text(event: Event) -> str:
+    data = {"seq": event.seq, "kind": event.kind, "subject": event.subject, "data": event.data}
+    return f"id: {event.seq}\nevent: change\ndata: {json.dumps(data, separators=(',', ':'))}\n\n"

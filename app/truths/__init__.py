@@ -1,0 +1,1 @@
+"""Ground truth of videos: imported from CSV, drawn as a layer, compared against."""

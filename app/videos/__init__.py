@@ -1,0 +1,1 @@
+"""Videos: by content, never by name; their frames, by ordinal."""

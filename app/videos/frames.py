@@ -1,0 +1,169 @@
+"""Frames for the page: picture k as the engine's decoder makes it, encoded, cached and decoded ahead of the viewer."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Container
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from sqlalchemy import select
+from sqlalchemy.orm import undefer
+
+from app.errors import Conflict, NotFound
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Video as VideoRow
+from app.videos.encoded import EncodedCache
+from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
+from app.videos.table import modified, unpack
+from tsr_engine.errors import TsrError
+from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.records import Picture
+
+__all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
+
+T = TypeVar("T")
+_OPEN = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """One encoded picture; ``data`` is None where the page has it already."""
+
+    data: bytes | None
+    encoding: Encoding
+    ordinal: int
+    pts: int
+    etag: str
+
+
+class FrameService:
+    """Pictures of imported videos, by ordinal."""
+
+    def __init__(self, settings: Settings, database: Database) -> None:
+        self._settings = settings
+        self._database = database
+        self._cache = EncodedCache(settings.frame_cache_mb * 2**20)
+        self._open: OrderedDict[str, Reel] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def picture(
+        self, video_id: str, ordinal: int, width: int | None, encoding: Encoding, held: Container[str] = ()
+    ) -> Served:
+        """Frame ``ordinal``, at most ``width`` px wide (rounded up to one of ``WIDTHS``), never enlarged.
+
+        Args:
+            video_id: the video.
+            ordinal: 0-based, in presentation order.
+            width: px; unset: the video's own.
+            encoding: ``jpeg`` or ``webp``.
+            held: ETags that the page has; such a picture is not made again.
+
+        Raises:
+            NotFound: no such video or frame, or its file is gone.
+            Conflict: the video is not imported, or its file is another one by now.
+        """
+
+        def serve(reel: Reel) -> Served:
+            if not 0 <= ordinal < len(reel.table):
+                raise NotFound(f"The video has frames 0 to {len(reel.table) - 1}. Got {ordinal}.", field="ordinal")
+            wanted = reel.snap(width)
+            etag = f'"{video_id[:20]}-{ordinal}-{wanted}-{encoding}"'
+            data = None if etag in held else reel.get(ordinal, wanted, encoding)
+            return Served(data, encoding, ordinal, int(reel.table.pts[ordinal]), etag)
+
+        return self._with_reel(video_id, serve)
+
+    def raw(self, video_id: str, ordinal: int) -> Picture:
+        """Frame ``ordinal`` as the engine sees it, BGR.
+
+        Raises:
+            NotFound, Conflict: as for ``picture``.
+        """
+        return self._with_reel(video_id, lambda reel: reel.read(ordinal))
+
+    def _with_reel(self, video_id: str, use: Callable[[Reel], T]) -> T:
+        for _ in range(8):
+            try:
+                return use(self._reel(video_id))
+            except ClosedReelError:
+                continue  # other videos pushed it out between the two steps
+            except Conflict:
+                self.forget(video_id)  # a decoder that failed once is not trusted again
+                raise
+        raise Conflict("Too many videos are looked at at once. Try again.", code="busy")
+
+    def forget(self, video_id: str) -> None:
+        """Close a video's file."""
+        with self._lock:
+            reel = self._open.pop(video_id, None)
+        if reel is not None:
+            reel.close()
+
+    def close(self) -> None:
+        """Close all files."""
+        with self._lock:
+            reels, self._open = list(self._open.values()), OrderedDict()
+        for reel in reels:
+            reel.close()
+
+    def _reel(self, video_id: str) -> Reel:
+        with self._lock:
+            reel = self._open.get(video_id)
+            if reel is not None:
+                self._open.move_to_end(video_id)
+        if reel is not None:
+            if _status(reel.path) == reel.status:
+                return reel
+            self.forget(video_id)
+        reel = self._load(video_id)
+        with self._lock:
+            present = self._open.setdefault(video_id, reel)
+            dropped = []
+            while len(self._open) > _OPEN:
+                dropped.append(self._open.popitem(last=False)[1])
+        if present is not reel:
+            reel.close()
+        for old in dropped:
+            old.close()
+        return present
+
+    def _load(self, video_id: str) -> Reel:
+        with self._database.read() as session:
+            query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
+            row = session.scalars(query).first()
+        if row is None:
+            raise NotFound(f"There is no video {video_id[:80]!r}.")
+        if row.state != "ready" or row.frame_table is None:
+            raise Conflict(f"{row.name} is {row.state}: its frames cannot be shown yet.", code="not_ready")
+        path = Path(row.path)
+        status = _status(path)
+        if status is None:
+            raise NotFound(
+                f"{path} is not there any more. Put it back, or add the video from where it lies now.", code="missing"
+            )
+        try:
+            # Another size is another file; another time of change may be a copy, which only the bytes can tell.
+            same = status[0] == row.size and (status[1] == modified(row.frame_table) or video_sha256(path) == video_id)
+            if not same:
+                raise Conflict(
+                    f"{path} has changed since it was added; add it again as another video.", code="file_changed"
+                )
+            table = unpack(row.frame_table)
+            video = open_video(path, limits=VideoLimits(max_pixels=self._settings.max_pixels), table=table)
+        except TsrError as error:
+            raise Conflict(str(error), code="unreadable") from None
+        return Reel(video_id, video, table, self._cache, status)
+
+
+def _status(path: Path) -> tuple[int, ...] | None:
+    """Size, time of change and place of a regular file; None where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return (found.st_size, found.st_mtime_ns, found.st_dev, found.st_ino) if path.is_file() else None

@@ -1,0 +1,87 @@
+"""The job ``import``: decode a video once, keep its frame table and a thumbnail."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import cv2
+
+from app.jobs.tasks import Stopped, TaskContext
+from app.runs.start import queue_first_run
+from app.storage.models import Video
+from app.videos.table import pack
+from app.videos.thumbnails import thumbnail_path
+from app.videos.view import publish_video
+from tsr_engine.errors import VideoError
+from tsr_engine.io.atomic import atomic_bytes
+from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.io.video_probe import video_sha256
+
+__all__ = ["THUMBNAIL_WIDTH", "import_video"]
+
+THUMBNAIL_WIDTH = 480
+_TELL = 0.5
+
+
+def import_video(task: TaskContext) -> None:
+    """Decode to the end, so that frame k is known to be there before anybody asks for it."""
+    with task.database.read() as session:
+        video = session.get_one(Video, task.job.subject)
+    told = 0.0
+
+    def tell(confirmed: int) -> None:
+        nonlocal told
+        if task.leaving():
+            raise Stopped
+        now = time.monotonic()
+        if now - told < _TELL:
+            return
+        told = now
+        if task.cancelled():
+            raise Stopped
+        with task.write() as session:
+            row = session.get_one(Video, video.id)
+            row.frames = confirmed
+            task.reached(session, confirmed)
+            publish_video(session, task.events, row)
+
+    path = Path(video.path)
+    before = _status(path)
+    if video_sha256(path) != video.id:
+        raise VideoError(f"{path} has changed since it was added. Add it again as another video.")
+    limits = VideoLimits(max_pixels=task.settings.max_pixels)
+    with open_video(path, limits=limits) as file:
+        table = file.confirm(tell)
+        middle = file.read(len(table) // 2).picture
+        last = len(table) - 1
+        duration = float(table.time(last) - table.time(0) + table.interval())
+        warnings = list(file.warnings)
+    if _status(path) != before:
+        raise VideoError(f"{path} was written to while it was read. Add it again when it is complete.")
+    width = min(THUMBNAIL_WIDTH, middle.shape[1])
+    height = max(1, round(width * middle.shape[0] / middle.shape[1]))
+    small = cv2.resize(middle, (width, height), interpolation=cv2.INTER_AREA)
+    _, code = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 85])
+    place = thumbnail_path(task.settings.home, video.id)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_bytes(place) as out:
+        out.write(code.tobytes())
+    with task.write() as session:
+        row = session.get_one(Video, video.id)
+        row.state, row.error = "ready", None
+        row.width, row.height, row.rotation = file.width, file.height, file.rotation
+        row.codec, row.rate, row.frames, row.duration = file.codec, float(file.rate), len(table), duration
+        row.warnings = warnings
+        row.frame_table = pack(table, before[1])
+        publish_video(session, task.events, row)
+        if row.sample:
+            queue_first_run(session, task.events, task.jobs, row)
+
+
+def _status(path: Path) -> tuple[int, int]:
+    try:
+        found = path.stat()
+    except OSError as error:
+        raise VideoError(f"{path} cannot be read: {error.strerror}. Put it back and add it again.") from None
+    return found.st_size, found.st_mtime_ns

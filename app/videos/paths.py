@@ -1,0 +1,96 @@
+"""Which files of this machine may be read at all: those inside the allowed folders, and nothing else."""
+
+from __future__ import annotations
+
+import os
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.errors import Invalid, NotFound, Refused
+
+__all__ = ["SUFFIXES", "Listing", "allowed_path", "list_folder"]
+
+SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
+_MOST_ENTRIES = 2000
+_OUTSIDE = "That path lies outside the folders that this server may read. Start it with --root FOLDER to allow another."
+
+
+def allowed_path(text: str, roots: Sequence[Path]) -> Path:
+    """A path that may be read, with links resolved.
+
+    The text is judged before anything on disk is asked about it, and the answer for a path outside is the same
+    whether it exists or not.
+
+    Raises:
+        Invalid: not an absolute path, or with characters that no video of ours has.
+        Refused: outside the roots, by itself or through a link.
+    """
+    if not text or _odd(text) or len(text) > 4096 or any(len(os.fsencode(part)) > 255 for part in text.split("/")):
+        raise Invalid("The path holds characters that cannot be in the name of a file here.", field="path")
+    if not text.startswith("/") or text.startswith("//"):
+        raise Invalid("The path must be absolute, as in /data/drive.mp4.", field="path")
+    if ".." in text.split("/"):
+        raise Refused(_OUTSIDE, field="path")
+    plain = Path(os.path.normpath(text))
+    if not _inside(plain, roots):
+        raise Refused(_OUTSIDE, field="path")
+    real = Path(os.path.realpath(plain))
+    if not _inside(real, roots):
+        raise Refused(_OUTSIDE, field="path")
+    return real
+
+
+def _odd(text: str) -> bool:
+    """Control, surrogate and invisible formatting characters: they hide what a name really is."""
+    return any(unicodedata.category(c) in ("Cc", "Cs", "Cf") for c in text)
+
+
+def _inside(path: Path, roots: Sequence[Path]) -> bool:
+    return any(path == root or root in path.parents for root in roots)
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """What a folder holds for us."""
+
+    path: Path
+    parent: Path | None
+    folders: list[str]
+    videos: list[tuple[str, Path, int]]
+    """Name, path, bytes."""
+
+
+def list_folder(text: str, roots: Sequence[Path]) -> Listing:
+    """Folders and videos of an allowed folder; hidden ones are left out.
+
+    Raises:
+        Invalid: see ``allowed_path``; or not a folder.
+        Refused: outside the roots.
+        NotFound: it is not there or cannot be read.
+    """
+    folder = allowed_path(text, roots)
+    folders, videos = [], []
+    try:
+        with os.scandir(folder) as entries:
+            for number, entry in enumerate(sorted(entries, key=lambda e: e.name.casefold())):
+                if number >= _MOST_ENTRIES:
+                    break
+                if entry.name.startswith(".") or not _inside(Path(os.path.realpath(entry.path)), roots):
+                    continue
+                if _odd(entry.name):
+                    continue  # nobody could ask for it
+                try:
+                    if entry.is_dir():
+                        folders.append(entry.name)
+                    elif entry.is_file() and entry.name.lower().endswith(SUFFIXES):
+                        videos.append((entry.name, Path(entry.path), entry.stat().st_size))
+                except OSError:
+                    continue  # gone meanwhile, or not ours to look at
+    except NotADirectoryError:
+        raise Invalid(f"{folder} is not a folder.", field="path") from None
+    except OSError as error:
+        raise NotFound(f"{folder} cannot be listed: {error.strerror}.", field="path") from None
+    parent = folder.parent if _inside(folder.parent, roots) else None
+    return Listing(folder, parent, folders, videos)

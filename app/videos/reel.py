@@ -1,0 +1,211 @@
+"""One open video: pictures on demand, and a thread that fills the cache around the last one that was asked for."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Literal
+
+import cv2
+import numpy as np
+
+from app.errors import Conflict, Invalid
+from app.videos.encoded import EncodedCache
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video import Video
+from tsr_engine.records import Picture
+
+__all__ = ["WIDTHS", "ClosedReelError", "Encoding", "Reel", "around", "encode_picture"]
+
+Encoding = Literal["jpeg", "webp"]
+WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
+"""Widths that pictures are served at, besides their own."""
+_AHEAD = 24
+_SOON = 6
+# Going back, whole blocks are decoded at once: each one costs a jump to a key frame.
+_BLOCK = 8
+_BLOCKS_BACK = 3
+
+
+class ClosedReelError(Exception):
+    """The video was closed meanwhile; open it again."""
+
+
+class Reel:
+    """A decoder and its thread; safe to use from any thread.
+
+    Attributes:
+        table: the video's frame table.
+        path: the file.
+        status: what the file looked like when it was opened.
+    """
+
+    def __init__(
+        self, video_id: str, video: Video, table: FrameTable, cache: EncodedCache, status: tuple[int, ...]
+    ) -> None:
+        self.table = table
+        self.status = status
+        self.path = video.path
+        self._id = video_id
+        self._video = video
+        self._cache = cache
+        self._decoding = threading.Lock()
+        self._wish = threading.Condition()
+        self._wanted: tuple[int, int, Encoding] | None = None
+        self._direction = 0
+        self._waiting = 0
+        self._closed = False
+        self._thread = threading.Thread(target=self._run_ahead, name="tsr-frames", daemon=True)
+        self._thread.start()
+
+    def snap(self, width: int | None) -> int:
+        """The width that a wish for ``width`` px is served at: one of ``WIDTHS``, never more than the video's own."""
+        own = self._video.width
+        if width is None or width >= own:
+            return own
+        return min(own, next((w for w in WIDTHS if w >= width), own))
+
+    def get(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
+        """The encoded picture, from the cache or decoded now; the thread goes on from there.
+
+        Raises:
+            Conflict: the file cannot be decoded there.
+            ClosedReelError: the reel was closed.
+        """
+        with self._wish:
+            last = self._wanted
+            step = 0 if last is None else ordinal - last[0]
+            self._direction = self._direction if not step else (step > 0) - (step < 0) if abs(step) <= _BLOCK else 0
+            self._wanted = (ordinal, width, encoding)
+            direction = self._direction
+        data = self._cache.get((self._id, ordinal, width, encoding))
+        if data is None:
+            first = ordinal - ordinal % _BLOCK if direction < 0 else ordinal
+            with self._turn():
+                for k in range(first, ordinal + 1):
+                    data = self._fill(k, width, encoding)
+        with self._wish:
+            self._wish.notify_all()
+        assert data is not None
+        return data
+
+    def read(self, ordinal: int) -> Picture:
+        """The decoded picture; errors as for ``get``."""
+        with self._turn():
+            return self._decode(ordinal)
+
+    def close(self) -> None:
+        """Stop the thread and close the file; closing twice is harmless."""
+        with self._wish:
+            self._closed = True
+            self._wish.notify_all()
+        self._thread.join()
+        with self._decoding:
+            self._video.close()
+
+    def _turn(self) -> _Turn:
+        return _Turn(self)
+
+    def _decode(self, ordinal: int) -> Picture:
+        if self._closed:
+            raise ClosedReelError
+        try:
+            return self._video.read(ordinal).picture
+        except Exception as error:  # whatever a damaged file makes a library raise
+            raise Conflict(f"Frame {ordinal} cannot be decoded: {error}", code="unreadable") from error
+
+    def _fill(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
+        key = (self._id, ordinal, width, encoding)
+        data = self._cache.get(key)
+        if data is None:
+            data = encode_picture(self._decode(ordinal), width, encoding)
+            self._cache.put(key, data)
+        return data
+
+    def _run_ahead(self) -> None:
+        wish: tuple[int, int, Encoding] | None = None
+        tried: set[int] = set()
+        while True:
+            with self._wish:
+                while not self._closed and (self._waiting or self._wanted is None or self._left(tried, wish) is None):
+                    self._wish.wait()
+                if self._closed or self._wanted is None:
+                    return
+                if self._wanted != wish:
+                    wish, tried = self._wanted, set()
+                k = self._left(tried, wish)
+            if k is None:
+                continue
+            tried.add(k)
+            try:
+                with self._decoding:
+                    self._fill(k, wish[1], wish[2])
+            except (Conflict, Invalid, ClosedReelError):
+                continue  # whoever asks for this frame is told
+
+    def _left(self, tried: set[int], wish: tuple[int, int, Encoding] | None) -> int | None:
+        """The next frame to decode for the present wish; frames that were tried for the same wish are left out."""
+        assert self._wanted is not None
+        ordinal, width, encoding = self._wanted
+        done = tried if wish == self._wanted else set()
+        for k in around(ordinal, self._direction, len(self.table)):
+            if k not in done and (self._id, k, width, encoding) not in self._cache:
+                return k
+        return None
+
+
+class _Turn:
+    """A person's request: the thread stands back until it is served."""
+
+    def __init__(self, reel: Reel) -> None:
+        self._reel = reel
+
+    def __enter__(self) -> None:
+        with self._reel._wish:
+            self._reel._waiting += 1
+        self._reel._decoding.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self._reel._decoding.release()
+        with self._reel._wish:
+            self._reel._waiting -= 1
+            self._reel._wish.notify_all()
+
+
+def around(ordinal: int, direction: int, count: int) -> Iterator[int]:
+    """Frames worth having next, the most urgent first.
+
+    Args:
+        ordinal: the frame on screen.
+        direction: where the viewer goes: 1 forward, -1 back, 0 unknown.
+        count: frames of the video.
+    """
+    ahead = range(ordinal + 1, min(ordinal + 1 + _AHEAD, count))
+    if direction >= 0:
+        yield from ahead[: _AHEAD if direction else _SOON]
+    if direction <= 0:
+        own = ordinal - ordinal % _BLOCK
+        yield from range(own, ordinal)
+        for back in range(1, _BLOCKS_BACK if direction else 2):
+            yield from range(max(0, own - back * _BLOCK), max(0, own - (back - 1) * _BLOCK))
+    if direction == 0:
+        yield from ahead[_SOON:]
+
+
+def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:
+    """A BGR picture as JPEG or WebP, shrunk to ``width`` px where that is less than its own.
+
+    Raises:
+        Invalid: the picture does not fit the format (WebP ends at 16,383 px).
+    """
+    if width < picture.shape[1]:
+        height = max(1, round(picture.shape[0] * width / picture.shape[1]))
+        picture = np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    options = [cv2.IMWRITE_JPEG_QUALITY, 88] if encoding == "jpeg" else [cv2.IMWRITE_WEBP_QUALITY, 82]
+    try:
+        good, code = cv2.imencode(".jpg" if encoding == "jpeg" else ".webp", picture, options)
+    except cv2.error:
+        good = False
+    if not good:
+        raise Invalid(f"The picture cannot be written as {encoding}.", field="format")
+    return code.tobytes()

@@ -1,0 +1,64 @@
+"""The bundled drives: in the library from the first start."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sqlalchemy import select
+
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from sample_videos import SHIPPED
+from tsr_engine.io.video_probe import video_sha256
+
+if TYPE_CHECKING:
+    from app.truths.service import TruthService
+    from app.videos.view import VideoView
+
+__all__ = ["SampleDrives"]
+
+
+class SampleDrives:
+    """The part of the video service that knows the bundled drives."""
+
+    _settings: Settings
+    _database: Database
+
+    def readable_roots(self) -> list[Path]:
+        """Folders that videos may be added from; the bundled drives' is always among them."""
+        return [*self._settings.roots, SHIPPED[0].video.resolve().parent]
+
+    def add_samples(self, truths: TruthService) -> None:
+        """Put the bundled drives into the library, with their exact truth; those that are there stay as they are."""
+        for clip in reversed(SHIPPED):
+            digest = video_sha256(clip.video)
+            with self._database.read() as session:
+                known = session.get(Video, digest)
+            if known is not None and Path(known.path) == clip.video:
+                continue
+            self._add(digest, clip.video.name, clip.video, owned=False, sample=True)
+            if known is None:
+                truths.put(digest, "exact truth", clip.truth.read_bytes())
+
+    def sample(self) -> tuple[str, str | None] | None:
+        """Video and newest run of the first bundled drive, if it is in the library."""
+        with self._database.read() as session:
+            for clip in SHIPPED:
+                video = session.scalars(select(Video).where(Video.sample, Video.name == clip.video.name)).first()
+                if video is not None:
+                    newest = select(Run.id).where(Run.video_id == video.id, Run.kind == "engine")
+                    return video.id, session.scalars(newest.order_by(Run.created.desc()).limit(1)).first()
+        return None
+
+    def remove_folders(self, folders: Iterable[str]) -> None:
+        """Remove evidence folders, and nothing that is none."""
+        for folder in folders:
+            if folder.startswith("runs/") and ".." not in folder:
+                shutil.rmtree(self._settings.home / folder, ignore_errors=True)
+
+    def _add(self, digest: str, name: str, path: Path, *, owned: bool, sample: bool = False) -> VideoView:
+        raise NotImplementedError

@@ -1,0 +1,194 @@
+"""What people do with videos: add by path or upload, look at, remove."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Sequence
+from pathlib import Path
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session, undefer
+
+from app.errors import Conflict, Invalid, NotFound, UnsupportedMedia
+from app.events import EventBus
+from app.jobs.queue import JobQueue
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job, Run, Video
+from app.videos.paths import allowed_path
+from app.videos.samples import SampleDrives
+from app.videos.table import restamp, unpack
+from app.videos.view import VideoView, publish_video, video_view
+from tsr_engine.errors import VideoError
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video_probe import check_file, video_sha256
+
+__all__ = ["VideoService"]
+
+
+class VideoService(SampleDrives):
+    """Videos by their SHA-256."""
+
+    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._settings = settings
+        self._database = database
+        self._events = events
+        self._jobs = jobs
+
+    def views(self) -> list[VideoView]:
+        """All videos, the newest first."""
+        with self._database.read() as session:
+            videos = session.scalars(select(Video).order_by(Video.created.desc(), Video.name)).all()
+            return [video_view(session, video) for video in videos]
+
+    def view(self, video_id: str) -> VideoView:
+        """One video.
+
+        Raises:
+            NotFound: there is none of that name.
+        """
+        with self._database.read() as session:
+            return video_view(session, self.get(session, video_id))
+
+    def get(self, session: Session, video_id: str) -> Video:
+        """One row.
+
+        Raises:
+            NotFound: there is none of that name.
+        """
+        video = session.get(Video, video_id)
+        if video is None:
+            raise NotFound(f"There is no video {video_id[:80]!r}.")
+        return video
+
+    def table(self, video_id: str) -> FrameTable:
+        """The frame table of an imported video.
+
+        Raises:
+            NotFound: no such video.
+            Conflict: it is not imported (yet).
+        """
+        with self._database.read() as session:
+            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
+            video = session.scalars(query).first()
+            if video is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            if video.frame_table is None:
+                raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
+            return unpack(video.frame_table)
+
+    def add_path(self, text: str) -> VideoView:
+        """Add a file of this machine; the same content added before is the same video, wherever it lies now.
+
+        Raises:
+            Invalid: no path, or no video by its first bytes.
+            Refused: outside the allowed folders.
+            NotFound: there is no such file.
+        """
+        path = allowed_path(text, self.readable_roots())
+        if not path.is_file():
+            raise NotFound(f"There is no file {path}.", field="path")
+        try:
+            check_file(path)
+            digest = video_sha256(path)
+        except VideoError as error:
+            raise Invalid(str(error), field="path", code="not_a_video") from None
+        return self._add(digest, path.name, path, owned=False)
+
+    def add_upload(self, part: Path, name: str, digest: str) -> VideoView:
+        """Take a finished upload over; the part file is renamed or removed.
+
+        Args:
+            part: the received bytes, in the data folder.
+            name: what the person calls it.
+            digest: SHA-256 of the bytes.
+
+        Raises:
+            UnsupportedMedia: not a video by its first bytes.
+        """
+        try:
+            check_file(part)
+        except VideoError:
+            part.unlink(missing_ok=True)
+            raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.") from None
+        with self._database.read() as session:
+            known = session.get(Video, digest)
+        if known is not None and self._holds(Path(known.path), digest):
+            part.unlink(missing_ok=True)  # it lies here already: one copy is enough
+            return self._add(digest, known.name, Path(known.path), owned=known.owned)
+        place = part.parent / f"{digest}{Path(name).suffix.lower()[:8]}"
+        part.replace(place)
+        try:
+            return self._add(digest, name, place, owned=True)
+        except BaseException:
+            place.unlink(missing_ok=True)
+            raise
+
+    @staticmethod
+    def _holds(path: Path, digest: str) -> bool:
+        try:
+            return video_sha256(path) == digest
+        except VideoError:
+            return False
+
+    def _add(self, digest: str, name: str, path: Path, *, owned: bool, sample: bool = False) -> VideoView:
+        with self._database.write() as session:
+            video = session.get(Video, digest)
+            if video is None:
+                video = Video(id=digest, name=name, path=str(path), size=path.stat().st_size, state="importing")
+                video.owned, video.sample = owned, sample
+                session.add(video)
+                session.flush()
+                self._jobs.submit(session, "import", digest, priority=10)
+            else:
+                if not Path(video.path).is_file() or not video.owned:
+                    video.path, video.owned = str(path), owned
+                    if video.frame_table is not None:
+                        video.frame_table = restamp(video.frame_table, path)
+                if video.state == "failed":
+                    video.state, video.error = "importing", None
+                    self._jobs.submit(session, "import", digest, priority=10)
+            publish_video(session, self._events, video)
+            return video_view(session, video)
+
+    def remove(self, video_id: str) -> Sequence[str]:
+        """Remove a video, its runs and its edits; of files only uploads and what the engine wrote.
+
+        Returns:
+            The names of its runs.
+
+        Raises:
+            Conflict: a run or the import is still going on.
+        """
+        with self._database.write() as session:
+            video = self.get(session, video_id)
+            runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
+            subjects = [video_id, *(run.id for run in runs)]
+            active = select(Job.id).where(Job.subject.in_(subjects), Job.state == "running").limit(1)
+            if session.scalars(active).first() is not None:
+                raise Conflict(f"The engine is working on {video.name}. Cancel that first.", code="still_running")
+            for subject in subjects:
+                self._jobs.cancel(session, subject)
+            for run in sorted(runs, key=lambda r: r.parent_id is None):
+                session.delete(run)
+                session.flush()
+            session.delete(video)
+            self._events.publish(session, "removed", video_id, {"video": video_id})
+            owned = Path(video.path) if video.owned else None
+        home = self._settings.home
+        if owned is not None and home in owned.parents:
+            owned.unlink(missing_ok=True)
+        (home / "thumbnails" / f"{video_id}.jpg").unlink(missing_ok=True)
+        self.remove_folders([run.folder for run in runs])
+        return [run.id for run in runs]
+
+    def new_part(self) -> Path:
+        """A fresh name in the upload folder."""
+        folder = self._settings.home / "uploads"
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder / f".{uuid.uuid4().hex}.part"
+
+    def clean_parts(self) -> None:
+        """Remove what broken uploads of an earlier process have left."""
+        for part in (self._settings.home / "uploads").glob(".*.part"):
+            part.unlink(missing_ok=True)

@@ -1,0 +1,66 @@
+"""The frame table of a video, packed for the database and for the page."""
+
+from __future__ import annotations
+
+import io
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+
+from app.api.responses import Model
+from tsr_engine.io.frame_table import FrameTable
+
+__all__ = ["TableAnswer", "modified", "pack", "page_table", "restamp", "unpack"]
+
+_TIME = struct.Struct("<q")
+
+
+class TableAnswer(Model):
+    """See ``FrameTableData`` in static/js/types.js."""
+
+    frames: int
+    time_base: tuple[int, int]
+    first_pts: int
+    steps: list[tuple[int, int]]
+    keys: list[int]
+    corrupt: list[int]
+
+
+def pack(table: FrameTable, modified: int = -1) -> bytes:
+    """The table as a deflated NumPy archive behind the file's time of change in ns (-1: unknown)."""
+    buffer = io.BytesIO()
+    np.savez(buffer, **table.to_arrays())  # type: ignore[arg-type]
+    return _TIME.pack(modified) + zlib.compress(buffer.getvalue(), 4)
+
+
+def unpack(data: bytes) -> FrameTable:
+    """The inverse of ``pack``."""
+    with np.load(io.BytesIO(zlib.decompress(data[_TIME.size :])), allow_pickle=False) as archive:
+        return FrameTable.from_arrays(archive)
+
+
+def modified(data: bytes) -> int:
+    """When the file of a packed table had been changed last as it was read, ns; -1: unknown."""
+    return int(_TIME.unpack_from(data)[0])
+
+
+def restamp(data: bytes, path: Path) -> bytes:
+    """The packed table for the same bytes in another place."""
+    return _TIME.pack(path.stat().st_mtime_ns) + data[_TIME.size :]
+
+
+def page_table(table: FrameTable) -> TableAnswer:
+    """The table with equal steps of time run together: a constant rate is one pair, whatever its length."""
+    steps = np.diff(table.pts)
+    starts = np.flatnonzero(np.diff(steps, prepend=steps[:1] - 1)) if len(steps) else np.zeros(0, np.int64)
+    counts = np.diff(np.append(starts, len(steps)))
+    return TableAnswer(
+        frames=len(table),
+        time_base=(table.time_base.numerator, table.time_base.denominator),
+        first_pts=int(table.pts[0]) if len(table) else 0,
+        steps=[(int(steps[start]), int(count)) for start, count in zip(starts, counts, strict=True)],
+        keys=np.flatnonzero(table.key).tolist(),
+        corrupt=np.flatnonzero(table.corrupt).tolist(),
+    )

@@ -1,0 +1,1 @@
+"""What would change with other parameters: a replay of stored evidence."""

@@ -1,0 +1,137 @@
+"""Asking what would change."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Mapping
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.errors import Conflict, Invalid, NotFound
+from app.events import EventBus
+from app.jobs.queue import JobQueue
+from app.runs.parameters import params_of
+from app.runs.view import publish_run
+from app.storage.database import Database
+from app.storage.models import Run
+from tsr_engine.params import Params
+from tsr_engine.params.replayable import is_replayable
+from tsr_engine.version import __version__
+
+__all__ = ["PRIORITY", "WhatIfService"]
+
+PRIORITY = 20
+"""A replay takes seconds and somebody waits for it: it goes before runs and imports that have not begun."""
+
+
+class WhatIfService:
+    """Starts what-ifs."""
+
+    def __init__(self, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._database = database
+        self._events = events
+        self._jobs = jobs
+
+    def start(self, run_id: str, parameters: Mapping[str, Any], name: str = "") -> Run:
+        """Queue a replay of a run with some parameters changed.
+
+        A what-if of a what-if takes over its parameters and replays the run that it came from: only that one has
+        pixels.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: the run is still going on.
+            Invalid: a parameter is unknown, out of range, of a step that a replay does not repeat, or nothing changes.
+        """
+        with self._database.write() as session:
+            asked = session.get(Run, run_id)
+            if asked is None:
+                raise NotFound(f"There is no run {run_id[:40]!r}.")
+            origin = _origin(session, asked)
+            _settled(origin)
+            before = params_of(origin.preset, origin.parameters)
+            merged = {**asked.parameters, **parameters}
+            params = params_of(origin.preset, merged)
+            _changes(before, params, parameters)
+            run = Run(
+                id=uuid.uuid4().hex,
+                video_id=origin.video_id,
+                kind="whatif",
+                name=name or _title(before, params),
+                parent_id=origin.id,
+                state="queued",
+                preset=origin.preset,
+                parameters=merged,
+                first=origin.first,
+                stop=origin.stop,
+                frames_done=0,
+                frames_total=origin.frames_done,
+                engine_version=__version__,
+                models=dict(origin.models),
+                summary={},
+            )
+            run.folder = f"runs/{run.id}"
+            session.add(run)
+            session.flush()
+            self._jobs.submit(session, "whatif", run.id, priority=PRIORITY)
+            publish_run(session, self._events, run)
+        return run
+
+
+def _origin(session: Session, run: Run) -> Run:
+    """The run of the engine that a chain of what-ifs started from."""
+    while run.kind == "whatif" and run.parent_id is not None:
+        run = session.get_one(Run, run.parent_id)
+    return run
+
+
+def _settled(run: Run) -> None:
+    if run.kind == "imported":
+        raise Conflict(f"{run.name} was imported: it has no evidence to replay.", code="not_replayable")
+    if run.state in ("queued", "running"):
+        raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
+
+
+def _changes(before: Params, params: Params, asked: Mapping[str, Any]) -> None:
+    """Refuse what a replay cannot do, naming the parameter as it was asked for."""
+    spelled = {name.rpartition(".")[2]: name for name in asked}
+    changed = changed_names(before, params)
+    for name in changed:
+        if not is_replayable(name):
+            leaf = name.rpartition(".")[2]
+            raise Invalid(
+                f"A what-if cannot change {leaf}: it takes the run's own detections and camera shifts. Start a new run "
+                "with it instead.",
+                field=f"parameters.{spelled.get(leaf, leaf)}",
+                code="not_replayable",
+            )
+    if not changed:
+        raise Invalid(
+            "These are the parameters that the run was made with: nothing would change. Choose other values.",
+            field="parameters",
+            code="nothing_changes",
+        )
+
+
+def changed_names(before: Params, now: Params) -> list[str]:
+    """Dotted names of the parameters that differ."""
+    old, new = before.model_dump(), now.model_dump()
+    return [f"{section}.{leaf}" for section, leaf in Params.names() if old[section][leaf] != new[section][leaf]]
+
+
+def _title(before: Params, now: Params) -> str:
+    """``tau = 20, search_radius = 40``: short enough for a list."""
+    values = now.model_dump()
+    parts = []
+    for name in changed_names(before, now):
+        section, leaf = name.split(".")
+        parts.append(f"{leaf} = {_spelled(values[section][leaf])}")
+    text = ", ".join(parts)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _spelled(value: object) -> str:
+    if isinstance(value, tuple):
+        return " ".join(map(_spelled, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,109 @@
+"""The job ``whatif``: replay a run's evidence with other parameters into a folder of its own."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from contextlib import closing
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.jobs.tasks import Stopped, TaskContext
+from app.runs.view import publish_run
+from app.storage.models import Run
+from app.whatif.difference import difference
+from tsr_engine.version import __version__
+
+if TYPE_CHECKING:
+    from tsr_engine.evidence import EvidenceReader
+    from tsr_engine.params import Params
+    from tsr_engine.pipeline import Components
+    from tsr_engine.replay import ReplayReport
+
+__all__ = ["replay_into", "run_whatif"]
+
+_TELL = 0.3
+"""Seconds between two notes of progress."""
+
+
+def run_whatif(task: TaskContext) -> None:
+    """Replay; a what-if that was stopped half way starts over, for it takes seconds."""
+    from tsr_engine.evidence import EvidenceReader
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.replay import ReplayReport, check_models, run_params
+
+    with task.write() as session:
+        run = session.get_one(Run, task.job.subject)
+        parent = session.get_one(Run, run.parent_id)
+        run.state, run.error, run.started = "running", None, run.started or datetime.now(UTC)
+        publish_run(session, task.events, run)
+    source = task.settings.home / parent.folder
+    with EvidenceReader(source) as reader:
+        params = run_params(reader).with_settings([(k, _plain(v)) for k, v in run.parameters.items()])
+        components = load_components(params, task.settings.models)
+        check_models(reader, components)
+        report = ReplayReport()
+        told = time.monotonic()
+        began, total = told, len(reader)
+        with closing(replay_into(task.settings.home / run.folder, reader, params, components, report)) as steps:
+            for done in steps:
+                now = time.monotonic()
+                if now - told < _TELL:
+                    continue
+                told = now
+                if task.stop():
+                    raise Stopped
+                with task.write() as session:
+                    row = session.get_one(Run, run.id)
+                    row.frames_done, row.frames_total, row.rate = done, total, done / (now - began)
+                    publish_run(session, task.events, row)
+    with task.write() as session:
+        row = session.get_one(Run, run.id)
+        row.state, row.finished = "complete", datetime.now(UTC)
+        row.frames_done = row.frames_total = report.frames
+        row.rate = report.frames / max(report.seconds, 1e-9)
+        row.tracks, row.engine_version, row.models = len(report.tracks), __version__, dict(components.models)
+        row.summary = {
+            "seconds": round(report.seconds, 2),
+            "identical_frames": report.identical,
+            "missing_pixels": report.missing_pixels,
+            "missing_frames": report.missing_frames,
+            "difference": difference(report),
+        }
+        publish_run(session, task.events, row)
+
+
+def replay_into(
+    folder: Path, reader: EvidenceReader, params: Params, components: Components, report: ReplayReport
+) -> Generator[int, None, None]:
+    """Replay a run and store what comes out, without pixels; yields the number of frames done after each.
+
+    Args:
+        folder: for the new evidence; one that is there is replaced.
+        reader: the run.
+        params: parameters of the replay.
+        components: trained parts.
+        report: filled on the way.
+    """
+    from tsr_engine.evidence import EvidenceWriter
+    from tsr_engine.replay import replay
+
+    header = replace(
+        reader.header,
+        parameters=params.model_dump(mode="json"),
+        models=dict(components.models),
+        engine_version=__version__,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        keep_pixels=False,
+    )
+    entries = reader.frame_table()
+    with EvidenceWriter.create(folder, header, chunk=256, overwrite=True) as writer:
+        for frame in replay(reader.folder, params, components, report=report):
+            writer.append(frame, next(entries)[1])
+            yield report.frames
+
+
+def _plain(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value

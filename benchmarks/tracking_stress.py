@@ -1,0 +1,74 @@
+"""Tracking with the real detector on clips under stress: one row for each stress and configuration.
+
+    python benchmarks/tracking_stress.py --clips DIR [--models DIR] [--first 24] [--setting NAME:key=value,...]...
+
+``DIR`` holds ``clips.json`` (which names each clip and its stress) and a folder for each clip with ``video.mp4`` and
+``gt.txt`` in MOTChallenge rows. Three configurations are run by default: ``default``, the Kalman filter alone, and
+``paper``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+
+from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
+from tsr_engine.evaluation.tracking_rows import read_mot_truth, read_results
+from tsr_engine.params import Params
+from tsr_engine.pipeline import load_components
+from tsr_engine.runs import RunRequest, track_video
+
+COLUMNS = ("signs", "found", "false", "ids", "coverage", "Eq. 7", "followed", "right")
+
+
+def configurations(settings: list[str]) -> dict[str, Params]:
+    """Name -> parameters."""
+    found = {
+        "default": Params.preset("default"),
+        "KF alone": Params.preset("default").with_settings([("use_online", False)]),
+        "paper": Params.preset("paper"),
+    }
+    for text in settings:
+        name, _, changes = text.partition(":")
+        pairs = [change.split("=", 1) for change in changes.split(",") if change]
+        found[name] = Params.preset("default").with_settings([(key, value) for key, value in pairs])
+    return found
+
+
+def main() -> None:
+    """Track, score and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--clips", type=Path, required=True)
+    parser.add_argument("--models", type=Path)
+    parser.add_argument("--first", type=int, help="only so many clips")
+    parser.add_argument("--setting", action="append", default=[], help="a further configuration")
+    parser.add_argument("--only", action="append", help="only these configurations")
+    args = parser.parse_args()
+    clips = json.loads((args.clips / "clips.json").read_text(encoding="utf-8"))["clips"][: args.first]
+    print(f"{'stress':14s}{'configuration':16s}" + "".join(f"{c:>10s}" for c in COLUMNS))
+    reports: dict[tuple[str, str], list[VideoReport]] = {}
+    chosen = {k: v for k, v in configurations(args.setting).items() if not args.only or k in args.only}
+    for name, params in chosen.items():
+        components = load_components(params, args.models)
+        for clip in clips:
+            folder = args.clips / clip["clip"]
+            with tempfile.TemporaryDirectory() as scratch:
+                rows = Path(scratch) / "rows.csv"
+                report = track_video(RunRequest(folder / "video.mp4", params, csv=rows), components)
+                scored = evaluate_video(
+                    clip["clip"], read_mot_truth(folder / "gt.txt"), read_results(rows), report.frames
+                )
+            for stress in (clip["stress"], "all"):
+                reports.setdefault((stress, name), []).append(scored)
+    for (stress, name), videos in sorted(reports.items(), key=lambda item: (item[0][0] == "all", item[0][0])):
+        s = summarise(videos)
+        print(
+            f"{stress:14s}{name:16s}{s.signs:10d}{s.signs_detected:10d}{s.false_tracks:10d}{s.ids_per_sign or 0:10.3f}"
+            f"{s.coverage or 0:10.4f}{s.mean_error or 0:10.4f}{s.mean_error_followed or 0:10.4f}{s.signs_classified:10d}"
+        )
+
+
+if __name__ == "__main__":
+    main()

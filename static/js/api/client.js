@@ -1,0 +1,179 @@
+// @ts-check
+/** Every route of the server as a typed function. Shapes: `../types.js`. All reject with `ApiError`. */
+
+import {createSend, queryText, readJson} from './http.js';
+import {expectColumns, expectList, expectObject} from './shapes.js';
+import {upload} from './upload.js';
+
+/** @typedef {import('../types.js').Video} Video */
+/** @typedef {import('../types.js').Run} Run */
+/** @typedef {import('../types.js').Command} Command */
+/** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
+/** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[]}} Folder */
+/** @typedef {{preset: string, parameters: Record<string, unknown>, first?: number, stop?: number|null, name?: string}} RunRequest */
+/** @typedef {{id: string, name: string, count: number}} Truth */
+/** @typedef {import('../types.js').TruthBox} TruthBox */
+/**
+ * @typedef {object} Explanation
+ * @property {{axis: number, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}|null} symmetry
+ * @property {{crop: string, mean: string, distance: number}|null} hash
+ * @property {number|null} l_positive
+ * @property {number} tau
+ */
+/** @typedef {{kept: number, not_needed: number, conflicts: {key: string, reason: string, frame: number}[]}} Adoption */
+/** @typedef {import('./compare-types.js').Comparison} Comparison */
+
+/** @typedef {ReturnType<typeof createApi>} Api */
+
+const VIDEO = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', runs: 'number', warnings: 'array', review: 'object'});
+const RUN = /** @type {const} */ ({id: 'string', video_id: 'string', state: 'string', preset: 'string', first: 'number', frames_done: 'number', summary: 'object'});
+
+/**
+ * @param {{base?: string, fetch?: typeof fetch, signal?: AbortSignal}} [setup]
+ *   base: before every path; signal: cancels everything that is under way
+ */
+export function createApi(setup = {}) {
+  const base = setup.base ?? '/api';
+  const send = createSend({base, fetch: setup.fetch ?? globalThis.fetch.bind(globalThis), signal: setup.signal});
+
+  /**
+   * @param {string} path
+   * @param {import('./http.js').RequestOptions} [options]
+   */
+  const json = async (path, options) => readJson(await send(path, options));
+  /** @param {string} part */
+  const e = (part) => encodeURIComponent(part);
+
+  return {
+    base,
+
+    // -- session and catalogue
+    /** @param {Call} [call] @returns {Promise<import('../types.js').Session>} */
+    session: async (call) => expectObject('GET /session', await json('/session', call), {version: 'string', author: 'string', roots: 'array', presets: 'array'}),
+    /** @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} */
+    labels: async (call) => expectList('GET /labels', await json('/labels', call), {id: 'number', name: 'string', picture: 'string'}),
+    /** @param {Call} [call] @returns {Promise<import('../types.js').Parameter[]>} */
+    parameters: async (call) => expectList('GET /parameters', await json('/parameters', call), {section: 'string', name: 'string', type: 'string'}),
+
+    // -- videos
+    /** @param {Call} [call] @returns {Promise<Video[]>} */
+    videos: async (call) => {
+      const answer = expectObject('GET /videos', await json('/videos', call), {videos: 'array'});
+      return expectList('GET /videos', answer.videos, VIDEO);
+    },
+    /** @param {string} id @param {Call} [call] @returns {Promise<Video>} */
+    video: async (id, call) => expectObject('GET /videos/…', await json(`/videos/${e(id)}`, call), VIDEO),
+    /** @param {string} path @param {Call} [call] @returns {Promise<Video>} */
+    addVideo: async (path, call) => expectObject('POST /videos', await json('/videos', {...call, method: 'POST', body: {path}, timeout: 60_000}), VIDEO),
+    /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
+    removeVideo: (id, call) => json(`/videos/${e(id)}`, {...call, method: 'DELETE'}),
+    /**
+     * @param {File} file
+     * @param {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal}} [options]
+     * @returns {Promise<Video>}
+     */
+    uploadVideo: async (file, options = {}) => expectObject('PUT /uploads/…', await upload(`${base}/uploads/${e(file.name)}`, file, options), VIDEO),
+    /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').FrameTableData>} */
+    frameTable: async (id, call) => expectObject('GET /videos/…/table', await json(`/videos/${e(id)}/table`, call), {frames: 'number', time_base: 'array', steps: 'array', keys: 'array', corrupt: 'array'}),
+    /** @param {string|null} path   null: where to begin @param {Call} [call] @returns {Promise<Folder>} */
+    browse: async (path, call) => expectObject('GET /browse', await json('/browse', {...call, query: {path}}), {path: 'string', folders: 'array', videos: 'array'}),
+    /** @param {string} id @returns {string} address of the picture */
+    thumbnailUrl: (id) => `${base}/videos/${e(id)}/thumbnail`,
+    /**
+     * @param {string} id
+     * @param {number} frame   ordinal
+     * @param {{width?: number, format?: 'jpeg'|'webp'}} [options]
+     * @returns {string} address of the picture
+     */
+    frameUrl: (id, frame, options) => `${base}/videos/${e(id)}/frames/${frame}${queryText(options)}`,
+    /**
+     * The picture of a frame, with the ordinal that the server says it has.
+     *
+     * @param {string} id
+     * @param {number} frame
+     * @param {{width?: number, format?: 'jpeg'|'webp', signal?: AbortSignal, timeout?: number}} [options]
+     * @returns {Promise<{blob: Blob, ordinal: number, pts: number|null}>}
+     */
+    frame: async (id, frame, {width, format, ...call} = {}) => {
+      const answer = await send(`/videos/${e(id)}/frames/${frame}`, {...call, query: {width, format}});
+      const ordinal = answer.headers.get('X-Frame-Ordinal');
+      const pts = answer.headers.get('X-Frame-Pts');
+      expectObject('GET /videos/…/frames/…', {ordinal: ordinal === null ? null : Number(ordinal)}, {ordinal: 'number'});
+      return {blob: await answer.blob(), ordinal: Number(ordinal), pts: pts === null ? null : Number(pts)};
+    },
+
+    // -- runs
+    /** @param {string} video @param {Call} [call] @returns {Promise<Run[]>} */
+    runs: async (video, call) => {
+      const answer = expectObject('GET /videos/…/runs', await json(`/videos/${e(video)}/runs`, call), {runs: 'array'});
+      return expectList('GET /videos/…/runs', answer.runs, RUN);
+    },
+    /** @param {string} video @param {RunRequest} request @param {Call} [call] @returns {Promise<Run>} */
+    startRun: async (video, request, call) => expectObject('POST /videos/…/runs', await json(`/videos/${e(video)}/runs`, {...call, method: 'POST', body: request}), RUN),
+    /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
+    run: async (id, call) => expectObject('GET /runs/…', await json(`/runs/${e(id)}`, call), RUN),
+    /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
+    removeRun: (id, call) => json(`/runs/${e(id)}`, {...call, method: 'DELETE'}),
+    /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
+    cancelRun: async (id, call) => expectObject('POST /runs/…/cancel', await json(`/runs/${e(id)}/cancel`, {...call, method: 'POST'}), RUN),
+    /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
+    resumeRun: async (id, call) => expectObject('POST /runs/…/resume', await json(`/runs/${e(id)}/resume`, {...call, method: 'POST'}), RUN),
+    /** @param {string} id @param {{parameters: Record<string, unknown>, name?: string}} request @param {Call} [call] @returns {Promise<Run>} */
+    whatIf: async (id, request, call) => expectObject('POST /runs/…/whatif', await json(`/runs/${e(id)}/whatif`, {...call, method: 'POST', body: request}), RUN),
+
+    // -- evidence
+    /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').TrackColumns>} */
+    tracks: async (run, call) => expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, {timeout: 60_000, ...call}), ['id', 'first', 'last', 'frames', 'detected', 'class_id', 'doubt', 'reasons']),
+    /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').LaneColumns>} */
+    lanes: async (run, call) => expectColumns('GET /runs/…/lanes', await json(`/runs/${e(run)}/lanes`, {timeout: 60_000, ...call}), ['track', 'first', 'last', 'source']),
+    /** @param {string} run @param {number} first @param {number} last   inclusive; <= 256 frames @param {Call} [call] @returns {Promise<import('../types.js').Overlay[]>} */
+    overlays: async (run, first, last, call) => {
+      const answer = expectObject('GET /runs/…/overlays', await json(`/runs/${e(run)}/overlays`, {...call, query: {first, last}}), {overlays: 'array'});
+      return expectList('GET /runs/…/overlays', answer.overlays, {frame: 'number', detections: 'array', tracks: 'array'});
+    },
+    /** @param {string} run @param {number} track @param {Call} [call] @returns {Promise<import('../types.js').TrackLane>} */
+    track: async (run, track, call) => expectColumns('GET /runs/…/tracks/…', await json(`/runs/${e(run)}/tracks/${track}`, call), ['frame', 'source', 'box', 'score', 'l_positive']),
+    /** @param {string} run @param {number} track @param {number} frame @param {number} [size]   longest side, px @returns {string} */
+    cropUrl: (run, track, frame, size) => `${base}/runs/${e(run)}/tracks/${track}/crops/${frame}${queryText({size})}`,
+    /** @param {string} run @param {number} track @param {number} frame @param {Call} [call] @returns {Promise<Explanation>} */
+    explain: async (run, track, frame, call) => expectObject('GET /runs/…/explain', await json(`/runs/${e(run)}/tracks/${track}/explain/${frame}`, call), {symmetry: 'nullable', hash: 'nullable', tau: 'number'}),
+
+    // -- truth and comparison
+    /** @param {string} video @param {Call} [call] @returns {Promise<Truth[]>} */
+    truths: async (video, call) => {
+      const answer = expectObject('GET /videos/…/truths', await json(`/videos/${e(video)}/truths`, call), {truths: 'array'});
+      return expectList('GET /videos/…/truths', answer.truths, {id: 'string', name: 'string', count: 'number'});
+    },
+    /** @param {string} video @param {string} name @param {Blob|string} csv @param {Call} [call] @returns {Promise<Truth>} */
+    putTruth: async (video, name, csv, call) => expectObject('PUT /videos/…/truths/…', await json(`/videos/${e(video)}/truths/${e(name)}`, {...call, method: 'PUT', body: csv, type: 'text/csv'}), {id: 'string', count: 'number'}),
+    /** @param {string} truth @param {number} first @param {number} last @param {Call} [call] @returns {Promise<TruthBox[]>} */
+    truthBoxes: async (truth, first, last, call) => {
+      const answer = await json(`/truths/${e(truth)}/boxes`, {...call, query: {first, last}});
+      return expectList('GET /truths/…/boxes', Array.isArray(answer) ? answer : answer?.boxes, {frame: 'number', box: 'array', class_id: 'nullable'});
+    },
+    /** @param {string} truth @param {Call} [call] @returns {Promise<void>} */
+    removeTruth: (truth, call) => json(`/truths/${e(truth)}`, {...call, method: 'DELETE'}),
+    /** @param {string} reference   `run:ID`, `annotation:RUN` or `truth:ID` @param {string} candidate @param {Call} [call] @returns {Promise<Comparison>} */
+    compare: async (reference, candidate, call) => expectObject('GET /compare', await json('/compare', {timeout: 120_000, ...call, query: {reference, candidate}}), {figures: 'object', confusion: 'object'}),
+
+    // -- edits
+    /** @param {string} run @param {string|null} [author] @param {Call} [call] @returns {Promise<import('../types.js').Annotation>} */
+    annotation: async (run, author, call) => expectObject('GET /runs/…/annotation', await json(`/runs/${e(run)}/annotation`, {...call, query: {author}}), {seq: 'number', docs: 'array'}),
+    /**
+     * @param {string} run
+     * @param {{op_id: string, author: string, command: Command|{name: 'undo'|'redo', op_id: string}}} edit
+     * @param {Record<string, number>} revisions   of every track that the command touches
+     * @param {Call} [call]
+     * @returns {Promise<import('../types.js').EditAnswer>}
+     */
+    edit: async (run, edit, revisions, call) => {
+      const match = Object.entries(revisions).map(([key, revision]) => `"${key}:${revision}"`).join(', ');
+      const answer = await json(`/runs/${e(run)}/edits`, {...call, method: 'POST', body: edit, headers: match ? {'If-Match': match} : {}});
+      return expectObject('POST /runs/…/edits', answer, {op_id: 'string', seq: 'number', docs: 'array'});
+    },
+    /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<any>} rows of the log after a number */
+    edits: (run, after, call) => json(`/runs/${e(run)}/edits`, {...call, query: {after}}),
+    /** @param {string} run @param {string} from @param {Call} [call] @returns {Promise<Adoption>} */
+    adopt: async (run, from, call) => expectObject('POST /runs/…/adopt', await json(`/runs/${e(run)}/adopt`, {...call, method: 'POST', body: {from_run: from}, timeout: 120_000}), {kept: 'number', not_needed: 'number', conflicts: 'array'}),
+  };
+}

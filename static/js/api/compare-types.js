@@ -1,0 +1,40 @@
+// @ts-check
+/** The shape of a comparison, as app/compare sends it. Types only. */
+
+/**
+ * One number and the places behind it: frames `frames[i]` to `lasts[i]` of track `tracks[i]`.
+ *
+ * @typedef {object} Figure
+ * @property {number|null} value                 null: nothing to measure
+ * @property {[number, number]|null} of          numerator and denominator, for shares
+ * @property {number[]} frames
+ * @property {number[]} lasts
+ * @property {string[]} tracks
+ * @property {number} places                     their full number, also where the lists are cut
+ */
+
+/**
+ * @typedef {object} Cell
+ * @property {number|null} reference             null: no sign there, or one of no known class
+ * @property {number|null} candidate             null: missed
+ * @property {number} count                      boxes
+ * @property {number[]} frames
+ * @property {number[]} lasts
+ * @property {string[]} tracks
+ */
+
+/**
+ * @typedef {object} Comparison
+ * @property {string} video_id
+ * @property {string} reference
+ * @property {string} candidate
+ * @property {{reference: Side, candidate: Side}} sides
+ * @property {number} first                      frames that both have
+ * @property {number} last
+ * @property {Record<string, Figure>} figures
+ * @property {{classes: number[], cells: Cell[]}} confusion
+ */
+
+/** @typedef {{name: string, kind: string, tracks: number, boxes: number}} Side */
+/** @typedef {{title: string, frames: number[], lasts: number[], tracks: string[], places: number, side: 'reference'|'candidate'}} Places */
+export {};

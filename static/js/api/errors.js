@@ -1,0 +1,73 @@
+// @ts-check
+/**
+ * What can go wrong between the page and the server.
+ *
+ * `status` 0 means that no answer came: `code` is then `offline`, `timeout` or `aborted`.
+ */
+export class ApiError extends Error {
+  /**
+   * @param {number} status
+   * @param {string} code
+   * @param {string} message   one sentence for the user
+   * @param {{field?: string|null, details?: Record<string, any>|null, cause?: unknown}} [more]
+   */
+  constructor(status, code, message, more = {}) {
+    super(message, {cause: more.cause});
+    this.name = 'ApiError';
+    this.status = status;
+    this.code = code;
+    this.field = more.field ?? null;
+    /** @type {Record<string, any>} */
+    this.details = more.details ?? {};
+  }
+
+  /** True: the same request can succeed later, and sending it again does no harm. */
+  get passing() {
+    return this.status === 0 ? this.code !== 'aborted' : this.status === 503 || this.status === 507 || this.status >= 502 && this.status <= 504;
+  }
+}
+
+/**
+ * The error of an answer that is not 2xx.
+ *
+ * @param {number} status
+ * @param {string} text   the body
+ * @returns {ApiError}
+ */
+export function errorOfAnswer(status, text) {
+  try {
+    const {error} = JSON.parse(text);
+    if (typeof error.code === 'string' && typeof error.message === 'string') {
+      return new ApiError(status, error.code, error.message, {field: error.field, details: error.details});
+    }
+  } catch {
+    // Not ours: a proxy between, say. Said below.
+  }
+  return new ApiError(status, 'bad_answer', `The server answered ${status} without saying why. Try again; if it stays, look at the terminal where it runs.`);
+}
+
+/**
+ * The error of a request that got no answer.
+ *
+ * @param {unknown} cause
+ * @returns {ApiError}
+ */
+export function errorOfSilence(cause) {
+  const name = cause instanceof Error ? cause.name : '';
+  if (cause instanceof ApiError) return cause;
+  if (name === 'AbortError') return new ApiError(0, 'aborted', 'The request was cancelled.', {cause});
+  if (name === 'TimeoutError') {
+    return new ApiError(0, 'timeout', 'The server did not answer in time. It may be busy; try again.', {cause});
+  }
+  return new ApiError(0, 'offline', 'The server cannot be reached. Look whether it still runs in its terminal.', {cause});
+}
+
+/**
+ * A sentence for the user out of anything that was thrown.
+ *
+ * @param {unknown} thrown
+ * @returns {string}
+ */
+export function sentence(thrown) {
+  return thrown instanceof ApiError ? thrown.message : 'Something in the page went wrong. Reload it; nothing that was saved is lost.';
+}

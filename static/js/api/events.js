@@ -1,0 +1,194 @@
+// @ts-check
+/**
+ * The stream of server events, as server-sent events over `fetch`.
+ *
+ * Not `EventSource`: that one gives up for good on the first answer other than 200, as while the server restarts, and
+ * cannot take up a number that an earlier connection has seen.
+ */
+
+/** @typedef {import('../types.js').ServerEvent} ServerEvent */
+
+/**
+ * @typedef {object} Stream
+ * @property {() => void} close
+ * @property {() => void} retry     connect now, when waiting
+ * @property {() => number|null} last   number of the newest event seen
+ */
+
+/**
+ * @typedef {object} StreamOptions
+ * @property {string} [url]
+ * @property {number} [after]        begin after this event
+ * @property {(event: ServerEvent) => void} onEvent
+ * @property {(connection: 'online'|'offline') => void} [onConnection]   online: from now on nothing is missed
+ * @property {() => void} [onReset]  the server no longer has what was missed: load everything anew
+ * @property {() => void} [onDenied] the credential is gone (401, 403): a person has to act
+ * @property {typeof fetch} [fetch]
+ * @property {(ms: number, signal: AbortSignal) => Promise<void>} [wait]
+ * @property {AbortSignal} [signal]
+ * @property {number} [silence]      ms without a byte after which the connection counts as dead; the server beats every 10 s
+ */
+
+const FIRST_WAIT = 500;
+const LONGEST_WAIT = 15_000;
+
+/**
+ * Listen until closed. Reconnects by itself, with the number of the last event seen. The first
+ * message of a connection, `hello`, carries the number that the stream stands at; `reset` says that there is a gap.
+ *
+ * @param {StreamOptions} options
+ * @returns {Stream}
+ */
+export function openStream(options) {
+  const {url = '/api/events', onEvent, onConnection, onReset, onDenied, wait = sleep, silence = 30_000} = options;
+  const fetch = options.fetch ?? globalThis.fetch.bind(globalThis);
+  const whole = new AbortController();
+  const closed = options.signal ? AbortSignal.any([whole.signal, options.signal]) : whole.signal;
+  /** @type {number|null} */
+  let last = options.after ?? null;
+  let pause = new AbortController();
+  let delay = FIRST_WAIT;
+
+  /** @param {{id: string, event: string, data: string}} message */
+  function take(message) {
+    if (message.event === 'reset' || message.event === 'hello') {
+      if (last === null || message.event === 'reset') last = Number(message.id);
+      if (message.event === 'reset') onReset?.();
+      else onConnection?.('online');
+      return;
+    }
+    if (!message.data) return;
+    /** @type {ServerEvent} */
+    let event;
+    try {
+      event = JSON.parse(message.data);
+    } catch {
+      return; // Half a message of a dying connection; the next one brings it again.
+    }
+    if (typeof event.seq !== 'number' || last !== null && event.seq <= last) return;
+    last = event.seq;
+    onEvent(event);
+  }
+
+  async function listen() {
+    const dead = new AbortController();
+    /** @type {Record<string, string>} */
+    const headers = {Accept: 'text/event-stream'};
+    if (last !== null) headers['Last-Event-ID'] = String(last);
+    /** @type {ReturnType<typeof setTimeout>|undefined} */
+    let timer;
+    const alive = () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => dead.abort(), silence);
+    };
+    alive();
+    try {
+      const answer = await fetch(url, {headers, signal: AbortSignal.any([closed, dead.signal]), credentials: 'same-origin'});
+      if (answer.status === 401 || answer.status === 403) {
+        onDenied?.();
+        throw new Error(`events: ${answer.status}`);
+      }
+      if (!answer.ok || !answer.body) throw new Error(`events: ${answer.status}`);
+      const parse = createParser(take);
+      const decoder = new TextDecoder();
+      const reader = answer.body.getReader();
+      for (;;) {
+        const {done, value} = await reader.read();
+        if (done) return;
+        alive();
+        delay = FIRST_WAIT;
+        parse(decoder.decode(value, {stream: true}));
+      }
+    } finally {
+      clearTimeout(timer);
+    }
+  }
+
+  async function run() {
+    while (!closed.aborted) {
+      try {
+        await listen();
+      } catch {
+        // Any break is the same: say so, wait, connect again.
+      }
+      if (closed.aborted) return;
+      onConnection?.('offline');
+      pause = new AbortController();
+      await wait(delay, AbortSignal.any([closed, pause.signal]));
+      delay = Math.min(delay * 2, LONGEST_WAIT);
+    }
+  }
+
+  void run();
+  return {
+    close: () => whole.abort(),
+    retry: () => {
+      delay = FIRST_WAIT;
+      pause.abort();
+    },
+    last: () => last,
+  };
+}
+
+/**
+ * A parser of server-sent events that takes text in any pieces.
+ *
+ * @param {(message: {id: string, event: string, data: string}) => void} emit
+ * @returns {(text: string) => void}
+ */
+export function createParser(emit) {
+  let rest = '';
+  let id = '';
+  let event = '';
+  /** @type {string[]} */
+  let data = [];
+
+  /** @param {string} line */
+  function takeLine(line) {
+    if (line === '') {
+      if (data.length || event) emit({id, event: event || 'message', data: data.join('\n')});
+      event = '';
+      data = [];
+      return;
+    }
+    const colon = line.indexOf(':');
+    if (colon === 0) return; // A comment: the server's sign of life.
+    const name = colon < 0 ? line : line.slice(0, colon);
+    const value = colon < 0 ? '' : line.slice(colon + 1).replace(/^ /, '');
+    if (name === 'id') id = value;
+    else if (name === 'event') event = value;
+    else if (name === 'data') data.push(value);
+  }
+
+  return (text) => {
+    rest += text;
+    // A lone CR at the end may be half of CR LF: it waits for the next piece.
+    for (;;) {
+      const match = /\r\n|\n|\r(?!$)/.exec(rest);
+      if (!match) return;
+      takeLine(rest.slice(0, match.index));
+      rest = rest.slice(match.index + match[0].length);
+    }
+  };
+}
+
+/**
+ * @param {number} ms
+ * @param {AbortSignal} signal   ends the wait early
+ * @returns {Promise<void>}
+ */
+function sleep(ms, signal) {
+  return new Promise((resolve) => {
+    if (signal.aborted) {
+      resolve();
+      return;
+    }
+    const timer = setTimeout(done, ms);
+    signal.addEventListener('abort', done, {once: true});
+    function done() {
+      clearTimeout(timer);
+      signal.removeEventListener('abort', done);
+      resolve();
+    }
+  });
+}

@@ -1,0 +1,71 @@
+// @ts-check
+/** One request: time limit, cancelling, and every failure as an `ApiError`. */
+
+import {errorOfAnswer, errorOfSilence} from './errors.js';
+
+/**
+ * @typedef {object} RequestOptions
+ * @property {string} [method]
+ * @property {any} [body]                sent as JSON, unless it is a Blob or text
+ * @property {string} [type]             media type of a Blob or text body
+ * @property {Record<string, string>} [headers]
+ * @property {Record<string, string|number|null|undefined>} [query]   null and undefined are left out
+ * @property {AbortSignal} [signal]
+ * @property {number} [timeout]          ms; default 20,000
+ */
+
+/** @typedef {(path: string, options?: RequestOptions) => Promise<Response>} Send */
+
+/**
+ * @param {{base: string, fetch: typeof fetch, signal?: AbortSignal}} setup
+ * @returns {Send} resolves for 2xx only
+ */
+export function createSend({base, fetch, signal: whole}) {
+  return async (path, options = {}) => {
+    const signals = [AbortSignal.timeout(options.timeout ?? 20_000)];
+    if (options.signal) signals.push(options.signal);
+    if (whole) signals.push(whole);
+    const headers = new Headers(options.headers);
+    let body = options.body;
+    if (body !== undefined && typeof body !== 'string' && !(body instanceof Blob)) {
+      body = JSON.stringify(body);
+      headers.set('Content-Type', 'application/json');
+    } else if (options.type) {
+      headers.set('Content-Type', options.type);
+    }
+    const request = {method: options.method ?? 'GET', headers, body, signal: AbortSignal.any(signals), credentials: /** @type {const} */ ('same-origin')};
+    /** @type {Response} */
+    let answer;
+    try {
+      answer = await fetch(base + path + queryText(options.query), request);
+      if (answer.ok) return answer;
+      throw errorOfAnswer(answer.status, await answer.text());
+    } catch (cause) {
+      throw errorOfSilence(cause);
+    }
+  };
+}
+
+/**
+ * The JSON of an answer.
+ *
+ * @param {Response} answer
+ * @returns {Promise<any>} undefined for 204
+ */
+export async function readJson(answer) {
+  if (answer.status === 204) return undefined;
+  try {
+    return await answer.json();
+  } catch (cause) {
+    throw errorOfSilence(cause);
+  }
+}
+
+/**
+ * @param {RequestOptions['query']} query
+ * @returns {string} `?a=1&b=2` or nothing
+ */
+export function queryText(query) {
+  const pairs = Object.entries(query ?? {}).filter(([, value]) => value !== null && value !== undefined);
+  return pairs.length ? `?${new URLSearchParams(pairs.map(([name, value]) => [name, String(value)]))}` : '';
+}

@@ -1,0 +1,65 @@
+// @ts-check
+/** Sending a file with progress. Only XMLHttpRequest tells how much has left. */
+
+import {ApiError, errorOfAnswer} from './errors.js';
+
+/** A connection on which nothing moves for this long is given up, ms. */
+const STALL = 60_000;
+
+/**
+ * PUT a file as it is.
+ *
+ * @param {string} url
+ * @param {Blob} file
+ * @param {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal, request?: XMLHttpRequest}} options
+ * @returns {Promise<any>} the JSON of the answer
+ * @throws {ApiError}
+ */
+export function upload(url, file, {onProgress, signal, request = new XMLHttpRequest()}) {
+  return new Promise((resolve, reject) => {
+    /** @type {ReturnType<typeof setTimeout>|undefined} */
+    let timer;
+    const stop = () => request.abort();
+    /** @param {ApiError} error */
+    const fail = (error) => {
+      clearTimeout(timer);
+      signal?.removeEventListener('abort', stop);
+      reject(error);
+    };
+    const moved = () => {
+      clearTimeout(timer);
+      timer = setTimeout(() => {
+        fail(new ApiError(0, 'timeout', 'The upload has not moved for a minute. Try again, or add the file by its path.'));
+        request.abort();
+      }, STALL);
+    };
+    if (signal?.aborted) {
+      fail(new ApiError(0, 'aborted', 'The upload was cancelled.'));
+      return;
+    }
+    signal?.addEventListener('abort', stop, {once: true});
+    request.open('PUT', url);
+    request.setRequestHeader('Content-Type', 'application/octet-stream');
+    request.upload.addEventListener('progress', (event) => {
+      moved();
+      onProgress?.(event.loaded, file.size);
+    });
+    request.addEventListener('load', () => {
+      if (request.status < 200 || request.status >= 300) {
+        fail(errorOfAnswer(request.status, request.responseText));
+        return;
+      }
+      clearTimeout(timer);
+      signal?.removeEventListener('abort', stop);
+      try {
+        resolve(JSON.parse(request.responseText));
+      } catch (cause) {
+        reject(new ApiError(0, 'bad_answer', 'The server took the upload and sent no valid answer. Reload the page.', {cause}));
+      }
+    });
+    request.addEventListener('error', () => fail(new ApiError(0, 'offline', 'The upload broke off: the server cannot be reached.')));
+    request.addEventListener('abort', () => fail(new ApiError(0, 'aborted', 'The upload was cancelled.')));
+    moved();
+    request.send(file);
+  });
+}

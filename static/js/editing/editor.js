@@ -1,0 +1,318 @@
+// @ts-check
+/**
+ * Edits from the moment they are made until the server has them: shown at once, kept in the outbox, sent one after the
+ * other, repeated until they arrive. One that meets somebody else's change is held until a person decides.
+ *
+ * @typedef {import('../types.js').Store} Store
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ * @typedef {import('../types.js').Command} Command
+ * @typedef {import('./outbox.js').Pending} Pending
+ * @typedef {import('./outbox.js').Outbox} Outbox
+ */
+import { ApiError, sentence } from '../api/errors.js';
+import { CommandError, applyCommand } from '../model/commands.js';
+import { changeReview, select, seek } from '../store/actions/review.js';
+import { hideBanner, openDialog, showBanner } from '../store/actions/page.js';
+import { keysOf, parted, projected, rebased, revisionsSeen } from './pending.js';
+import { docsFor } from './revisions.js';
+import { describe } from './words.js';
+
+/** Pauses between tries, ms. */
+const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
+/** Answers after which the same operation can never succeed; after all others it is sent again. */
+const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
+
+/**
+ * @typedef {object} Editor
+ * @property {(run: string) => Promise<void>} open   load a run's documents and what the outbox still holds for it
+ * @property {() => void} close
+ * @property {(command: Command) => boolean} edit    false: the command makes no sense; the reason is shown
+ * @property {() => Promise<void>} undo
+ * @property {() => Promise<void>} redo
+ * @property {(docs: TrackDoc[], op_id: string) => void} hear   documents that the event stream brings
+ * @property {() => Promise<void>} refresh           events were missed: read the documents anew
+ * @property {() => Promise<void>} settled           when nothing is left to send
+ * @property {() => void} retry                      try again now
+ * @property {() => void} decide                     ask about a conflict that was put off
+ */
+
+/**
+ * @param {object} parts
+ * @param {Store} parts.store
+ * @param {Pick<import('../api/client.js').Api, 'edit'|'annotation'>} parts.api
+ * @param {Outbox} parts.outbox
+ * @param {AbortSignal} parts.signal
+ * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
+ * @param {() => string} parts.author
+ * @param {(ms: number) => Promise<void>} [parts.pause]
+ * @param {() => string} [parts.newId]
+ * @returns {Editor}
+ */
+export function createEditor({ store, api, outbox, signal, toast, author, pause, newId = () => crypto.randomUUID() }) {
+  /** @type {string|null} */
+  let run = null;
+  let ready = false;
+  /** What the server has acknowledged. @type {Record<string, TrackDoc>} */
+  let confirmed = {};
+  /** @type {Pending[]} */
+  let pending = [];
+  /** Refused because somebody else was first; kept in the outbox until a person decides. @type {Pending[]} */
+  let held = [];
+  /** @type {{current: TrackDoc[], yours: TrackDoc[]}|null} */
+  let conflict = null;
+  let order = 0;
+  let sending = false;
+  let wake = () => {};
+  /** @type {(() => void)[]} */
+  const waiters = [];
+  /** One undo or redo after the other, however fast the key repeats. */
+  let reverting = Promise.resolve();
+
+  /** Pause between two tries; `retry` ends it. @param {number} ms */
+  const wait = pause ?? ((ms) => new Promise((resolve) => {
+    const timer = setTimeout(resolve, ms);
+    wake = () => {
+      clearTimeout(timer);
+      resolve(undefined);
+    };
+  }));
+
+  /** Documents as they are with everything that is on its way. */
+  function show() {
+    const review = store.get().review;
+    if (review === null || run === null) return;
+    const docs = projected(review, confirmed, pending, new Date().toISOString());
+    const unsaved = [...held, ...pending].map(({ op_id, command }) => ({ op_id, command: /** @type {Command} */ (command) }));
+    store.dispatch((state) => changeReview(state, { docs, unsaved }));
+  }
+
+  /** @param {readonly TrackDoc[]} docs */
+  function confirm(docs) {
+    for (const doc of docs) {
+      if ((confirmed[doc.key]?.revision ?? -1) <= doc.revision) confirmed = { ...confirmed, [doc.key]: doc };
+    }
+  }
+
+  /** @param {Pending} made */
+  function keep(made) {
+    outbox.put(made).catch(() => {
+      store.dispatch((state) => showBanner(state, {
+        id: 'outbox', tone: 'warning', text: 'This browser cannot keep unsaved work (a private window?). Wait for "All saved" before you close the page.',
+      }));
+    });
+  }
+
+  /** @param {Pending['command']} command */
+  function enqueue(command) {
+    const review = store.get().review;
+    if (run === null || review === null) return;
+    const made = { op_id: newId(), run, author: author(), command, order: Date.now() * 1000 + (order++ % 1000), seen: revisionsSeen(review, confirmed, command) };
+    pending = [...pending, made];
+    show();
+    keep(made);
+    void send();
+  }
+
+  /** @param {Pending} done */
+  function forget(done) {
+    pending = pending.filter(({ op_id }) => op_id !== done.op_id);
+    outbox.remove(done.op_id).catch(() => {});
+  }
+
+  async function send() {
+    if (sending || !ready) return;
+    sending = true;
+    let tries = 0;
+    while (pending.length && run !== null && !signal.aborted) {
+      const next = pending[0];
+      const here = run;
+      try {
+        const answer = await api.edit(here, { op_id: next.op_id, author: next.author, command: next.command }, next.seen, { signal });
+        if (run !== here) {
+          outbox.remove(next.op_id).catch(() => {});
+          continue;
+        }
+        tries = 0;
+        stored(next, answer);
+      } catch (thrown) {
+        if (signal.aborted) break;
+        if (run !== here) continue;
+        if (thrown instanceof ApiError && !FINAL.has(thrown.status)) {
+          if (thrown.code !== 'offline') {
+            store.dispatch((state) => showBanner(state, { id: 'saving', tone: 'warning', text: `${thrown.message} Your changes are kept in this page and sent again.` }));
+          }
+          await wait(PAUSES[Math.min(tries++, PAUSES.length - 1)]);
+          continue;
+        }
+        refused(next, thrown);
+      }
+    }
+    sending = false;
+    if (pending.length === 0) for (const resolve of waiters.splice(0)) resolve();
+  }
+
+  /** @param {Pending} next @param {import('../types.js').EditAnswer} answer */
+  function stored(next, answer) {
+    const behind = rebased(pending.filter(({ op_id }) => op_id !== next.op_id), answer.docs);
+    pending = behind.pending;
+    // first those that build on it: after a crash in between it is sent once more and answered as before
+    Promise.all(behind.changed.map((one) => outbox.put(one))).then(() => outbox.remove(next.op_id)).catch(() => {});
+    confirm(answer.docs);
+    store.dispatch((state) => hideBanner(changeReview(state, { seq: answer.seq, undo: answer.undo, redo: answer.redo }), 'saving'));
+    show();
+    if (next.command.name === 'undo' || next.command.name === 'redo') announce(next.command.name, answer.docs);
+  }
+
+  /** @param {Pending} next @param {unknown} thrown */
+  function refused(next, thrown) {
+    const stale = thrown instanceof ApiError && thrown.code === 'stale';
+    const own = next.command.name !== 'undo' && next.command.name !== 'redo';
+    if (stale && own) {
+      const { held: bound, left } = parted(pending, next);
+      pending = left;
+      held = [...held, ...bound];
+      const current = /** @type {TrackDoc[]} */ (thrown.details.current ?? []);
+      confirm(current);
+      conflict = { current: [...(conflict?.current ?? []).filter(({ key }) => !current.some((doc) => doc.key === key)), ...current], yours: [] };
+      decide();
+    } else {
+      forget(next);
+      const why = thrown instanceof ApiError ? thrown.message : sentence(thrown);
+      toast(`${describe(next.command.name)} was not possible. ${why}`, { tone: 'bad' });
+      if (!own) void refresh();
+    }
+    show();
+  }
+
+  /** Show both versions of what is held, and let a person choose. */
+  function decide() {
+    const review = store.get().review;
+    if (conflict === null || held.length === 0 || review === null) return;
+    const { current } = conflict;
+    const keys = new Set(held.flatMap(keysOf));
+    const mine = projected(review, confirmed, held, new Date().toISOString());
+    /** @param {boolean} again */
+    const settle = (again) => {
+      const bound = held;
+      held = [];
+      conflict = null;
+      for (const one of bound) outbox.remove(one.op_id).catch(() => {});
+      store.dispatch((state) => hideBanner(state, 'conflict'));
+      for (const { command } of again ? bound : []) enqueue(command);
+      show();
+    };
+    const data = { current, yours: Object.values(mine).filter(({ key }) => keys.has(key)), keepMine: () => settle(true), takeTheirs: () => settle(false) };
+    const text = `${held.length === 1 ? 'A change is' : `${held.length} changes are`} not saved: somebody else changed the same track first.`;
+    store.dispatch((state) => openDialog(showBanner(state, {
+      id: 'conflict', tone: 'warning', text, action: { label: 'Decide', operation: 'decide-conflict' },
+    }), { kind: 'conflict', data }));
+  }
+
+  /** What the undo or redo under way is about. @type {import('../types.js').UndoTarget|null} */
+  let target = null;
+
+  /** Undo must not change what nobody looks at. @param {'undo'|'redo'} what @param {readonly TrackDoc[]} docs */
+  function announce(what, docs) {
+    const about = target;
+    if (about === null) return;
+    store.dispatch((state) => {
+      const sought = about.frame === null ? state : seek(state, about.frame);
+      return select(sought, docs.find((doc) => !doc.gone)?.key ?? null);
+    });
+    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describe(about.name).toLowerCase()}${about.frame === null ? '' : ` in frame ${about.frame}`}`);
+  }
+
+  /** @returns {Promise<void>} */
+  const settled = () => (pending.length === 0 && !sending ? Promise.resolve() : new Promise((resolve) => waiters.push(() => resolve(undefined))));
+
+  /** @param {'undo'|'redo'} what */
+  function revert(what) {
+    if (pending.length && store.get().connection === 'offline') toast(`The server cannot be reached: ${what} waits until everything is saved.`);
+    reverting = reverting.then(async () => {
+      await settled();
+      target = store.get().review?.[what] ?? null;
+      if (target === null || run === null) return;
+      enqueue({ name: what, op_id: target.op_id });
+      await settled();
+    });
+    return reverting;
+  }
+
+  async function refresh() {
+    const here = run;
+    if (here === null || !ready) return;
+    const annotation = await api.annotation(here, author(), { signal }).catch(() => null);
+    if (annotation === null || run !== here) return;
+    confirm(annotation.docs);
+    store.dispatch((state) => changeReview(state, { seq: annotation.seq, undo: annotation.undo, redo: annotation.redo }));
+    show();
+  }
+
+  /** @param {string} wanted */
+  async function read(wanted) {
+    for (let tries = 0; ; tries += 1) {
+      try {
+        return await api.annotation(wanted, author(), { signal });
+      } catch (thrown) {
+        if (signal.aborted || run !== wanted) return null;
+        if (!(thrown instanceof ApiError) || FINAL.has(thrown.status)) throw thrown;
+        await wait(PAUSES[Math.min(tries, PAUSES.length - 1)]);
+      }
+    }
+  }
+
+  return {
+    async open(wanted) {
+      run = wanted;
+      ready = false;
+      confirmed = {};
+      pending = [];
+      held = [];
+      conflict = null;
+      const [annotation, kept] = await Promise.all([read(wanted), outbox.load(wanted).catch(() => [])]);
+      if (annotation === null || run !== wanted) return;
+      confirmed = Object.fromEntries(annotation.docs.map((doc) => [doc.key, doc]));
+      pending = kept;
+      ready = true;
+      store.dispatch((state) => changeReview(state, { seq: annotation.seq, undo: annotation.undo, redo: annotation.redo }));
+      show();
+      if (kept.length) toast(`${kept.length} change${kept.length === 1 ? '' : 's'} of an earlier visit ${kept.length === 1 ? 'is' : 'are'} being saved.`);
+      void send();
+    },
+    close() {
+      run = null;
+      ready = false;
+      pending = [];
+      held = [];
+      wake();
+    },
+    edit(command) {
+      const review = store.get().review;
+      if (review === null || run === null) return false;
+      if (!ready) {
+        toast('The corrections of this run are still being loaded. Try again in a moment.');
+        return false;
+      }
+      try {
+        applyCommand({ ...docsFor(review, command), ...review.docs }, command, { author: author(), time: '' });
+      } catch (thrown) {
+        if (!(thrown instanceof CommandError)) throw thrown;
+        toast(thrown.message, { tone: 'bad' });
+        return false;
+      }
+      enqueue(command);
+      return true;
+    },
+    undo: () => revert('undo'),
+    redo: () => revert('redo'),
+    hear(docs, op_id) {
+      if (pending.some((mine) => mine.op_id === op_id)) return; // the answer to it is on its way
+      confirm(docs);
+      show();
+    },
+    refresh,
+    settled,
+    retry: () => wake(),
+    decide,
+  };
+}

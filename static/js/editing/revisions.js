@@ -1,0 +1,41 @@
+// @ts-check
+/**
+ * Documents for commands: those that people have made, fresh ones for the engine's tracks that nobody touched. Pure.
+ *
+ * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ */
+import { touchedKeys } from '../model/commands.js';
+import { emptyDoc } from '../model/documents.js';
+
+/**
+ * The document of a track, also of one that has none yet; null: there is no such track.
+ * @param {ReviewState} review
+ * @param {string} key
+ * @returns {TrackDoc|null}
+ */
+export function docOf(review, key) {
+  const doc = review.docs[key];
+  if (doc) return doc;
+  if (!key.startsWith('m') || review.tracks === null) return null;
+  const id = Number(key.slice(1));
+  const at = review.tracks.id.indexOf(id);
+  if (at < 0) return null;
+  return emptyDoc({ track: id, first: review.tracks.first[at], last: review.tracks.last[at] }, review.run?.state !== 'complete');
+}
+
+/**
+ * Documents of all tracks that a command touches.
+ * @param {ReviewState} review
+ * @param {import('../types.js').Command} command
+ * @returns {Record<string, TrackDoc>}
+ */
+export function docsFor(review, command) {
+  /** @type {Record<string, TrackDoc>} */
+  const docs = {};
+  for (const key of touchedKeys(command)) {
+    const doc = docOf(review, key);
+    if (doc) docs[key] = doc;
+  }
+  return docs;
+}

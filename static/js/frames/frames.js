@@ -1,0 +1,53 @@
+// @ts-check
+/** The pictures of whatever video is on screen: a cache and a player that change with it. */
+
+import { createFrameCache } from './cache.js';
+import { createPlayer } from './player.js';
+
+/**
+ * @param {import('../types.js').Store} store
+ * @param {import('../api/client.js').Api} api
+ */
+export function createFrames(store, api) {
+  /** @type {import('./player.js').Player|null} */
+  let player = null;
+  let video = '';
+  /** @type {(shot: import('./cache.js').Shot) => void} */
+  let paint = () => {};
+  let width = 1280;
+  let speed = 1;
+
+  return {
+    /** The state has changed. */
+    sync() {
+      const { review } = store.get();
+      const wanted = review?.timebase ? review.video.id : '';
+      if (wanted !== video) {
+        player?.destroy();
+        video = wanted;
+        player = wanted ? createPlayer(store, createFrameCache(api, wanted)) : null;
+        player?.onShot((shot) => paint(shot));
+        player?.setWidth(width);
+        player?.setSpeed(speed);
+      }
+      player?.sync();
+    },
+    /** How a picture comes on screen. @param {(shot: import('./cache.js').Shot) => void} how */
+    onShot(how) {
+      paint = how;
+    },
+    /** Width that is of use, px. @param {number} wanted */
+    setWidth(wanted) {
+      if (wanted === width) return;
+      width = wanted;
+      player?.setWidth(wanted);
+    },
+    /** @param {number} value */
+    setSpeed(value) {
+      speed = value;
+      player?.setSpeed(value);
+    },
+    /** Frames shown and shown late since playing began. */
+    tally: () => player?.tally() ?? { frames: 0, late: 0 },
+  };
+}

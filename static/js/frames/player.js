@@ -1,0 +1,165 @@
+// @ts-check
+/**
+ * Brings the picture of the cursor on screen, and moves the cursor while the video plays.
+ *
+ * Playing follows the presentation times of the frame table. A frame is shown once its picture and its overlays are
+ * there; if they come too late the video plays slower.
+ *
+ * @typedef {import('../types.js').Store} Store
+ * @typedef {import('./cache.js').FrameCache} FrameCache
+ * @typedef {import('./cache.js').Shot} Shot
+ */
+import { ApiError, sentence } from '../api/errors.js';
+import { hideBanner, showBanner } from '../store/actions/page.js';
+import { setPlaying, setShown, seek } from '../store/actions/review.js';
+
+/** Pictures loaded ahead of the cursor, and behind it when it was stepped back. */
+const AHEAD = 24;
+const BEHIND = 8;
+/** How far behind time playing may fall before its clock is set back, s. */
+const SLACK = 0.12;
+
+/**
+ * @typedef {object} Player
+ * @property {() => void} sync          the state has changed
+ * @property {(paint: (shot: Shot) => void) => void} onShot   how a picture comes on screen
+ * @property {(width: number) => void} setWidth
+ * @property {(speed: number) => void} setSpeed
+ * @property {() => number} speed
+ * @property {() => {frames: number, late: number}} tally      of the present playing
+ * @property {() => void} destroy
+ */
+
+/**
+ * @param {Store} store
+ * @param {FrameCache} cache
+ * @param {{now?: () => number, tick?: (run: () => void) => number, untick?: (handle: number) => void}} [clock]
+ * @returns {Player}
+ */
+export function createPlayer(store, cache, { now = () => performance.now(), tick = requestAnimationFrame, untick = cancelAnimationFrame } = {}) {
+  /** @type {(shot: Shot) => void} */
+  let paint = () => {};
+  let wanted = -1;
+  let before = 0;
+  let speed = 1;
+  let ended = false;
+  let handle = 0;
+  /** Presentation time and clock when playing began. @type {{media: number, clock: number}|null} */
+  let started = null;
+  let tally = { frames: 0, late: 0 };
+  /** How often in a row playing waited for the same frame. */
+  let stalled = 0;
+
+  /** @param {number} frame */
+  function ahead(frame) {
+    const last = (store.get().review?.timebase?.frames ?? 1) - 1;
+    const back = frame < before;
+    const frames = [];
+    for (let k = 1; k <= (back ? BEHIND : AHEAD); k++) frames.push(back ? frame - k : frame + k);
+    if (!back) frames.push(frame - 1, frame - 2);
+    cache.want(frames.filter((k) => k >= 0 && k <= last));
+    before = frame;
+  }
+
+  /** @param {number} frame */
+  async function bring(frame) {
+    wanted = frame;
+    const ready = cache.peek(frame);
+    if (ready) put(ready);
+    const request = cache.load(frame);
+    ahead(frame);
+    try {
+      const shot = await request;
+      if (wanted === frame && !ended) {
+        put(shot);
+        store.dispatch((state) => hideBanner(state, 'picture'));
+      }
+    } catch (thrown) {
+      if (wanted !== frame || dropped(thrown)) return;
+      fail(frame, thrown);
+    }
+  }
+
+  /** @param {number} frame @param {unknown} thrown */
+  function fail(frame, thrown) {
+    if (ended) return;
+    store.dispatch((state) => showBanner(setPlaying(state, false), { id: 'picture', tone: 'error', text: `Frame ${frame} cannot be shown. ${sentence(thrown)}` }));
+  }
+
+  /** @param {Shot} shot */
+  function put(shot) {
+    paint(shot);
+    store.dispatch((state) => setShown(state, shot.frame));
+  }
+
+  function beat() {
+    handle = 0;
+    const review = store.get().review;
+    if (ended || !review?.playing || !review.timebase) {
+      started = null;
+      return;
+    }
+    const { timebase } = review;
+    started ??= { media: timebase.secondsAt(review.frame), clock: now() };
+    const due = started.media + ((now() - started.clock) / 1000) * speed;
+    let target = Math.max(review.frame, timebase.frameAt(due));
+    while (target > review.frame && !(cache.peek(target) && (review.overlays[target] || !covered(review, target)))) target--;
+    if (target > review.frame) {
+      stalled = 0;
+      tally = { frames: tally.frames + 1, late: tally.late + (timebase.frameAt(due) > target ? 1 : 0) };
+      store.dispatch((state) => seek(state, target));
+    }
+    if (due - timebase.secondsAt(target) > SLACK + 1 / 25) {
+      // too slow: go on from here rather than leap
+      started = { media: timebase.secondsAt(target), clock: now() };
+      // a prefetch that failed is not repeated: ask by name, and hear why
+      if (target === review.frame && ++stalled === 10) {
+        cache.load(target + 1).catch((thrown) => dropped(thrown) || fail(target + 1, thrown));
+      }
+    }
+    if (target >= timebase.frames - 1) store.dispatch((state) => setPlaying(state, false));
+    handle = tick(beat);
+  }
+
+  return {
+    sync() {
+      const review = store.get().review;
+      if (!review?.timebase || ended) return;
+      if (review.frame !== wanted) void bring(review.frame);
+      if (review.playing && !handle) {
+        tally = { frames: 0, late: 0 };
+        started = null;
+        handle = tick(beat);
+      }
+    },
+    onShot(how) {
+      paint = how;
+    },
+    setWidth(width) {
+      cache.setWidth(width);
+      const shot = wanted >= 0 ? cache.peek(wanted) : null;
+      if (wanted >= 0 && (!shot || shot.width < width)) void bring(wanted);
+    },
+    setSpeed(value) {
+      speed = value;
+      started = null;
+    },
+    speed: () => speed,
+    tally: () => tally,
+    destroy() {
+      ended = true;
+      if (handle) untick(handle);
+      cache.clear();
+    },
+  };
+}
+
+/** Whether the run has results for a frame. @param {import('../types.js').ReviewState} review @param {number} frame */
+function covered({ run }, frame) {
+  return run !== null && run.first <= frame && frame < run.first + run.frames_done;
+}
+
+/** @param {unknown} thrown @returns {boolean} nobody wants the picture any more */
+function dropped(thrown) {
+  return (thrown instanceof ApiError && thrown.code === 'aborted') || (thrown instanceof Error && thrown.name === 'AbortError');
+}

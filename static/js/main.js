@@ -1,0 +1,94 @@
+// @ts-check
+/** Puts the page together. */
+
+import { createApi } from './api/client.js';
+import { listenToKeys } from './behaviours/keyboard.js';
+import { createEditor } from './editing/editor.js';
+import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
+import { createFrames } from './frames/frames.js';
+import { formatRoute, parseRoute } from './model/route.js';
+import { allOperations } from './operations/registry.js';
+import { createLoader } from './review/loader.js';
+import { setRoute, setTheme } from './store/actions/page.js';
+import { seek, select } from './store/actions/review.js';
+import { initialState } from './store/initial.js';
+import { createStore } from './store/store.js';
+import { startLive } from './views/live.js';
+import { recall, rememberedTheme } from './views/preferences.js';
+import { createShell } from './views/shell.js';
+import { toast } from './views/toasts.js';
+
+/** @typedef {import('./page-types.js').App} App */
+
+const ended = new AbortController();
+const store = createStore({ ...initialState(), theme: rememberedTheme() });
+const api = createApi({ signal: ended.signal });
+const frames = createFrames(store, api);
+const editor = createEditor({
+  store,
+  api,
+  outbox: globalThis.indexedDB ? createOutbox() : createMemoryOutbox(),
+  signal: ended.signal,
+  toast,
+  author: () => recall('author') || store.get().session?.author || 'someone',
+});
+/** @type {App} */
+const app = { store, api, operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, loader: /** @type {any} */ (null) };
+app.loader = createLoader(app, { opened: (run) => void editor.open(run), closed: () => editor.close() });
+
+function readRoute() {
+  const route = parseRoute(location.hash);
+  store.dispatch((state) => setRoute(state, route));
+  const { review } = store.get();
+  if (route.screen === 'review' && review?.video.id === route.video && (route.run === null || route.run === review.run?.id)) {
+    if (route.frame !== null) store.dispatch((state) => seek(state, /** @type {number} */ (route.frame)));
+    if (route.track !== null) store.dispatch((state) => select(state, route.track));
+  }
+}
+
+/** The address says where one is, so that it can be copied and a reload comes back to it. */
+function writeRoute() {
+  const { route, review } = store.get();
+  if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return;
+  const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? null, frame: review.frame, track: review.selected });
+  if (location.hash !== wanted) history.replaceState(null, '', wanted);
+}
+
+const shell = createShell(app);
+document.getElementById('app')?.replaceChildren(shell.element);
+let scheduled = false;
+/** @type {ReturnType<typeof setTimeout>|undefined} */
+let written;
+store.subscribe(() => {
+  app.loader.sync();
+  frames.sync();
+  if (!scheduled) {
+    scheduled = true;
+    requestAnimationFrame(() => {
+      scheduled = false;
+      shell.update(store.get());
+    });
+  }
+  clearTimeout(written);
+  written = setTimeout(writeRoute, 300);
+});
+addEventListener('hashchange', readRoute, { signal: ended.signal });
+addEventListener('beforeunload', (event) => {
+  // the outbox keeps them, but only in this browser
+  if (store.get().review?.unsaved.length) event.preventDefault();
+}, { signal: ended.signal });
+listenToKeys(app, (reason) => toast(reason));
+const live = startLive(app, {
+  onEvent: (event) => {
+    const { review } = store.get();
+    if (event.kind === 'edit' && review?.run?.id === event.subject) editor.hear(event.data.docs, event.data.op_id);
+    if (event.kind === 'run') app.loader.follow(event.data);
+  },
+  onReset: () => void app.loader.refresh(),
+});
+void live.reload();
+store.dispatch((state) => setTheme(state, rememberedTheme()));
+readRoute();
+shell.update(store.get());
+/** For tests and for the curious at the console. */
+Object.assign(globalThis, { tsr: { store, frames } });

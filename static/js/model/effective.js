@@ -1,0 +1,84 @@
+// @ts-check
+/**
+ * What a track shows in a frame: its document over the engine's boxes. The twin of app/edits/effective.py; pure.
+ *
+ * @typedef {import('../types.js').Box} Box
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ * @typedef {{box: Box, origin: 'engine'|'corrected'|'interpolated', occluded: boolean, class_id: number|null}} EffectiveBox
+ */
+import { OPEN_END, keyFramesOf, lastKey, lineAt, nextKey, prevKey } from './documents.js';
+
+export { keyFramesOf, nextKey, prevKey };
+
+/**
+ * The box of a track in a frame, where it comes from, and its label; null: the track shows nothing there.
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @param {(track: number, frame: number) => Box|null} machineBox   the engine's box
+ * @param {(track: number) => number|null} [machineClass]           the engine's fused class
+ * @returns {EffectiveBox|null}   `class_id` null: neither a person nor `machineClass` gives one
+ */
+export function boxAt(doc, frame, machineBox, machineClass) {
+  if (doc.gone) return null;
+  const before = lastKey(doc, frame);
+  const state = before === null ? null : doc.keys[before];
+  if (state?.outside) return null;
+  const occluded = state?.occluded ?? false;
+  const class_id = labelAt(doc, frame, machineClass);
+  const line = lineAt(doc, frame);
+  if (line !== null) {
+    const origin = before === frame && state?.box ? 'corrected' : 'interpolated';
+    return { box: line, origin, occluded, class_id };
+  }
+  const segment = doc.segments.find((s) => s.first <= frame && frame <= s.last);
+  const box = segment ? machineBox(segment.track, frame) : null;
+  return box === null ? null : { box, origin: 'engine', occluded, class_id };
+}
+
+/**
+ * The label of a track in a frame.
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @param {(track: number) => number|null} [machineClass]
+ * @returns {number|null}
+ */
+export function labelAt(doc, frame, machineClass) {
+  return doc.keys[frame]?.class_id ?? labelOf(doc, machineClass);
+}
+
+/**
+ * The label of a whole track: a person's, else that of the engine's track that it began as.
+ * @param {TrackDoc} doc
+ * @param {(track: number) => number|null} [machineClass]
+ * @returns {number|null}
+ */
+export function labelOf(doc, machineClass) {
+  if (doc.class_id !== null) return doc.class_id;
+  const track = doc.key.startsWith('m') ? Number(doc.key.slice(1)) : doc.segments[0]?.track;
+  return track === undefined ? null : (machineClass?.(track) ?? null);
+}
+
+/**
+ * First and last frame that a track can show something in; null: none.
+ * @param {TrackDoc} doc
+ * @param {(track: number) => number|null} [lastOf]   last frame so far of an engine track that may still grow
+ * @returns {{first: number, last: number}|null}
+ */
+export function spanOf(doc, lastOf) {
+  if (doc.gone) return null;
+  let first = Infinity;
+  let last = -Infinity;
+  for (const segment of doc.segments) {
+    let end = segment.last;
+    if (end >= OPEN_END) end = Math.max(segment.first, lastOf?.(segment.track) ?? segment.first);
+    first = Math.min(first, segment.first);
+    last = Math.max(last, end);
+  }
+  for (const frame of keyFramesOf(doc)) {
+    const { box, outside } = doc.keys[frame];
+    if (box === null || outside) continue;
+    first = Math.min(first, frame);
+    last = Math.max(last, frame);
+  }
+  return first <= last ? { first, last } : null;
+}

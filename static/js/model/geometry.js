@@ -1,0 +1,135 @@
+// @ts-check
+/**
+ * Boxes and the viewport. Pure.
+ *
+ * @typedef {import('../types.js').Box} Box
+ * @typedef {{zoom: number, x: number, y: number}} Viewport   zoom: screen px a picture px; x, y: picture point at the centre
+ * @typedef {{width: number, height: number}} Size
+ * @typedef {'n'|'ne'|'e'|'se'|'s'|'sw'|'w'|'nw'|'move'} Handle
+ */
+
+/** Narrowest box that can be drawn, px. */
+export const LEAST = 2;
+const HANDLES = /** @type {const} */ ([
+  ['nw', 0, 0], ['n', 0.5, 0], ['ne', 1, 0], ['e', 1, 0.5], ['se', 1, 1], ['s', 0.5, 1], ['sw', 0, 1], ['w', 0, 0.5],
+]);
+
+/** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} picture point */
+export const toPicture = (view, screen, x, y) => [(x - screen.width / 2) / view.zoom + view.x, (y - screen.height / 2) / view.zoom + view.y];
+
+/** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} screen point */
+export const toScreen = (view, screen, x, y) => [(x - view.x) * view.zoom + screen.width / 2, (y - view.y) * view.zoom + screen.height / 2];
+
+/** The whole picture in view. @param {Size} picture @param {Size} screen @returns {Viewport} */
+export const fit = (picture, screen) => ({
+  zoom: Math.max(0.01, Math.min(screen.width / picture.width, screen.height / picture.height)),
+  x: picture.width / 2,
+  y: picture.height / 2,
+});
+
+/**
+ * Zoom so that the picture point under the pointer stays there.
+ * @param {Viewport} view
+ * @param {Size} screen
+ * @param {Size} picture
+ * @param {number} factor
+ * @param {number} x        pointer, screen px
+ * @param {number} y
+ * @returns {Viewport}
+ */
+export function zoomAt(view, screen, picture, factor, x, y) {
+  const least = fit(picture, screen).zoom * 0.5;
+  const zoom = Math.min(64, Math.max(Math.min(least, 1), view.zoom * factor));
+  const [px, py] = toPicture(view, screen, x, y);
+  return bounded({ zoom, x: px - (x - screen.width / 2) / zoom, y: py - (y - screen.height / 2) / zoom }, picture);
+}
+
+/** Keep some of the picture in view. @param {Viewport} view @param {Size} picture @returns {Viewport} */
+export const bounded = (view, picture) => ({
+  ...view,
+  x: Math.min(picture.width, Math.max(0, view.x)),
+  y: Math.min(picture.height, Math.max(0, view.y)),
+});
+
+/** @param {Box} box @param {number} x @param {number} y */
+export const contains = ([x1, y1, x2, y2], x, y) => x1 <= x && x <= x2 && y1 <= y && y <= y2;
+
+/** @param {Box} box */
+export const area = ([x1, y1, x2, y2]) => (x2 - x1) * (y2 - y1);
+
+/** @param {Box} a @param {Box} b @returns {number} intersection over union */
+export function iou(a, b) {
+  const w = Math.min(a[2], b[2]) - Math.max(a[0], b[0]);
+  const h = Math.min(a[3], b[3]) - Math.max(a[1], b[1]);
+  const inner = Math.max(0, w) * Math.max(0, h);
+  return inner === 0 ? 0 : inner / (area(a) + area(b) - inner);
+}
+
+/**
+ * The handle under a point, corners before edges before the inside.
+ * @param {Box} box
+ * @param {number} x
+ * @param {number} y
+ * @param {number} reach   picture px
+ * @returns {Handle|null}
+ */
+export function handleAt(box, x, y, reach) {
+  let best = null;
+  let least = reach;
+  for (const [name, u, v] of HANDLES) {
+    const distance = Math.max(Math.abs(x - (box[0] + u * (box[2] - box[0]))), Math.abs(y - (box[1] + v * (box[3] - box[1]))));
+    if (distance <= least) [best, least] = [name, distance - (name.length === 2 ? 1e-9 : 0)];
+  }
+  return best ?? (contains(box, x, y) ? 'move' : null);
+}
+
+/** @param {Box} box @returns {[string, number, number][]} handles with their points */
+export const handlesOf = ([x1, y1, x2, y2]) => HANDLES.map(([name, u, v]) => [name, x1 + u * (x2 - x1), y1 + v * (y2 - y1)]);
+
+/**
+ * A box after its handle was dragged; it turns inside out rather than vanish.
+ * @param {Box} box
+ * @param {Handle} handle
+ * @param {number} dx
+ * @param {number} dy
+ * @returns {Box}
+ */
+export function dragged(box, handle, dx, dy) {
+  if (handle === 'move') return [box[0] + dx, box[1] + dy, box[2] + dx, box[3] + dy];
+  const moved = /** @type {Box} */ ([...box]);
+  if (handle.includes('w')) moved[0] += dx;
+  if (handle.includes('e')) moved[2] += dx;
+  if (handle.includes('n')) moved[1] += dy;
+  if (handle.includes('s')) moved[3] += dy;
+  return ordered(moved);
+}
+
+/** Two corners in any order as a box. @param {Box} corners @returns {Box} */
+export const ordered = ([a, b, c, d]) => [Math.min(a, c), Math.min(b, d), Math.max(a, c), Math.max(b, d)];
+
+/**
+ * A box inside the picture and no smaller than `LEAST`, on tenths of a pixel.
+ * @param {Box} box
+ * @param {Size} picture
+ * @returns {Box}
+ */
+export function settled(box, picture) {
+  /** @param {number} low @param {number} high @param {number} most @returns {[number, number]} */
+  const side = (low, high, most) => {
+    const a = Math.min(Math.max(0, low), most - LEAST);
+    return [round(a), round(Math.max(a + LEAST, Math.min(most, high)))];
+  };
+  const [x1, x2] = side(box[0], box[2], picture.width);
+  const [y1, y2] = side(box[1], box[3], picture.height);
+  return [x1, y1, x2, y2];
+}
+
+/** A box moved as a whole so that it stays in the picture. @param {Box} box @param {number} dx @param {number} dy @param {Size} picture @returns {Box} */
+export function nudged(box, dx, dy, picture) {
+  const x = Math.min(Math.max(dx, -box[0]), picture.width - box[2]);
+  const y = Math.min(Math.max(dy, -box[1]), picture.height - box[3]);
+  return settled([box[0] + x, box[1] + y, box[2] + x, box[3] + y], picture);
+}
+
+/** @param {number} value */
+const round = (value) => Math.round(value * 10) / 10;

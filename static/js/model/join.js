@@ -1,0 +1,154 @@
+// @ts-check
+/**
+ * One track out of two: each frame keeps what it showed. The twin of app/edits/join.py; pure.
+ *
+ * @typedef {import('../types.js').KeyFrame} KeyFrame
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ * @typedef {[number, number]} Span   first and last frame, both included
+ */
+import { OPEN_END, keyFramesOf, lineAt } from './documents.js';
+
+/**
+ * `doc` with the frames of `other` that it does not have itself.
+ * @param {TrackDoc} doc
+ * @param {TrackDoc} other
+ * @returns {TrackDoc}
+ */
+export function join(doc, other) {
+  doc = anchored(doc);
+  other = anchored(other);
+  /** @type {Record<string, KeyFrame>} */
+  const keys = { ...doc.keys };
+  const pieces = [...doc.segments];
+  for (const [first, last] of without(spans(other), spans(doc))) {
+    for (const s of other.segments) {
+      if (s.first <= last && first <= s.last) {
+        pieces.push({ track: s.track, first: Math.max(s.first, first), last: Math.min(s.last, last) });
+      }
+    }
+    const held = stateAt(keys, first - 1);
+    const before = lastOf(keys, first - 1);
+    if (before !== null && keys[before].interpolate) {
+      keys[before] = { ...keys[before], interpolate: false };
+      held.interpolate = false;
+    }
+    const after = { ...stateAt(doc.keys, last + 1), interpolate: false };
+    /** @type {Record<string, KeyFrame>} */
+    const given = {};
+    for (const k of keyFramesOf(other)) if (first <= k && k <= last) given[k] = other.keys[k];
+    if (!(first in given)) {
+      const line = lineAt(other, first);
+      const start = stateAt(other.keys, first);
+      if (line !== null || !same(start, held)) given[first] = { box: line, ...start, class_id: null };
+    }
+    const edge = lineAt(other, last); // a line that is cut must end where it was when it was cut
+    if (edge !== null && !(last in given)) given[last] = { box: edge, ...stateAt(other.keys, last), class_id: null };
+    const end = lastOf(given, Infinity);
+    if (end !== null) given[end] = { ...given[end], interpolate: false };
+    for (const k of Object.keys(keys)) if (first <= Number(k) && Number(k) <= last) delete keys[k];
+    Object.assign(keys, given);
+    const changed = !same(stateAt(keys, last + 1), after);
+    if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = { box: null, ...after, class_id: null };
+  }
+  return {
+    ...doc,
+    segments: pieces.sort((a, b) => a.first - b.first || a.track - b.track),
+    keys,
+    notes: [...doc.notes, ...other.notes.filter((n) => doc.notes.every((mine) => mine.id !== n.id))],
+  };
+}
+
+/**
+ * The same track with a box at both ends of each line, so that a line can lose its neighbours.
+ * @param {TrackDoc} doc
+ * @returns {TrackDoc}
+ */
+function anchored(doc) {
+  const keys = { ...doc.keys };
+  const frames = keyFramesOf(doc);
+  frames.forEach((frame, position) => {
+    const key = doc.keys[frame];
+    const start = lineAt(doc, frame);
+    if (key.box === null && start !== null) keys[frame] = { ...key, box: start };
+    const behind = frames[position + 1];
+    if (behind === undefined || behind - 1 === frame || lineAt(doc, behind) !== null) return;
+    const end = lineAt(doc, behind - 1);
+    if (end !== null) keys[behind - 1] = { ...key, box: end, class_id: null };
+  });
+  return { ...doc, keys };
+}
+
+/**
+ * @param {Record<string, KeyFrame>} keys
+ * @param {number} frame
+ * @returns {number|null}
+ */
+function lastOf(keys, frame) {
+  const found = Object.keys(keys).map(Number).filter((k) => k <= frame);
+  return found.length ? Math.max(...found) : null;
+}
+
+/**
+ * What the last key frame at or before a frame says about it.
+ * @param {Record<string, KeyFrame>} keys
+ * @param {number} frame
+ */
+function stateAt(keys, frame) {
+  const last = lastOf(keys, frame);
+  if (last === null) return { occluded: false, outside: false, interpolate: false };
+  const { occluded, outside, interpolate } = keys[last];
+  return { occluded, outside, interpolate };
+}
+
+/**
+ * @param {ReturnType<typeof stateAt>} a
+ * @param {ReturnType<typeof stateAt>} b
+ */
+function same(a, b) {
+  return a.occluded === b.occluded && a.outside === b.outside && a.interpolate === b.interpolate;
+}
+
+/**
+ * The frames that a track has, as disjoint spans in order.
+ * @param {TrackDoc} doc
+ * @returns {Span[]}
+ */
+function spans(doc) {
+  /** @type {Span[]} */
+  const found = doc.segments.map((s) => [s.first, s.last]);
+  const frames = keyFramesOf(doc);
+  frames.forEach((frame, position) => {
+    const key = doc.keys[frame];
+    if (key.box !== null && !key.outside) found.push([frame, frame]);
+    const next = frames[position + 1];
+    if (next !== undefined && lineAt(doc, next - 1) !== null) found.push([frame, next - 1]);
+  });
+  /** @type {Span[]} */
+  const joined = [];
+  for (const [first, last] of found.sort((a, b) => a[0] - b[0] || a[1] - b[1])) {
+    const top = joined.at(-1);
+    if (top && first <= top[1] + 1) top[1] = Math.max(last, top[1]);
+    else joined.push([first, last]);
+  }
+  return joined;
+}
+
+/**
+ * The parts of spans that no other span covers.
+ * @param {Span[]} parts
+ * @param {Span[]} others
+ * @returns {Span[]}
+ */
+function without(parts, others) {
+  for (const [low, high] of others) {
+    parts = parts.flatMap(([first, last]) => {
+      /** @type {Span[]} */
+      const sides = [
+        [first, Math.min(last, low - 1)],
+        [Math.max(first, high + 1), last],
+      ];
+      return sides.filter(([a, b]) => a <= b);
+    });
+  }
+  return parts;
+}

@@ -1,0 +1,249 @@
+// @ts-check
+/**
+ * The tracks of a whole drive in typed arrays, so that a frame of panning allocates nothing: bars sorted by row and
+ * time, their pieces by source, their key frames, and a pyramid of density and doubt for the overview. Pure.
+ *
+ * @typedef {import('../types.js').LaneColumns} LaneColumns
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ * @typedef {import('./track_entries.js').TrackEntry} TrackEntry
+ *
+ * @typedef {object} LaneIndex
+ * @property {number} count            bars
+ * @property {number} rows
+ * @property {string[]} key            of each bar, by row and then time
+ * @property {Map<string, number>} barOf   bar of a key
+ * @property {Int32Array} first
+ * @property {Int32Array} last
+ * @property {Int32Array} row
+ * @property {Int16Array} classId      -1: none
+ * @property {Uint8Array} review       0 open, 1 accepted, 2 rejected, 3 needs work
+ * @property {Int32Array} rowStart     bars of row r: rowStart[r] .. rowStart[r + 1]
+ * @property {Int32Array} pieceStart   pieces of bar b: pieceStart[b] .. pieceStart[b + 1]
+ * @property {Int32Array} pieceFirst
+ * @property {Int32Array} pieceLast
+ * @property {Uint8Array} pieceSource  0 detected, 1 predicted, 2 relocalised, 3 corrected
+ * @property {Int32Array} keyStart
+ * @property {Int32Array} keyFrame     frames that people set
+ *
+ * @typedef {object} Density
+ * @property {number} bucket           frames of a bucket on the finest level
+ * @property {Float32Array[]} tracks   by level, finest first: most tracks at once in a bucket
+ * @property {Float32Array[]} doubt    by level: largest doubt in a bucket
+ * @property {number} most             of all buckets
+ */
+import { packIntervals } from './interval_packing.js';
+
+export const CORRECTED = 3;
+/** @type {Record<TrackDoc['review'], number>} */
+const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
+/** Frames between two bars of a row. */
+const GAP = 4;
+
+/**
+ * @param {readonly TrackEntry[]} entries
+ * @param {LaneColumns|null} lanes   sorted by track, then frame
+ * @param {Record<string, TrackDoc>} docs
+ * @returns {LaneIndex}
+ */
+export function buildLaneIndex(entries, lanes, docs) {
+  const packed = packIntervals(
+    entries.map((entry) => entry.first),
+    entries.map((entry) => entry.last),
+    GAP,
+  );
+  const order = entries.map((_, i) => i);
+  order.sort((a, b) => packed.row[a] - packed.row[b] || entries[a].first - entries[b].first);
+  const count = entries.length;
+  const index = blank(count, packed.rows);
+  const { start, stop } = piecesByTrack(lanes);
+  /** @type {number[]} */
+  const pieces = [];
+  /** @type {number[]} */
+  const keys = [];
+  order.forEach((place, bar) => {
+    const entry = entries[place];
+    index.key[bar] = entry.key;
+    index.barOf.set(entry.key, bar);
+    index.first[bar] = entry.first;
+    index.last[bar] = entry.last;
+    index.row[bar] = packed.row[place];
+    index.classId[bar] = entry.class_id ?? -1;
+    index.review[bar] = REVIEW[entry.review];
+    index.rowStart[packed.row[place] + 1] = bar + 1;
+    const doc = docs[entry.key];
+    const spans = doc ? doc.segments : [{ track: entry.track ?? -1, first: entry.first, last: entry.last }];
+    for (const span of spans) {
+      for (let i = start.get(span.track) ?? 0; lanes && i < (stop.get(span.track) ?? 0); i += 1) {
+        const from = Math.max(lanes.first[i], span.first);
+        const to = Math.min(lanes.last[i], span.last);
+        if (from <= to) pieces.push(from, to, lanes.source[i]);
+      }
+    }
+    if (doc) addCorrections(doc, entry, pieces, keys);
+    index.pieceStart[bar + 1] = pieces.length / 3;
+    index.keyStart[bar + 1] = keys.length;
+  });
+  for (let r = 1; r <= packed.rows; r += 1) index.rowStart[r] = Math.max(index.rowStart[r], index.rowStart[r - 1]);
+  const total = pieces.length / 3;
+  index.pieceFirst = new Int32Array(total);
+  index.pieceLast = new Int32Array(total);
+  index.pieceSource = new Uint8Array(total);
+  for (let i = 0; i < total; i += 1) {
+    index.pieceFirst[i] = pieces[3 * i];
+    index.pieceLast[i] = pieces[3 * i + 1];
+    index.pieceSource[i] = pieces[3 * i + 2];
+  }
+  index.keyFrame = Int32Array.from(keys);
+  return index;
+}
+
+/**
+ * The first place of a sorted part of an array whose value is at least `value`.
+ *
+ * @param {Int32Array} values
+ * @param {number} from
+ * @param {number} to        exclusive
+ * @param {number} value
+ * @returns {number} from..to
+ */
+export function lowerBound(values, from, to, value) {
+  let low = from;
+  let high = to;
+  while (low < high) {
+    const middle = (low + high) >>> 1;
+    if (values[middle] < value) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/**
+ * The bar at a row and frame.
+ *
+ * @param {LaneIndex} index
+ * @param {number} row
+ * @param {number} frame
+ * @param {number} slack   frames beside a bar that still count as it
+ * @returns {number} -1: none
+ */
+export function barAt(index, row, frame, slack) {
+  if (row < 0 || row >= index.rows) return -1;
+  const stop = index.rowStart[row + 1];
+  const bar = lowerBound(index.last, index.rowStart[row], stop, Math.floor(frame - slack));
+  return bar < stop && index.first[bar] - slack <= frame ? bar : -1;
+}
+
+/**
+ * Density of tracks and doubt over a drive, finest level first; each further level joins two buckets.
+ *
+ * @param {readonly TrackEntry[]} entries
+ * @param {number} frames   of the drive
+ * @param {number} [bucket]
+ * @returns {Density}
+ */
+export function buildDensity(entries, frames, bucket = 16) {
+  const size = Math.max(1, Math.ceil(frames / bucket));
+  const change = new Float32Array(size + 1);
+  const doubt = new Float32Array(size);
+  for (const entry of entries) {
+    const from = clamp(Math.floor(entry.first / bucket), 0, size - 1);
+    const to = clamp(Math.floor(entry.last / bucket), from, size - 1);
+    change[from] += 1;
+    change[to + 1] -= 1;
+    const open = entry.review === 'open' || entry.review === 'needs_work' ? entry.doubt : 0;
+    for (let b = from; b <= to; b += 1) if (doubt[b] < open) doubt[b] = open;
+  }
+  const tracks = new Float32Array(size);
+  let running = 0;
+  let most = 0;
+  for (let b = 0; b < size; b += 1) {
+    running += change[b];
+    tracks[b] = running;
+    most = Math.max(most, running);
+  }
+  return { bucket, tracks: pyramid(tracks), doubt: pyramid(doubt), most };
+}
+
+/**
+ * The level of a pyramid with about one bucket a pixel.
+ *
+ * @param {Density} density
+ * @param {number} framesPerPixel
+ * @returns {number}
+ */
+export function levelFor(density, framesPerPixel) {
+  const wanted = Math.floor(Math.log2(Math.max(1, framesPerPixel / density.bucket)));
+  return clamp(wanted, 0, density.tracks.length - 1);
+}
+
+/** @param {Float32Array} finest @returns {Float32Array[]} */
+function pyramid(finest) {
+  const levels = [finest];
+  while (levels[levels.length - 1].length > 64) {
+    const fine = levels[levels.length - 1];
+    const coarse = new Float32Array(Math.ceil(fine.length / 2));
+    for (let i = 0; i < fine.length; i += 1) coarse[i >> 1] = Math.max(coarse[i >> 1], fine[i]);
+    levels.push(coarse);
+  }
+  return levels;
+}
+
+/**
+ * @param {LaneColumns|null} lanes
+ * @returns {{start: Map<number, number>, stop: Map<number, number>}} where each track's pieces lie
+ */
+function piecesByTrack(lanes) {
+  const start = new Map();
+  const stop = new Map();
+  for (let i = 0; lanes && i < lanes.track.length; i += 1) {
+    if (!start.has(lanes.track[i])) start.set(lanes.track[i], i);
+    stop.set(lanes.track[i], i + 1);
+  }
+  return { start, stop };
+}
+
+/**
+ * Spans between interpolated key frames count as corrected; they are painted over the engine's pieces.
+ *
+ * @param {TrackDoc} doc
+ * @param {TrackEntry} entry
+ * @param {number[]} pieces   first, last, source; grows
+ * @param {number[]} keys     grows
+ */
+function addCorrections(doc, entry, pieces, keys) {
+  const frames = Object.keys(doc.keys).map(Number).sort((a, b) => a - b);
+  frames.forEach((frame, i) => {
+    keys.push(frame);
+    const key = doc.keys[frame];
+    if (key.outside || key.box === null) return;
+    const next = frames[i + 1];
+    pieces.push(frame, key.interpolate && next !== undefined ? Math.min(next - 1, entry.last) : frame, CORRECTED);
+  });
+}
+
+/** @param {number} count @param {number} rows @returns {LaneIndex} */
+function blank(count, rows) {
+  return {
+    count,
+    rows,
+    key: new Array(count),
+    barOf: new Map(),
+    first: new Int32Array(count),
+    last: new Int32Array(count),
+    row: new Int32Array(count),
+    classId: new Int16Array(count),
+    review: new Uint8Array(count),
+    rowStart: new Int32Array(rows + 1),
+    pieceStart: new Int32Array(count + 1),
+    pieceFirst: new Int32Array(0),
+    pieceLast: new Int32Array(0),
+    pieceSource: new Uint8Array(0),
+    keyStart: new Int32Array(count + 1),
+    keyFrame: new Int32Array(0),
+  };
+}
+
+/** @param {number} value @param {number} low @param {number} high */
+function clamp(value, low, high) {
+  return value < low ? low : value > high ? high : value;
+}

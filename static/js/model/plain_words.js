@@ -1,0 +1,114 @@
+// @ts-check
+/** What happened to a track in plain sentences, out of its lane. Pure. */
+
+/** @typedef {import('../types.js').TrackLane} TrackLane */
+/** @typedef {{frame: number, kind: string, text: string}} Sentence   `text` begins with a small letter and has no frame */
+
+/** What the factors are for a sign that is followed well; only the choice of the reason rests on them. */
+const USUAL = { symmetry: 1.5, bits: 8, position: 3 };
+
+/**
+ * One sentence an event, in order of frames: the engine's own where it has one, and births, first verdicts and learning
+ * that it keeps as numbers only.
+ *
+ * @param {TrackLane} lane
+ * @returns {Sentence[]}
+ */
+export function sentencesOf(lane) {
+  /** @type {Sentence[]} */
+  const found = [];
+  const told = new Set();
+  for (const event of lane.events) {
+    told.add(event.frame);
+    found.push({ frame: event.frame, kind: event.kind, text: shorten(event.text, lane.id) });
+  }
+  for (let i = 0; i < lane.frame.length; i += 1) {
+    const frame = lane.frame[i];
+    if (i === 0) found.push({ frame, kind: 'born', text: birth(lane) });
+    if (lane.confident[i] === false && !told.has(frame)) found.push({ frame, kind: 'rejected', text: rejection(lane, i) });
+    if (lane.unlearned[i] > 0) found.push({ frame, kind: 'unlearned', text: unlearning(lane, i) });
+    if (i > 0 && i === lane.frame.length - 1) found.push({ frame, kind: 'ended', text: 'last frame of the track' });
+  }
+  return found.sort((a, b) => a.frame - b.frame);
+}
+
+/**
+ * Why a verdict is what it is, with all three factors.
+ *
+ * @param {TrackLane} lane
+ * @param {number} i      place in the columns
+ * @returns {string|null} null: the gate did not judge this frame
+ */
+export function verdictAt(lane, i) {
+  if (lane.confident[i] === null || lane.l_positive[i] === null) return null;
+  const relation = lane.confident[i] ? '<' : '≥';
+  const verdict = lane.confident[i] ? 'Prediction confident' : 'Prediction rejected';
+  return `${verdict}: L = ${short(lane.l_positive[i])} ${relation} ${short(lane.tau)}`;
+}
+
+/**
+ * @param {TrackLane} lane
+ * @param {number} i
+ */
+function rejection(lane, i) {
+  const reason = `L = ${short(lane.l_positive[i])} ≥ ${short(lane.tau)}, ${worst(lane, i)}`;
+  const probability = lane.probability[i];
+  if (lane.source[i] === 2) {
+    const sure = probability === null ? '' : ` (probability ${short(probability)})`;
+    return `prediction rejected, ${reason}; relocalised${sure}`;
+  }
+  const answer = lane.source[i] === 0 ? 'a detection took its place' : 'nothing better was found near it';
+  return `prediction rejected, ${reason}; ${answer}`;
+}
+
+/**
+ * The factor that weighs most.
+ *
+ * @param {TrackLane} lane
+ * @param {number} i
+ */
+function worst(lane, i) {
+  const symmetry = lane.symmetry[i] ?? 0;
+  const bits = lane.hash_distance[i] ?? 0;
+  const place = lane.position_distance[i] ?? 0;
+  const weights = [
+    { weight: symmetry / USUAL.symmetry, text: `symmetry ${short(lane.symmetry_magnitude[i])} is low` },
+    { weight: bits / USUAL.bits, text: `its look has changed in ${Math.round(bits)} of 64 bits` },
+    { weight: place / USUAL.position, text: `it lies ${short(place)} from the last result` },
+  ];
+  return weights.reduce((a, b) => (b.weight > a.weight ? b : a)).text;
+}
+
+/** @param {TrackLane} lane */
+function birth(lane) {
+  const score = lane.score[0];
+  return score === null ? 'the track begins' : `the track begins with a detection, score ${short(score)}`;
+}
+
+/** @param {TrackLane} lane @param {number} i */
+function unlearning(lane, i) {
+  const count = lane.unlearned[i];
+  return `the online detector unlearned ${count} ${count === 1 ? 'sample' : 'samples'}`;
+}
+
+/**
+ * The engine's sentence without its track, which the inspector names already.
+ *
+ * @param {string} text
+ * @param {number} track
+ */
+function shorten(text, track) {
+  let plain = text.replace(` of track ${track} `, ' ');
+  if (plain.startsWith(`Track ${track} is now `)) plain = plain.slice(`Track ${track} is `.length);
+  plain = plain.replace(/\.$/, '');
+  return plain.charAt(0).toLowerCase() + plain.slice(1);
+}
+
+/** @param {number|null|undefined} value @returns {string} three digits */
+export function short(value) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return '–';
+  const size = Math.abs(value);
+  if (size >= 1e6) return 'very large';
+  if (size >= 1000) return Math.round(value).toLocaleString('en-GB');
+  return String(Number(value.toPrecision(3)));
+}

@@ -1,0 +1,135 @@
+// @ts-check
+/**
+ * The queue: which tracks to look at, in which order, and how many are left. Pure.
+ *
+ * @typedef {import('../types.js').State} State
+ * @typedef {import('../types.js').QueueFilter} QueueFilter
+ * @typedef {import('../types.js').Label} Label
+ * @typedef {import('./track_entries.js').TrackEntry} TrackEntry
+ *
+ * @typedef {object} QueueCounts
+ * @property {number} total
+ * @property {number} open
+ * @property {number} accepted
+ * @property {number} rejected
+ * @property {number} needs_work
+ * @property {number} left        open and needs work: what a person still has to decide
+ */
+import { trackEntries } from './track_entries.js';
+
+/** @type {QueueFilter} */
+export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_doubt: 0, text: '', sort: 'doubt' });
+
+/**
+ * Keys of the queue in its order, under the page's filter.
+ *
+ * @param {State} state
+ * @returns {string[]} empty outside the review screen
+ */
+export function queueOrder(state) {
+  const review = state.review;
+  if (review === null) return [];
+  return queueOf(trackEntries(review.tracks, review.docs), review.filter, state.labels).map((entry) => entry.key);
+}
+
+/**
+ * The track that follows the selected one. A selected track that the filter hides (it has just been accepted, say)
+ * still has its place in the order, so that walking goes on from there.
+ *
+ * @param {State} state
+ * @param {1|-1} direction
+ * @returns {string|null} null: there is none in that direction
+ */
+export function nextInQueue(state, direction) {
+  const review = state.review;
+  if (review === null) return null;
+  const entries = trackEntries(review.tracks, review.docs);
+  const queue = queueOf(entries, review.filter, state.labels);
+  if (queue.length === 0) return null;
+  const at = queue.findIndex((entry) => entry.key === review.selected);
+  if (at >= 0) return queue[at + direction]?.key ?? null;
+  const selected = entries.find((entry) => entry.key === review.selected);
+  if (selected === undefined) return (direction > 0 ? queue[0] : queue[queue.length - 1]).key;
+  const compare = comparator(review.filter.sort);
+  let place = 0;
+  while (place < queue.length && compare(queue[place], selected) < 0) place += 1;
+  return queue[direction > 0 ? place : place - 1]?.key ?? null;
+}
+
+/**
+ * Entries that pass a filter, in its order.
+ *
+ * @param {readonly TrackEntry[]} entries
+ * @param {QueueFilter} filter
+ * @param {readonly Label[]} labels   for the search by name
+ * @returns {TrackEntry[]}
+ */
+export function queueOf(entries, filter, labels) {
+  const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
+  const names = words.length > 0 ? new Map(labels.map((label) => [label.id, label.name.toLowerCase()])) : null;
+  return entries
+    .filter((entry) => passes(entry, filter) && (names === null || words.every((word) => mentions(entry, word, names))))
+    .sort(comparator(filter.sort));
+}
+
+/**
+ * @param {readonly TrackEntry[]} entries
+ * @returns {QueueCounts}
+ */
+export function queueCounts(entries) {
+  const counts = { total: entries.length, open: 0, accepted: 0, rejected: 0, needs_work: 0, left: 0 };
+  for (const entry of entries) counts[entry.review] += 1;
+  counts.left = counts.open + counts.needs_work;
+  return counts;
+}
+
+/**
+ * @param {TrackEntry} entry
+ * @param {QueueFilter} filter
+ */
+function passes(entry, filter) {
+  return (
+    (filter.class_id === null || entry.class_id === filter.class_id) &&
+    (filter.review === 'all' || entry.review === filter.review) &&
+    entry.doubt >= filter.least_doubt
+  );
+}
+
+/**
+ * @param {TrackEntry} entry
+ * @param {string} word
+ * @param {Map<number, string>} names
+ */
+function mentions(entry, word, names) {
+  const number = entry.key.slice(1);
+  if (entry.key === word || number === word || `#${number}` === word) return true;
+  if (entry.class_id !== null && names.get(entry.class_id)?.includes(word)) return true;
+  if (entry.not_a_sign && 'not a sign'.includes(word)) return true;
+  return entry.reasons.some((reason) => reason.toLowerCase().includes(word));
+}
+
+/**
+ * A total order, so that equal tracks never change places.
+ *
+ * @param {QueueFilter['sort']} sort
+ * @returns {(a: TrackEntry, b: TrackEntry) => number}
+ */
+function comparator(sort) {
+  /** @param {TrackEntry} a @param {TrackEntry} b */
+  const tie = (a, b) => a.first - b.first || (a.key < b.key ? -1 : a.key > b.key ? 1 : 0);
+  switch (sort) {
+    case 'time':
+      return tie;
+    case 'class':
+      return (a, b) => (a.class_id ?? 1e9) - (b.class_id ?? 1e9) || tie(a, b);
+    case 'score':
+      return (a, b) => finite(a.score) - finite(b.score) || tie(a, b);
+    default:
+      return (a, b) => b.doubt - a.doubt || tie(a, b);
+  }
+}
+
+/** @param {number} score @returns {number} tracks without a score come last */
+function finite(score) {
+  return Number.isFinite(score) ? score : Number.MAX_VALUE;
+}

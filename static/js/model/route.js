@@ -1,0 +1,69 @@
+// @ts-check
+/**
+ * Addresses inside the page: what stands after `#`. Pure.
+ *
+ *     #/                                        library
+ *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest
+ *     #/compare?a=run:R&b=annotation:R
+ *
+ * @typedef {import('../types.js').Route} Route
+ */
+
+/**
+ * @param {Route} route
+ * @returns {string} begins with `#/`
+ */
+export function formatRoute(route) {
+  if (route.screen === 'review') {
+    const pairs = [];
+    if (route.frame !== null) pairs.push(`frame=${route.frame}`);
+    if (route.track !== null) pairs.push(`track=${encodeURIComponent(route.track)}`);
+    return `#/review/${route.video}/${route.run ?? '-'}${pairs.length ? `?${pairs.join('&')}` : ''}`;
+  }
+  if (route.screen === 'compare') return `#/compare?a=${encodeURIComponent(route.a)}&b=${encodeURIComponent(route.b)}`;
+  return '#/';
+}
+
+/**
+ * @param {string} hash   with or without `#`
+ * @returns {Route} the library, where it says nothing that is known
+ */
+export function parseRoute(hash) {
+  const [path, query = ''] = hash.replace(/^#/, '').split('?');
+  const values = pairsOf(query);
+  const parts = path.split('/').filter((part) => part !== '');
+  if (parts[0] === 'review' && /^[0-9a-f]{64}$/.test(parts[1] ?? '')) {
+    const run = parts[2] ?? '-';
+    const frame = values.frame ?? '';
+    return {
+      screen: 'review',
+      video: parts[1],
+      run: /^[0-9a-f]{32}$/.test(run) ? run : null,
+      frame: /^\d{1,9}$/.test(frame) ? Number(frame) : null,
+      track: values.track || null,
+    };
+  }
+  const side = /^(run|annotation|truth):[0-9a-f]{32}$/;
+  if (parts[0] === 'compare' && side.test(values.a ?? '') && side.test(values.b ?? '')) {
+    return {screen: 'compare', a: values.a, b: values.b};
+  }
+  return {screen: 'library'};
+}
+
+/**
+ * @param {string} query
+ * @returns {Record<string, string>}
+ */
+function pairsOf(query) {
+  /** @type {Record<string, string>} */
+  const values = {};
+  for (const pair of query.split('&')) {
+    const [name, value = ''] = pair.split('=');
+    try {
+      values[name] = decodeURIComponent(value);
+    } catch {
+      // A broken escape: as if it were not there.
+    }
+  }
+  return values;
+}

@@ -1,0 +1,99 @@
+// @ts-check
+/**
+ * The shared time axis: frames to pixels, zoom and pan within the drive, and ticks. Pure.
+ *
+ * @typedef {{first: number, last: number}} Span   frames; fractions are allowed, `last` is exclusive
+ */
+
+/** Fewest frames that the axis shows. */
+export const LEAST = 8;
+const STEPS = [1, 2, 5];
+
+/** @param {Span} span @param {number} frame @param {number} width @returns {number} px of the left edge of a frame */
+export function toX(span, frame, width) {
+  return ((frame - span.first) / (span.last - span.first)) * width;
+}
+
+/** @param {Span} span @param {number} x @param {number} width @returns {number} frame with its fraction */
+export function toFrame(span, x, width) {
+  return span.first + (x / Math.max(1, width)) * (span.last - span.first);
+}
+
+/**
+ * Zoom so that the frame under the pointer stays under it.
+ *
+ * @param {Span} span
+ * @param {number} frame    under the pointer
+ * @param {number} factor   < 1 zooms in
+ * @param {number} frames   of the drive
+ * @returns {Span}
+ */
+export function zoomAround(span, frame, factor, frames) {
+  const length = Math.min(Math.max((span.last - span.first) * factor, Math.min(LEAST, frames)), Math.max(1, frames));
+  const share = (frame - span.first) / (span.last - span.first);
+  return within(frame - share * length, length, frames);
+}
+
+/** @param {Span} span @param {number} by   frames @param {number} frames @returns {Span} */
+export function panBy(span, by, frames) {
+  return within(span.first + by, span.last - span.first, frames);
+}
+
+/**
+ * Move the span only if a frame is not in it, keeping its length.
+ *
+ * @param {Span} span
+ * @param {number} frame
+ * @param {number} frames
+ * @returns {Span} the same object if the frame is visible
+ */
+export function reveal(span, frame, frames) {
+  if (frame >= span.first && frame + 1 <= span.last) return span;
+  const length = span.last - span.first;
+  return within(frame - length * (frame < span.first ? 0.9 : 0.1), length, frames);
+}
+
+/** @param {number} first @param {number} last   inclusive @param {number} frames @returns {Span} with room on both sides */
+export function spanAround(first, last, frames) {
+  const length = Math.min(Math.max((last - first + 1) * 1.3, LEAST * 4), Math.max(1, frames));
+  return within((first + last + 1 - length) / 2, length, frames);
+}
+
+/**
+ * Frames between two ticks.
+ *
+ * @param {number} framesPerPixel
+ * @param {number} room   px that a label needs
+ * @returns {number} 1, 2 or 5 times a power of ten
+ */
+export function tickStep(framesPerPixel, room) {
+  const least = Math.max(1, framesPerPixel * room);
+  const power = 10 ** Math.floor(Math.log10(least));
+  for (const step of STEPS) if (step * power >= least) return step * power;
+  return 10 * power;
+}
+
+/**
+ * A time for the axis, with as many digits as ticks this close need.
+ *
+ * @param {number} seconds
+ * @param {number} apart   seconds between two ticks
+ * @returns {string} `1:02:03`, `2:03.4`
+ */
+export function timeLabel(seconds, apart) {
+  const digits = apart >= 1 ? 0 : apart >= 0.1 ? 1 : apart >= 0.01 ? 2 : 3;
+  const unit = 10 ** digits;
+  const ticks = Math.round(Math.max(0, seconds) * unit);
+  const whole = Math.floor(ticks / unit);
+  const rest = digits > 0 ? `.${String(ticks % unit).padStart(digits, '0')}` : '';
+  const hours = Math.floor(whole / 3600);
+  const minutes = String(Math.floor(whole / 60) % 60).padStart(hours > 0 ? 2 : 1, '0');
+  return `${hours > 0 ? `${hours}:` : ''}${minutes}:${String(whole % 60).padStart(2, '0')}${rest}`;
+}
+
+/** @param {number} start @param {number} length @param {number} frames @returns {Span} */
+function within(start, length, frames) {
+  const size = Math.min(length, Math.max(1, frames));
+  const first = Math.min(Math.max(0, start), Math.max(0, frames - size));
+  return { first, last: first + size };
+}

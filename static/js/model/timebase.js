@@ -1,0 +1,81 @@
+// @ts-check
+/**
+ * Ordinals and times: which frame is on screen at a time, and when each is shown. Built from the run-length table of
+ * the server; never from a frame rate.
+ *
+ * @typedef {import('../types.js').FrameTableData} FrameTableData
+ */
+
+/**
+ * @typedef {object} Timebase
+ * @property {number} frames
+ * @property {(frame: number) => number} secondsAt   presentation time of a frame, s, from the first frame on
+ * @property {(seconds: number) => number} frameAt   the frame on screen at a time: the last one shown at or before it
+ * @property {(frame: number) => boolean} isKey
+ * @property {(frame: number) => boolean} isCorrupt
+ * @property {(frame: number) => number|null} nextKey
+ * @property {(frame: number) => number|null} previousKey
+ */
+
+/**
+ * @param {FrameTableData} table
+ * @returns {Timebase}
+ */
+export function createTimebase(table) {
+  const unit = table.time_base[0] / table.time_base[1];
+  // one row a run of equal steps: the first frame it leads away from, ticks there, ticks a frame
+  /** @type {number[]} */
+  const starts = [];
+  /** @type {number[]} */
+  const ticks = [];
+  /** @type {number[]} */
+  const strides = [];
+  let frame = 0;
+  let tick = 0;
+  for (const [stride, count] of table.steps) {
+    starts.push(frame);
+    ticks.push(tick);
+    strides.push(stride);
+    frame += count;
+    tick += stride * count;
+  }
+  const end = tick;
+  const keys = Int32Array.from(table.keys);
+  const corrupt = Int32Array.from(table.corrupt);
+
+  return {
+    frames: table.frames,
+    secondsAt(frame) {
+      if (starts.length === 0) return 0;
+      const row = Math.max(0, upperBound(starts, frame) - 1);
+      return (ticks[row] + (frame - starts[row]) * strides[row]) * unit;
+    },
+    frameAt(seconds) {
+      const wanted = seconds / unit + 1e-6;
+      if (starts.length === 0 || wanted <= 0) return 0;
+      if (wanted >= end) return table.frames - 1;
+      const row = Math.max(0, upperBound(ticks, wanted) - 1);
+      return Math.min(table.frames - 1, starts[row] + Math.floor((wanted - ticks[row]) / strides[row]));
+    },
+    isKey: (frame) => keys[upperBound(keys, frame) - 1] === frame,
+    isCorrupt: (frame) => corrupt[upperBound(corrupt, frame) - 1] === frame,
+    nextKey: (frame) => keys[upperBound(keys, frame)] ?? null,
+    previousKey: (frame) => keys[upperBound(keys, frame - 1) - 1] ?? null,
+  };
+}
+
+/**
+ * Position behind the last value <= `value`.
+ * @param {ArrayLike<number>} values ascending
+ * @param {number} value
+ */
+function upperBound(values, value) {
+  let low = 0;
+  let high = values.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (values[middle] <= value) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}

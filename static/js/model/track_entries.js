@@ -1,0 +1,112 @@
+// @ts-check
+/**
+ * The tracks of a run as people have left them, one entry a track: what queue and lanes list. Pure.
+ *
+ * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../types.js').TrackColumns} TrackColumns
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ *
+ * @typedef {object} TrackEntry
+ * @property {string} key             `m7` or `h...`
+ * @property {number|null} track      number of the engine's track; null: made by a person
+ * @property {number} column          place in the columns of the run; -1: none
+ * @property {number} first           first frame
+ * @property {number} last            last frame, inclusive
+ * @property {number|null} class_id   a person's label, else the engine's
+ * @property {boolean} relabelled     the label is a person's
+ * @property {number} doubt           0..1
+ * @property {number} score           best final score; NaN: no detection
+ * @property {string[]} reasons       plain sentences
+ * @property {TrackDoc['review']} review
+ * @property {boolean} not_a_sign
+ * @property {number} notes           how many
+ */
+import { spanOf } from './effective.js';
+
+/**
+ * Every track that is still there, in the order of the run and then people's own in order of their first frame.
+ *
+ * @param {TrackColumns|null} tracks
+ * @param {Record<string, TrackDoc>} docs
+ * @returns {TrackEntry[]}
+ */
+export function trackEntries(tracks, docs) {
+  /** @type {TrackEntry[]} */
+  const entries = [];
+  /** @type {Map<number, number>} */
+  const columnOf = new Map();
+  const count = tracks ? tracks.id.length : 0;
+  for (let i = 0; tracks && i < count; i += 1) {
+    columnOf.set(tracks.id[i], i);
+    const key = `m${tracks.id[i]}`;
+    const doc = docs[key];
+    if (doc === undefined) entries.push(machineEntry(tracks, i, key));
+    else if (!doc.gone) entries.push(documentEntry(tracks, columnOf, doc, i));
+  }
+  /** @type {TrackEntry[]} */
+  const own = [];
+  for (const key in docs) {
+    const doc = docs[key];
+    if (doc.gone || (key.startsWith('m') && columnOf.has(Number(key.slice(1))))) continue;
+    const column = doc.segments.length > 0 ? (columnOf.get(doc.segments[0].track) ?? -1) : -1;
+    own.push(documentEntry(tracks, columnOf, doc, column));
+  }
+  own.sort((a, b) => a.first - b.first || (a.key < b.key ? -1 : 1));
+  return entries.concat(own);
+}
+
+/**
+ * @param {TrackColumns} tracks
+ * @param {number} i
+ * @param {string} key
+ * @returns {TrackEntry}
+ */
+function machineEntry(tracks, i, key) {
+  return {
+    key,
+    track: tracks.id[i],
+    column: i,
+    first: tracks.first[i],
+    last: tracks.last[i],
+    class_id: tracks.class_id[i],
+    relabelled: false,
+    doubt: tracks.doubt[i],
+    score: tracks.score[i] ?? Number.NaN,
+    reasons: tracks.reasons[i] ?? [],
+    review: 'open',
+    not_a_sign: false,
+    notes: 0,
+  };
+}
+
+/**
+ * @param {TrackColumns|null} tracks
+ * @param {Map<number, number>} columnOf
+ * @param {TrackDoc} doc
+ * @param {number} column
+ * @returns {TrackEntry}
+ */
+function documentEntry(tracks, columnOf, doc, column) {
+  const known = tracks !== null && column >= 0;
+  const own = doc.key.startsWith('m') && column >= 0;
+  const span = spanOf(doc, (track) => {
+    const place = columnOf.get(track);
+    return place === undefined || tracks === null ? null : tracks.last[place];
+  });
+  const first = span?.first ?? (known ? tracks.first[column] : 0);
+  return {
+    key: doc.key,
+    track: own && tracks ? tracks.id[column] : null,
+    column: known ? column : -1,
+    first,
+    last: span?.last ?? first,
+    class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
+    relabelled: doc.class_id !== null,
+    doubt: known ? tracks.doubt[column] : 0,
+    score: known ? tracks.score[column] : Number.NaN,
+    reasons: known ? tracks.reasons[column] : ['A person drew it.'],
+    review: doc.review,
+    not_a_sign: doc.not_a_sign,
+    notes: doc.notes.length,
+  };
+}

@@ -1,0 +1,191 @@
+// @ts-check
+/** Changing boxes and tracks. */
+
+import { docOf } from '../editing/revisions.js';
+import { keyFramesOf } from '../model/documents.js';
+import { nudged, settled } from '../model/geometry.js';
+import { shownTrack, shownTracks } from '../review/shown_tracks.js';
+import { openDialog } from '../store/actions/page.js';
+import { select, setMode, toggleMarked } from '../store/actions/review.js';
+import { editSelected, needsBox, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../types.js').State} State */
+
+const GROUP = 'Boxes and tracks';
+
+/** @param {State} state */
+const size = (state) => ({ width: state.review?.video.width ?? 1, height: state.review?.video.height ?? 1 });
+
+/** The state that holds at the cursor. @param {State} state @param {'occluded'|'outside'} what */
+function holds(state, what) {
+  const { review } = state;
+  const doc = review?.selected ? review.docs[review.selected] : undefined;
+  if (!doc || !review) return false;
+  const before = keyFramesOf(doc).findLast((k) => k <= review.frame);
+  return before === undefined ? false : doc.keys[before][what];
+}
+
+/** @param {App} app @param {'set_occluded'|'set_outside'} name @param {'occluded'|'outside'} what */
+function toggle(app, name, what) {
+  const state = app.store.get();
+  const box = state.review?.selected ? shownTrack(state.review, state.review.selected)?.box ?? null : null;
+  editSelected(app, { name, value: !holds(state, what), box });
+}
+
+/** The two corrected key frames around the cursor. @param {State} state @returns {[number, number]|null} */
+function around(state) {
+  const { review } = state;
+  const doc = review?.selected ? review.docs[review.selected] : undefined;
+  if (!doc || !review) return null;
+  const frames = keyFramesOf(doc).filter((k) => doc.keys[k].box !== null);
+  const first = frames.findLast((k) => k <= review.frame) ?? frames[0];
+  const last = frames.find((k) => k > review.frame) ?? frames.at(-1);
+  if (first === undefined || last === undefined) return null;
+  if (first < last) return [first, last];
+  const earlier = frames.at(-2);
+  return earlier === undefined ? null : [earlier, last];
+}
+
+/** @param {App} app */
+function merge(app) {
+  const { review } = app.store.get();
+  if (!review) return;
+  if (review.mode !== 'merge') {
+    app.store.dispatch((state) => (state.review?.selected ? toggleMarked(setMode(state, 'merge'), state.review.selected) : setMode(state, 'merge')));
+    return;
+  }
+  const [key, ...others] = review.marked;
+  if (key && others.length) {
+    app.edit({ name: 'merge', frame: review.frame, key, others });
+    app.store.dispatch((state) => select(setMode(state, 'select'), key));
+  } else {
+    app.store.dispatch((state) => setMode(state, 'select'));
+  }
+}
+
+/** @param {App} app @param {1|-1} direction */
+function cycle(app, direction) {
+  const { review } = app.store.get();
+  if (!review) return;
+  const keys = shownTracks(review).map(({ key, box }) => ({ key, x: box[0] })).sort((a, b) => a.x - b.x).map(({ key }) => key);
+  if (!keys.length) return;
+  const at = keys.indexOf(review.selected ?? '');
+  const next = keys[at < 0 ? (direction > 0 ? 0 : keys.length - 1) : (at + direction + keys.length) % keys.length];
+  app.store.dispatch((state) => select(state, next));
+}
+
+/** @param {App} app @param {number} dx @param {number} dy */
+function nudge(app, dx, dy) {
+  const state = app.store.get();
+  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+  if (shown) editSelected(app, { name: 'set_box', box: nudged(shown.box, dx, dy, size(state)) });
+}
+
+/** Right and lower edge move; the rest stays. @param {App} app @param {number} dx @param {number} dy */
+function grow(app, dx, dy) {
+  const state = app.store.get();
+  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+  if (!shown) return;
+  const [x1, y1, x2, y2] = shown.box;
+  editSelected(app, { name: 'set_box', box: settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)) });
+}
+
+const ARROWS = /** @type {const} */ ([['Left', -1, 0, '←'], ['Right', 1, 0, '→'], ['Up', 0, -1, '↑'], ['Down', 0, 1, '↓']]);
+
+/** @type {import('../page-types.js').Operation[]} */
+export const boxes = [
+  operation({
+    id: 'select-mode', label: 'Select and change boxes', keys: ['Escape'], icon: 'select', group: GROUP,
+    run: (app) => app.store.dispatch((state) => (state.review?.mode === 'select' ? select(state, null) : setMode(state, 'select'))),
+  }),
+  operation({
+    id: 'draw', label: 'Draw a new track', keys: ['N'], icon: 'draw', group: GROUP, disabled: needsRun,
+    tooltip: 'Draw a box; it begins a new track (N). With Shift held it corrects the selected one.',
+    run: (app) => app.store.dispatch((state) => setMode(state, state.review?.mode === 'draw' ? 'select' : 'draw')),
+  }),
+  operation({
+    id: 'merge', label: 'Merge tracks', keys: ['M'], icon: 'merge', group: GROUP, disabled: needsRun,
+    tooltip: 'Merge: press M, click the tracks, press M again (M)', run: merge,
+  }),
+  operation({
+    id: 'split', label: 'Split the track here', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
+    run: (app) => editSelected(app, { name: 'split', new_key: newKey() }),
+  }),
+  operation({
+    id: 'key-frame', label: 'Set or remove a key frame', keys: ['K'], icon: 'key', group: GROUP, disabled: needsTrack,
+    run: (app) => {
+      const { review } = app.store.get();
+      if (!review?.selected) return;
+      const doc = docOf(review, review.selected);
+      const shown = shownTrack(review, review.selected);
+      if (doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
+      else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
+    },
+  }),
+  operation({
+    id: 'interpolate', label: 'Interpolate between key frames', keys: ['I'], icon: 'interpolate', group: GROUP,
+    disabled: (state) => needsTrack(state) ?? (around(state) ? null : 'Correct the box in two frames first.'),
+    run: (app) => {
+      const state = app.store.get();
+      const range = around(state);
+      const doc = state.review?.selected ? state.review.docs[state.review.selected] : undefined;
+      if (range && doc) editSelected(app, { name: 'interpolate', first: range[0], last: range[1], value: !doc.keys[range[0]].interpolate });
+    },
+  }),
+  operation({
+    id: 'outside', label: 'Out of sight from here on', keys: ['O'], icon: 'outside', group: GROUP, disabled: needsTrack,
+    run: (app) => toggle(app, 'set_outside', 'outside'),
+  }),
+  operation({
+    id: 'occluded', label: 'Occluded from here on', keys: ['Q'], icon: 'occluded', group: GROUP, disabled: needsBox,
+    run: (app) => toggle(app, 'set_occluded', 'occluded'),
+  }),
+  operation({
+    id: 'delete-from', label: 'Delete from here on', keys: ['Del'], icon: 'cut', group: GROUP, disabled: needsTrack,
+    run: (app) => editSelected(app, { name: 'delete_from' }),
+  }),
+  operation({
+    id: 'delete-track', label: 'Delete the whole track', keys: ['Shift+Del'], icon: 'delete', group: GROUP, disabled: needsTrack,
+    run: (app) => {
+      editSelected(app, { name: 'delete_track' });
+      app.store.dispatch((state) => select(state, null));
+    },
+  }),
+  operation({ id: 'next-track', label: 'Next track in this frame', keys: ['Tab'], group: GROUP, available: (state) => onReview(state), run: (app) => cycle(app, 1) }),
+  operation({ id: 'previous-track', label: 'Previous track in this frame', keys: ['Shift+Tab'], group: GROUP, run: (app) => cycle(app, -1) }),
+  ...ARROWS.flatMap(([name, dx, dy, arrow]) => [
+    operation({ id: `move-${name.toLowerCase()}`, label: `Move the box ${arrow}`, keys: [`Arrow${name}`], group: 'Box by keyboard', disabled: needsBox, run: (app) => nudge(app, dx, dy) }),
+    operation({ id: `move-10-${name.toLowerCase()}`, label: `Move the box 10 px ${arrow}`, keys: [`Shift+Arrow${name}`], group: 'Box by keyboard', disabled: needsBox, run: (app) => nudge(app, 10 * dx, 10 * dy) }),
+    operation({ id: `grow-${name.toLowerCase()}`, label: `Resize the box ${arrow}`, keys: [`Alt+Arrow${name}`], group: 'Box by keyboard', disabled: needsBox, run: (app) => grow(app, dx, dy) }),
+  ]),
+  operation({
+    id: 'new-box', label: 'New track in the middle of the view', keys: ['Shift+N'], group: 'Box by keyboard', disabled: needsRun,
+    run: (app) => {
+      const { review } = app.store.get();
+      if (!review) return;
+      const { x, y, zoom } = review.viewport;
+      const half = Math.max(12, 24 / Math.max(zoom, 0.1));
+      const key = newKey();
+      const box = settled([x - half, y - half, x + half, y + half], size(app.store.get()));
+      if (app.edit({ name: 'create_track', frame: review.frame, key, box, class_id: null })) app.store.dispatch((state) => select(state, key));
+    },
+  }),
+];
+
+/** @param {App} app @param {import('../types.js').Box} box @param {boolean} correct   of the selected track instead of a new one */
+export function drawn(app, box, correct) {
+  const { review } = app.store.get();
+  if (!review) return;
+  if (correct && review.selected) {
+    editSelected(app, { name: 'set_box', box });
+    app.store.dispatch((state) => setMode(state, 'select'));
+    return;
+  }
+  const key = newKey();
+  if (!app.edit({ name: 'create_track', frame: review.frame, key, box, class_id: null })) return;
+  app.store.dispatch((state) => {
+    const data = { key, frame: review.frame, box };
+    return openDialog(select(setMode(state, 'select'), key), { kind: 'relabel', data });
+  });
+}

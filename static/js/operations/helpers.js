@@ -1,0 +1,55 @@
+// @ts-check
+/**
+ * What operations share.
+ *
+ * @typedef {import('../page-types.js').App} App
+ * @typedef {import('../types.js').State} State
+ * @typedef {import('../page-types.js').Operation} Operation
+ * @typedef {import('../types.js').Command} Command
+ */
+import { shownTrack } from '../review/shown_tracks.js';
+
+/** @param {State} state */
+export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null;
+
+/** Editing needs a run, since edits belong to one. @param {State} state @returns {string|null} */
+export function needsRun(state) {
+  if (!state.review?.run) return 'Run the engine on this video first.';
+  return null;
+}
+
+/** @param {State} state @returns {string|null} */
+export const needsTrack = (state) => needsRun(state) ?? (state.review?.selected ? null : 'Select a track first.');
+
+/** @param {State} state @returns {string|null} */
+export function needsBox(state) {
+  const missing = needsTrack(state);
+  if (missing) return missing;
+  const { review } = state;
+  return review?.selected && shownTrack(review, review.selected) ? null : 'The track has no box in this frame.';
+}
+
+/**
+ * An operation; what is not given means the usual: on the review screen, never disabled.
+ * @param {Omit<Operation, 'available'|'disabled'|'tooltip'> & Partial<Operation>} fields
+ * @returns {Operation}
+ */
+export const operation = (fields) => ({
+  available: onReview,
+  disabled: () => null,
+  tooltip: fields.keys.length ? `${fields.label} (${fields.keys[0]})` : fields.label,
+  ...fields,
+});
+
+/**
+ * Edit the selected track in the frame of the cursor.
+ * @param {App} app
+ * @param {Partial<Command> & {name: Command['name']}} fields
+ */
+export function editSelected(app, fields) {
+  const { review } = app.store.get();
+  if (review?.selected) app.edit({ frame: review.frame, key: review.selected, ...fields });
+}
+
+/** A name for a new track. */
+export const newKey = () => `h${crypto.randomUUID().replaceAll('-', '').slice(0, 16)}`;

@@ -1,0 +1,82 @@
+// @ts-check
+/** Moving through time. */
+
+import { nextInQueue } from '../model/queue.js';
+import { seek, select, setPlaying, step } from '../store/actions/review.js';
+import { spanOf } from '../model/effective.js';
+import { docOf } from '../editing/revisions.js';
+import { keyFramesOf } from '../model/documents.js';
+import { needsTrack, operation } from './helpers.js';
+
+/** @typedef {import('../page-types.js').App} App */
+
+const GROUP = 'Time';
+
+/** @param {App} app @param {number} by */
+const move = (app, by) => app.store.dispatch((state) => step(state, by));
+
+/** @param {App} app @param {number|null|undefined} frame */
+const go = (app, frame) => {
+  if (frame !== null && frame !== undefined) app.store.dispatch((state) => seek(setPlaying(state, false), frame));
+};
+
+/**
+ * Show a track: select it, and go to its first frame unless the cursor is inside it.
+ * @param {App} app
+ * @param {string} key
+ */
+export function openTrack(app, key) {
+  const { review } = app.store.get();
+  const doc = review && docOf(review, key);
+  const tracks = review?.tracks;
+  const span = doc && spanOf(doc, (id) => (tracks ? tracks.last[tracks.id.indexOf(id)] ?? null : null));
+  app.store.dispatch((state) => {
+    const inside = span && state.review && span.first <= state.review.frame && state.review.frame <= span.last;
+    return select(span && !inside ? seek(state, span.first) : state, key);
+  });
+}
+
+/** @param {App} app @param {1|-1} direction */
+function queueStep(app, direction) {
+  const key = nextInQueue(app.store.get(), direction);
+  if (key !== null) openTrack(app, key);
+}
+
+/** Corrected frames of the selected track, else the video's own key frames. @param {App} app @param {1|-1} direction */
+function keyStep(app, direction) {
+  const { review } = app.store.get();
+  if (!review?.timebase) return;
+  const doc = review.selected ? review.docs[review.selected] : undefined;
+  const frames = doc ? keyFramesOf(doc) : [];
+  if (frames.length) {
+    const found = direction > 0 ? frames.find((k) => k > review.frame) : frames.findLast((k) => k < review.frame);
+    if (found !== undefined) {
+      go(app, found);
+      return;
+    }
+  }
+  go(app, direction > 0 ? review.timebase.nextKey(review.frame) : review.timebase.previousKey(review.frame));
+}
+
+/** @type {import('../page-types.js').Operation[]} */
+export const navigation = [
+  operation({ id: 'previous-frame', label: 'Previous frame', keys: ['D'], icon: 'back', group: GROUP, run: (app) => move(app, -1) }),
+  operation({ id: 'play', label: 'Play or pause', keys: ['Space'], icon: 'play', group: GROUP, run: (app) => app.store.dispatch((state) => setPlaying(state, !state.review?.playing)) }),
+  operation({ id: 'next-frame', label: 'Next frame', keys: ['F'], icon: 'forward', group: GROUP, run: (app) => move(app, 1) }),
+  operation({ id: 'back-10', label: 'Back 10 frames', keys: ['V'], icon: 'skip-back', group: GROUP, run: (app) => move(app, -10) }),
+  operation({ id: 'on-10', label: 'On 10 frames', keys: ['C'], icon: 'skip-forward', group: GROUP, run: (app) => move(app, 10) }),
+  operation({ id: 'next-key', label: 'Next key frame', keys: ['R'], icon: 'key-forward', group: GROUP, run: (app) => keyStep(app, 1) }),
+  operation({ id: 'previous-key', label: 'Previous key frame', keys: ['E'], icon: 'key-back', group: GROUP, run: (app) => keyStep(app, -1) }),
+  operation({ id: 'first-frame', label: 'First frame', keys: ['Home'], group: GROUP, run: (app) => go(app, 0) }),
+  operation({ id: 'last-frame', label: 'Last frame', keys: ['End'], group: GROUP, run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1) }),
+  operation({ id: 'next-in-queue', label: 'Next in the queue', keys: ['J'], icon: 'down', group: 'Queue', run: (app) => queueStep(app, 1) }),
+  operation({ id: 'previous-in-queue', label: 'Previous in the queue', keys: ['Shift+J'], icon: 'up', group: 'Queue', run: (app) => queueStep(app, -1) }),
+  operation({
+    id: 'to-track', label: 'Go to the start of the track', keys: ['T'], group: 'Queue', disabled: needsTrack,
+    run: (app) => {
+      const { review } = app.store.get();
+      const doc = review?.selected ? docOf(review, review.selected) : null;
+      go(app, doc ? spanOf(doc)?.first : null);
+    },
+  }),
+];

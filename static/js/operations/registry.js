@@ -1,0 +1,29 @@
+// @ts-check
+/** Everything a person can do: the one source of toolbar, keyboard and help. */
+
+import { boxes } from './boxes.js';
+import { navigation } from './navigate.js';
+import { verdicts } from './verdicts.js';
+import { view } from './view.js';
+
+/** @returns {import('../page-types.js').Operation[]} */
+export const allOperations = () => [...navigation, ...boxes, ...verdicts, ...view];
+
+/**
+ * Run an operation if it can be run now.
+ * @param {import('../page-types.js').App} app
+ * @param {import('../page-types.js').Operation} operation
+ * @param {(reason: string) => void} [refuse]   told why not
+ * @returns {boolean} whether it ran
+ */
+export function runOperation(app, operation, refuse) {
+  const state = app.store.get();
+  if (!operation.available(state)) return false;
+  const reason = operation.disabled(state);
+  if (reason !== null) {
+    refuse?.(reason);
+    return false;
+  }
+  operation.run(app);
+  return true;
+}

@@ -1,0 +1,59 @@
+// @ts-check
+/** Judging tracks: accept, reject, needs work, label, not a sign, notes. */
+
+import { openDialog } from '../store/actions/page.js';
+import { shownTrack } from '../review/shown_tracks.js';
+import { nextInQueue } from '../model/queue.js';
+import { openTrack } from './navigate.js';
+import { editSelected, needsTrack, operation } from './helpers.js';
+
+/** @typedef {import('../page-types.js').App} App */
+
+const GROUP = 'Verdict';
+
+/**
+ * Judge the selected track and go on with the next one in the queue.
+ * @param {App} app
+ * @param {'accepted'|'rejected'|'needs_work'} review
+ */
+function judge(app, review) {
+  const state = app.store.get();
+  const key = state.review?.selected;
+  if (!key) return;
+  const present = state.review?.docs[key]?.review ?? 'open';
+  const next = nextInQueue(state, 1);
+  editSelected(app, { name: 'set_review', review: present === review ? 'open' : review });
+  if (present !== review && next !== null && next !== key) openTrack(app, next);
+}
+
+/** @type {import('../page-types.js').Operation[]} */
+export const verdicts = [
+  operation({ id: 'accept', label: 'Accept the track', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
+  operation({ id: 'reject', label: 'Reject the track', keys: ['X'], icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
+  operation({ id: 'needs-work', label: 'The track needs work', keys: ['W'], icon: 'needs-work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
+  operation({
+    id: 'relabel', label: 'Relabel', keys: ['L'], icon: 'label', group: GROUP, disabled: needsTrack,
+    tooltip: 'Choose the class of the track, or of this box alone (L)',
+    run: (app) => {
+      const { review } = app.store.get();
+      if (!review?.selected) return;
+      const box = shownTrack(review, review.selected)?.box ?? null;
+      app.store.dispatch((state) => openDialog(state, { kind: 'relabel', data: { key: review.selected, frame: review.frame, box } }));
+    },
+  }),
+  operation({
+    id: 'not-a-sign', label: 'Not a sign', keys: ['Shift+X'], icon: 'not-a-sign', group: GROUP, disabled: needsTrack,
+    run: (app) => {
+      const { review } = app.store.get();
+      const present = review?.selected ? review.docs[review.selected]?.not_a_sign ?? false : false;
+      editSelected(app, { name: 'set_not_a_sign', value: !present });
+    },
+  }),
+  operation({
+    id: 'note', label: 'Pin a note to this frame', keys: ['P'], icon: 'note', group: GROUP, disabled: needsTrack,
+    run: (app) => {
+      const { review } = app.store.get();
+      app.store.dispatch((state) => openDialog(state, { kind: 'note', data: { key: review?.selected, frame: review?.frame } }));
+    },
+  }),
+];

@@ -1,0 +1,66 @@
+// @ts-check
+/** Layers, zoom, history, help. */
+
+import { LAYERS } from '../store/initial.js';
+import { openDialog } from '../store/actions/page.js';
+import { setViewport, toggleLayer } from '../store/actions/review.js';
+import { toast } from '../views/toasts.js';
+import { needsRun, operation } from './helpers.js';
+
+/** Names of the layers, as in the legend. */
+export const LAYER_NAMES = /** @type {const} */ ({
+  detections: 'Offline detections',
+  predictions: 'Kalman predictions',
+  search: 'Search regions',
+  relocalisations: 'Online relocalisations',
+  results: 'Results',
+  corrected: 'Corrected annotation',
+  truth: 'Ground truth',
+  second: 'Second run',
+});
+
+/** @type {import('../page-types.js').Operation[]} */
+export const view = [
+  operation({
+    id: 'undo', label: 'Undo', keys: ['Ctrl+Z'], icon: 'undo', group: 'History',
+    disabled: (state) => (state.review?.undo || state.review?.unsaved.length ? null : 'There is nothing to undo.'),
+    run: (app) => app.editor.undo(),
+  }),
+  operation({
+    id: 'redo', label: 'Redo', keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo', group: 'History',
+    disabled: (state) => (state.review?.redo ? null : 'There is nothing to redo.'),
+    run: (app) => app.editor.redo(),
+  }),
+  operation({
+    id: 'save', label: 'Save', keys: ['Ctrl+S'], group: 'History', tooltip: 'Every change is saved when it is made; this tells you so (Ctrl+S)',
+    run: async (app) => {
+      app.editor.retry();
+      const left = app.store.get().review?.unsaved.length ?? 0;
+      if (left) toast(`${left} change${left === 1 ? ' is' : 's are'} on the way to the server.`);
+      await app.editor.settled();
+      toast('Everything is saved.', { tone: 'good' });
+    },
+  }),
+  ...LAYERS.map((name, at) =>
+    operation({
+      id: `layer-${name}`, label: LAYER_NAMES[name], keys: [String(at + 1)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${at + 1})`,
+      run: (app) => app.store.dispatch((state) => toggleLayer(state, name)),
+    })),
+  operation({
+    id: 'fit', label: 'Whole picture', keys: ['0'], icon: 'fit', group: 'Picture',
+    run: (app) => app.store.dispatch((state) => setViewport(state, { zoom: 0, x: 0, y: 0 })),
+  }),
+  operation({
+    id: 'actual-size', label: 'One to one', keys: ['Shift+0'], icon: 'one-to-one', group: 'Picture',
+    run: (app) => app.store.dispatch((state) => (state.review ? setViewport(state, { ...state.review.viewport, zoom: 1 / (globalThis.devicePixelRatio || 1) }) : state)),
+  }),
+  operation({
+    id: 'what-if', label: 'What if …', keys: ['Shift+W'], icon: 'whatif', group: 'Engine', disabled: needsRun,
+    tooltip: 'Replay the run with other parameters and see what would change (Shift+W)',
+    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'whatif', data: { run: state.review?.run?.id } })),
+  }),
+  operation({
+    id: 'help', label: 'Help and keys', keys: ['F1', '?'], icon: 'help', group: 'Help', available: () => true,
+    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'help' })),
+  }),
+];

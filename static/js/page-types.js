@@ -1,0 +1,33 @@
+// @ts-check
+/** What the parts of the page hand each other. Apart from types.js, because these touch the document. Types only. */
+
+/**
+ * One thing that a person can do: the source of toolbar, keyboard and help.
+ * @typedef {object} Operation
+ * @property {string} id
+ * @property {string} label
+ * @property {string[]} keys           as shown: `F`, `Ctrl+Z`
+ * @property {string} group            heading in the help
+ * @property {string} tooltip
+ * @property {string} [icon]           of views/icons.js
+ * @property {(state: import('./types.js').State) => boolean} available
+ * @property {(state: import('./types.js').State) => string|null} disabled   a sentence why not, or null
+ * @property {(app: App, ...args: any[]) => unknown} run
+ */
+
+/**
+ * What views are given.
+ * @typedef {object} App
+ * @property {import('./types.js').Store} store
+ * @property {import('./api/client.js').Api} api
+ * @property {Operation[]} operations
+ * @property {any} frames              the picture cache
+ * @property {(command: import('./types.js').Command) => boolean} edit   apply at once, send, keep until the server has it
+ * @property {import('./editing/editor.js').Editor} editor
+ * @property {import('./review/loader.js').Loader} loader
+ * @property {AbortSignal} signal      ends with the page
+ */
+
+/** @typedef {{element: HTMLElement, update: (state: import('./types.js').State) => void, destroy: () => void}} View */
+
+export {};

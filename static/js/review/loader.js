@@ -1,0 +1,236 @@
+// @ts-check
+/**
+ * Brings what the review screen needs into the store: video, run, tracks and lanes; overlays around the cursor; the
+ * lane of the selected track. Follows a run that is going on.
+ *
+ * @typedef {import('../page-types.js').App} App
+ * @typedef {import('../types.js').State} State
+ * @typedef {import('../types.js').Run} Run
+ */
+import { ApiError, sentence } from '../api/errors.js';
+import { createTimebase } from '../model/timebase.js';
+import { showBanner, setRuns } from '../store/actions/page.js';
+import { changeReview, closeReview, openReview, putLane, putOverlays, putTruth, seek, select } from '../store/actions/review.js';
+import { segmentsOf } from './lane_tracks.js';
+
+/** Frames of one request for overlays. */
+const CHUNK = 128;
+/** Shortest time between two looks at a run that is going on, ms. */
+const FOLLOW = 1500;
+
+/**
+ * @typedef {object} Loader
+ * @property {() => void} sync                 the state has changed
+ * @property {() => Promise<void>} refresh     load tracks and lanes of the run anew
+ * @property {(run: Run) => void} follow       a run has gone on
+ * @property {(id: string|null) => void} showSecond   another run's results as a layer
+ * @property {() => void} destroy
+ */
+
+/**
+ * @param {App} app
+ * @param {{opened: (run: string) => void, closed: () => void}} hooks
+ * @returns {Loader}
+ */
+export function createLoader(app, hooks) {
+  const { store, api } = app;
+  /** @type {AbortController|null} */
+  let current = null;
+  let opened = '';
+  /** What was asked for; with overlays, the first frame that came: gone from the store, it is asked for again. @type {Map<string, number|null>} */
+  let asked = new Map();
+  /** @type {string|null} */
+  let truth = null;
+  let followed = 0;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */
+  let timer;
+
+  /** @param {unknown} thrown @param {AbortSignal} signal */
+  function fail(thrown, signal) {
+    if (signal.aborted || (thrown instanceof ApiError && thrown.code === 'aborted')) return;
+    store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }));
+  }
+
+  /** @param {Extract<State['route'], {screen: 'review'}>} route */
+  async function open(route) {
+    current?.abort();
+    current = new AbortController();
+    const signal = AbortSignal.any([current.signal, app.signal]);
+    asked = new Map();
+    truth = null;
+    hooks.closed();
+    try {
+      const video = await api.video(route.video, { signal });
+      store.dispatch((state) => openReview(state, video));
+      if (video.state !== 'ready') return;
+      const [table, runs] = await Promise.all([api.frameTable(video.id, { signal }), api.runs(video.id, { signal })]);
+      const run = runs.find(({ id }) => id === route.run) ?? runs.find(({ id }) => id === video.latest_run) ?? runs[0] ?? null;
+      store.dispatch((state) => {
+        const ready = changeReview(setRuns(state, video.id, runs), {
+          timebase: createTimebase(table), run, span: { first: 0, last: Math.max(1, table.frames - 1) },
+        });
+        return seek(ready, route.frame ?? run?.first ?? 0);
+      });
+      if (run) await Promise.all([load(run, signal), truths(video.id, signal)]);
+      if (route.track) store.dispatch((state) => select(state, route.track));
+    } catch (thrown) {
+      fail(thrown, signal);
+    }
+  }
+
+  /** @param {Run} run @param {AbortSignal} signal */
+  async function load(run, signal) {
+    hooks.opened(run.id);
+    if (run.state === 'queued' && run.frames_done === 0) return;
+    const [tracks, lanes] = await Promise.all([api.tracks(run.id, { signal }), api.lanes(run.id, { signal })]);
+    store.dispatch((state) => changeReview(state, { tracks, lanes }));
+  }
+
+  /** @param {string} video @param {AbortSignal} signal */
+  async function truths(video, signal) {
+    const found = await api.truths(video, { signal });
+    truth = found[0]?.id ?? null;
+    sync();
+  }
+
+  /**
+   * Ask for the chunks around the cursor that are not there yet.
+   * @param {NonNullable<State['review']>} review
+   * @param {AbortSignal} signal
+   */
+  function around(review, signal) {
+    const last = (review.timebase?.frames ?? 1) - 1;
+    const middle = Math.floor(review.frame / CHUNK);
+    for (const chunk of [middle, middle + 1, middle - 1]) {
+      const first = chunk * CHUNK;
+      if (first < 0 || first > last) continue;
+      const end = Math.min(last, first + CHUNK - 1);
+      if (review.run) void overlays(review.run.id, 'overlays', first, end, signal);
+      if (review.second) void overlays(review.second, 'secondOverlays', first, end, signal);
+      if (truth !== null && review.layers.truth) void boxes(truth, first, end, signal);
+    }
+  }
+
+  /**
+   * @param {string} run
+   * @param {'overlays'|'secondOverlays'} slot
+   * @param {number} first
+   * @param {number} last
+   * @param {AbortSignal} signal
+   */
+  async function overlays(run, slot, first, last, signal) {
+    const name = `${slot}/${run}/${first}`;
+    const came = asked.get(name);
+    if (came === null || (came !== undefined && store.get().review?.[slot][came])) return;
+    asked.set(name, null);
+    try {
+      const found = await api.overlays(run, first, last, { signal });
+      store.dispatch((state) => putOverlays(state, slot, found));
+      // where the run has not got to yet is asked again by `refresh`
+      if (found.length) asked.set(name, found[0].frame);
+    } catch (thrown) {
+      asked.delete(name);
+      fail(thrown, signal);
+    }
+  }
+
+  /** @param {string} id @param {number} first @param {number} last @param {AbortSignal} signal */
+  async function boxes(id, first, last, signal) {
+    const name = `truth/${id}/${first}`;
+    if (asked.has(name)) return;
+    asked.set(name, null);
+    try {
+      const found = await api.truthBoxes(id, first, last, { signal });
+      store.dispatch((state) => putTruth(state, found, first, last));
+    } catch (thrown) {
+      asked.delete(name);
+      fail(thrown, signal);
+    }
+  }
+
+  /** @param {string} run @param {number} track @param {AbortSignal} signal */
+  async function lane(run, track, signal) {
+    const name = `lane/${run}/${track}`;
+    if (asked.has(name)) return;
+    asked.set(name, null);
+    try {
+      const found = await api.track(run, track, { signal });
+      store.dispatch((state) => putLane(state, found));
+    } catch (thrown) {
+      asked.delete(name);
+      fail(thrown, signal);
+    }
+  }
+
+  async function refresh() {
+    const review = store.get().review;
+    if (!review?.run || !current) return;
+    const signal = AbortSignal.any([current.signal, app.signal]);
+    for (const name of [...asked.keys()]) if (!name.startsWith('truth/')) asked.delete(name);
+    try {
+      const [tracks, lanes] = await Promise.all([api.tracks(review.run.id, { signal }), api.lanes(review.run.id, { signal })]);
+      store.dispatch((state) => changeReview(state, { tracks, lanes }));
+      sync();
+    } catch (thrown) {
+      fail(thrown, signal);
+    }
+  }
+
+  function sync() {
+    const { route, review } = store.get();
+    const name = route.screen === 'review' ? `${route.video}/${route.run ?? '-'}` : '';
+    if (route.screen === 'review' && name !== opened) {
+      const sameVideo = opened.startsWith(`${route.video}/`) && review?.run && route.run === review.run.id;
+      opened = name;
+      if (!sameVideo) void open(route);
+      return;
+    }
+    if (route.screen !== 'review') {
+      if (opened) {
+        opened = '';
+        current?.abort();
+        hooks.closed();
+        store.dispatch(closeReview);
+      }
+      return;
+    }
+    if (!review?.timebase || !current) return;
+    const signal = AbortSignal.any([current.signal, app.signal]);
+    around(review, signal);
+    if (review.run && review.selected) {
+      for (const track of segmentsOf(review, review.selected)) if (!review.laneOf[track]) void lane(review.run.id, track, signal);
+    }
+  }
+
+  return {
+    sync,
+    refresh,
+    follow(run) {
+      const review = store.get().review;
+      if (review === null || review.video.id !== run.video_id) return;
+      if (review.run === null) {
+        opened = ''; // the first run of this video: show it
+        sync();
+        return;
+      }
+      if (review.run.id !== run.id) return;
+      clearTimeout(timer);
+      const now = Date.now();
+      if (run.state !== 'running' || now - followed > FOLLOW) {
+        followed = now;
+        void refresh();
+      } else {
+        timer = setTimeout(() => void refresh(), FOLLOW);
+      }
+    },
+    showSecond(id) {
+      for (const name of [...asked.keys()]) if (name.startsWith('secondOverlays/')) asked.delete(name);
+      store.dispatch((state) => changeReview(state, (review) => ({ second: id, secondOverlays: {}, layers: { ...review.layers, second: true } })));
+      sync();
+    },
+    destroy() {
+      clearTimeout(timer);
+      current?.abort();
+    },
+  };
+}

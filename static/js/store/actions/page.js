@@ -1,0 +1,96 @@
+// @ts-check
+/**
+ * Actions on what is not the review of one run: catalogue, videos, runs, route, banners, dialog, theme. Pure.
+ *
+ * @typedef {import('../../types.js').State} State
+ * @typedef {import('../../types.js').Video} Video
+ * @typedef {import('../../types.js').Run} Run
+ * @typedef {import('../../types.js').Banner} Banner
+ */
+
+/** @param {State} state @param {import('../../types.js').Session} session @returns {State} */
+export const setSession = (state, session) => ({...state, session});
+
+/** @param {State} state @param {import('../../types.js').Label[]} labels @returns {State} */
+export const setLabels = (state, labels) => ({...state, labels});
+
+/** @param {State} state @param {import('../../types.js').Parameter[]} parameters @returns {State} */
+export const setParameters = (state, parameters) => ({...state, parameters});
+
+/** @param {State} state @param {import('../../types.js').Route} route @returns {State} */
+export const setRoute = (state, route) => ({...state, route});
+
+/** @param {State} state @param {Video[]} videos @returns {State} */
+export const setVideos = (state, videos) => ({...state, videos});
+
+/**
+ * Take over a video that is new or has changed; the newest stand first.
+ * @param {State} state
+ * @param {Video} video
+ * @returns {State}
+ */
+export function putVideo(state, video) {
+  const videos = state.videos ?? [];
+  const known = videos.some((other) => other.id === video.id);
+  const next = known ? videos.map((other) => (other.id === video.id ? video : other)) : [video, ...videos];
+  const review = state.review?.video.id === video.id ? {...state.review, video} : state.review;
+  return {...state, videos: state.videos === null ? null : next, review};
+}
+
+/** @param {State} state @param {string} id @returns {State} */
+export function dropVideo(state, id) {
+  const {[id]: _, ...runs} = state.runs;
+  return {...state, videos: state.videos?.filter((video) => video.id !== id) ?? null, runs};
+}
+
+/** @param {State} state @param {string} video @param {Run[]} runs @returns {State} */
+export const setRuns = (state, video, runs) => ({...state, runs: {...state.runs, [video]: runs}});
+
+/**
+ * Take over a run that is new or has changed. A video whose runs are not loaded yet stays so.
+ * @param {State} state
+ * @param {Run} run
+ * @returns {State}
+ */
+export function putRun(state, run) {
+  const review = state.review?.run?.id === run.id ? {...state.review, run} : state.review;
+  const runs = state.runs[run.video_id];
+  if (!runs) return review === state.review ? state : {...state, review};
+  const known = runs.some((other) => other.id === run.id);
+  const next = known ? runs.map((other) => (other.id === run.id ? run : other)) : [run, ...runs];
+  return {...state, runs: {...state.runs, [run.video_id]: next}, review};
+}
+
+/** @param {State} state @param {string} id @returns {State} */
+export function dropRun(state, id) {
+  const entries = Object.entries(state.runs).map(([video, runs]) => [video, runs.filter((run) => run.id !== id)]);
+  return {...state, runs: Object.fromEntries(entries)};
+}
+
+/** @param {State} state @param {import('../../types.js').Dialog} dialog @returns {State} */
+export const openDialog = (state, dialog) => ({...state, dialog});
+
+/** @param {State} state @returns {State} */
+export const closeDialog = (state) => (state.dialog === null ? state : {...state, dialog: null});
+
+/** @param {State} state @param {'light'|'dark'|'auto'} theme @returns {State} */
+export const setTheme = (state, theme) => ({...state, theme});
+
+/** @param {State} state @param {'online'|'offline'} connection @returns {State} */
+export const setConnection = (state, connection) => (state.connection === connection ? state : {...state, connection});
+
+/**
+ * Show a banner, or replace the one of the same id.
+ * @param {State} state
+ * @param {Banner} banner
+ * @returns {State}
+ */
+export function showBanner(state, banner) {
+  const others = state.banners.filter((other) => other.id !== banner.id);
+  return {...state, banners: [...others, banner]};
+}
+
+/** @param {State} state @param {string} id @returns {State} */
+export function hideBanner(state, id) {
+  return state.banners.some((banner) => banner.id === id) ? {...state, banners: state.banners.filter((banner) => banner.id !== id)} : state;
+}

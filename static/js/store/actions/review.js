@@ -1,0 +1,137 @@
+// @ts-check
+/**
+ * Actions on the review of one run. Pure; outside the review screen they change nothing.
+ *
+ * @typedef {import('../../types.js').State} State
+ * @typedef {import('../../types.js').ReviewState} ReviewState
+ * @typedef {import('../../types.js').TrackDoc} TrackDoc
+ * @typedef {import('../../types.js').Box} Box
+ */
+import { initialReview } from '../initial.js';
+
+/** Frames around the cursor whose overlays are kept. */
+const KEPT = 1536;
+
+/**
+ * @param {State} state
+ * @param {Partial<ReviewState>|((review: ReviewState) => Partial<ReviewState>)} change
+ * @returns {State}
+ */
+export function changeReview(state, change) {
+  if (state.review === null) return state;
+  const fields = typeof change === 'function' ? change(state.review) : change;
+  const same = Object.entries(fields).every(([name, value]) => Reflect.get(/** @type {ReviewState} */ (state.review), name) === value);
+  return same ? state : { ...state, review: { ...state.review, ...fields } };
+}
+
+/** @param {State} state @param {import('../../types.js').Video} video @returns {State} */
+export const openReview = (state, video) => ({ ...state, review: initialReview(video) });
+
+/** @param {State} state @returns {State} */
+export const closeReview = (state) => (state.review === null ? state : { ...state, review: null });
+
+/** @param {State} state @param {number} frame @returns {State} */
+export const seek = (state, frame) => changeReview(state, (review) => ({ frame: clampFrame(review, frame) }));
+
+/** @param {State} state @param {number} by @returns {State} */
+export const step = (state, by) => changeReview(state, (review) => ({ frame: clampFrame(review, review.frame + by), playing: false }));
+
+/** @param {State} state @param {boolean} playing @returns {State} */
+export const setPlaying = (state, playing) => changeReview(state, { playing });
+
+/** The picture of this ordinal is on screen. @param {State} state @param {number|null} shown @returns {State} */
+export const setShown = (state, shown) => changeReview(state, { shown });
+
+/** @param {State} state @param {string|null} key @returns {State} */
+export const select = (state, key) => changeReview(state, { selected: key });
+
+/** @param {State} state @param {import('../../types.js').LayerName} name @returns {State} */
+export const toggleLayer = (state, name) =>
+  changeReview(state, (review) => ({ layers: { ...review.layers, [name]: !review.layers[name] } }));
+
+/** @param {State} state @param {ReviewState['mode']} mode @returns {State} */
+export const setMode = (state, mode) => changeReview(state, { mode, drag: null, marked: [] });
+
+/** @param {State} state @param {string} key @returns {State} */
+export const toggleMarked = (state, key) =>
+  changeReview(state, (review) => ({
+    marked: review.marked.includes(key) ? review.marked.filter((other) => other !== key) : [...review.marked, key],
+  }));
+
+/** @param {State} state @param {{box: Box, key: string}|null} drag @returns {State} */
+export const setDrag = (state, drag) => changeReview(state, { drag });
+
+/** @param {State} state @param {ReviewState['viewport']} viewport @returns {State} */
+export const setViewport = (state, viewport) => changeReview(state, { viewport });
+
+/**
+ * Take over overlays; those far from the cursor make room.
+ * @param {State} state
+ * @param {'overlays'|'secondOverlays'} slot
+ * @param {import('../../types.js').Overlay[]} found
+ * @returns {State}
+ */
+export function putOverlays(state, slot, found) {
+  return changeReview(state, (review) => {
+    const all = { ...review[slot] };
+    for (const overlay of found) all[overlay.frame] = overlay;
+    const frames = Object.keys(all).map(Number);
+    if (frames.length > 2 * KEPT) {
+      for (const frame of frames) if (Math.abs(frame - review.frame) > KEPT) delete all[frame];
+    }
+    return { [slot]: all };
+  });
+}
+
+/**
+ * @param {State} state
+ * @param {import('../../types.js').TruthBox[]} boxes
+ * @param {number} first
+ * @param {number} last
+ * @returns {State}
+ */
+export function putTruth(state, boxes, first, last) {
+  return changeReview(state, (review) => {
+    const truth = { ...review.truth };
+    for (let frame = first; frame <= last; frame++) truth[frame] = [];
+    for (const { frame, box, class_id, track } of boxes) truth[frame] = [...(truth[frame] ?? []), { box, class_id, track }];
+    return { truth };
+  });
+}
+
+/** @param {State} state @param {import('../../types.js').TrackLane} lane @returns {State} */
+export function putLane(state, lane) {
+  return changeReview(state, (review) => {
+    const kept = Object.entries(review.laneOf).slice(-40);
+    return { laneOf: { ...Object.fromEntries(kept), [lane.id]: lane } };
+  });
+}
+
+/** All documents of a run, as the server has them. @param {State} state @param {import('../../types.js').Annotation} annotation @returns {State} */
+export const setAnnotation = (state, annotation) =>
+  changeReview(state, {
+    docs: Object.fromEntries(annotation.docs.map((doc) => [doc.key, doc])),
+    seq: annotation.seq,
+    undo: annotation.undo,
+    redo: annotation.redo,
+  });
+
+/** Documents that have changed; older revisions than those at hand are ignored. @param {State} state @param {TrackDoc[]} docs @returns {State} */
+export function putDocs(state, docs) {
+  return changeReview(state, (review) => {
+    const newer = docs.filter((doc) => (review.docs[doc.key]?.revision ?? -1) <= doc.revision);
+    return newer.length ? { docs: { ...review.docs, ...Object.fromEntries(newer.map((doc) => [doc.key, doc])) } } : {};
+  });
+}
+
+/** @param {State} state @param {ReviewState['unsaved']} unsaved @returns {State} */
+export const setUnsaved = (state, unsaved) => changeReview(state, { unsaved });
+
+/**
+ * @param {ReviewState} review
+ * @param {number} frame
+ */
+export function clampFrame(review, frame) {
+  const last = Math.max(0, (review.timebase?.frames ?? review.video.frames ?? 1) - 1);
+  return Math.min(last, Math.max(0, Math.round(frame)));
+}

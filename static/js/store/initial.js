@@ -1,0 +1,63 @@
+// @ts-check
+/** The state before anything is known. */
+
+import { NO_FILTER } from '../model/queue.js';
+
+/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../types.js').ReviewState} ReviewState */
+
+/** @returns {State} */
+export const initialState = () => ({
+  route: { screen: 'library' },
+  session: null,
+  labels: [],
+  parameters: [],
+  videos: null,
+  runs: {},
+  review: null,
+  banners: [],
+  connection: 'online',
+  theme: 'auto',
+  dialog: null,
+});
+
+/** Layers in the order of their keys 1 to 8. */
+export const LAYERS = /** @type {const} */ ([
+  'detections', 'predictions', 'search', 'relocalisations', 'results', 'corrected', 'truth', 'second',
+]);
+
+/**
+ * @param {import('../types.js').Video} video
+ * @returns {ReviewState}
+ */
+export const initialReview = (video) => ({
+  video,
+  timebase: null,
+  run: null,
+  tracks: null,
+  lanes: null,
+  laneOf: {},
+  overlays: {},
+  secondOverlays: {},
+  truth: {},
+  second: null,
+  frame: 0,
+  shown: null,
+  playing: false,
+  selected: null,
+  layers: {
+    detections: false, predictions: true, search: false, relocalisations: true, results: true, corrected: true, truth: false, second: true,
+  },
+  viewport: { zoom: 0, x: 0, y: 0 },
+  span: { first: 0, last: Math.max(1, (video.frames ?? 1) - 1) },
+  tau: null,
+  mode: 'select',
+  marked: [],
+  docs: {},
+  seq: 0,
+  undo: null,
+  redo: null,
+  unsaved: [],
+  drag: null,
+  filter: { ...NO_FILTER },
+});

@@ -1,0 +1,40 @@
+// @ts-check
+/**
+ * One state, changed by pure actions only; listeners hear of a change once, after the actions of one turn.
+ *
+ * @typedef {import('../types.js').State} State
+ * @typedef {import('../types.js').Store} Store
+ */
+
+/**
+ * @param {State} initial
+ * @param {(run: () => void) => void} [later]   how listeners are put off; tests pass one that they control
+ * @returns {Store}
+ */
+export function createStore(initial, later = queueMicrotask) {
+  let state = initial;
+  let pending = false;
+  /** @type {Set<(state: State) => void>} */
+  const listeners = new Set();
+
+  function tell() {
+    pending = false;
+    for (const listener of [...listeners]) listener(state);
+  }
+
+  return {
+    get: () => state,
+    dispatch(action, ...args) {
+      const next = action(state, ...args);
+      if (next === state) return;
+      state = next;
+      if (pending) return;
+      pending = true;
+      later(tell);
+    },
+    subscribe(listener) {
+      listeners.add(listener);
+      return () => listeners.delete(listener);
+    },
+  };
+}

@@ -1,0 +1,351 @@
+// @ts-check
+/**
+ * The shapes that travel between server, store and views. Types only: this module has no code.
+ *
+ * A box is `[x1, y1, x2, y2]`, 0-based pixel edges of the upright picture. A frame is its ordinal.
+ */
+
+/** @typedef {[number, number, number, number]} Box */
+
+// ------------------------------------------------------------------------------------------------ from the server
+
+/** @typedef {{error: {code: string, message: string, field?: string|null, details?: Record<string, unknown>}}} ApiError */
+
+/**
+ * @typedef {object} Session
+ * @property {string} version
+ * @property {string} author           name that edits carry unless the page sets another
+ * @property {string[]} roots          folders that videos may be added from
+ * @property {number} upload_bytes     largest upload
+ * @property {{video_id: string, run_id: string|null}|null} sample  the bundled drive
+ * @property {string[]} presets
+ */
+
+/** @typedef {{id: number, name: string, picture: string}} Label   `picture`: address of the pictogram */
+
+/**
+ * @typedef {object} Parameter
+ * @property {string} section
+ * @property {string} name
+ * @property {'number'|'integer'|'boolean'|'choice'|'text'} type
+ * @property {unknown} default
+ * @property {number|null} low
+ * @property {number|null} high
+ * @property {string[]|null} choices
+ * @property {string} description
+ * @property {boolean} replayable      a what-if may change it
+ * @property {Record<string, unknown>} presets   preset -> value where it departs
+ */
+
+/**
+ * @typedef {object} Video
+ * @property {string} id               SHA-256
+ * @property {string} name
+ * @property {string} path
+ * @property {number} size             bytes
+ * @property {'importing'|'ready'|'failed'} state
+ * @property {string|null} error
+ * @property {boolean} missing         the file is not there (any more)
+ * @property {boolean} sample
+ * @property {number|null} width
+ * @property {number|null} height
+ * @property {number|null} frames
+ * @property {number|null} duration    s
+ * @property {number|null} rate
+ * @property {string|null} codec
+ * @property {string[]} warnings
+ * @property {string} created          ISO 8601
+ * @property {number} runs             number of runs
+ * @property {string|null} latest_run
+ * @property {{tracks: number, reviewed: number}} review   of the latest complete run
+ */
+
+/**
+ * @typedef {object} FrameTableData
+ * @property {number} frames
+ * @property {[number, number]} time_base      numerator, denominator: pts * n / d = seconds
+ * @property {number} first_pts
+ * @property {[number, number][]} steps        runs of equal pts steps: [step, how often]
+ * @property {number[]} keys                   ordinals of key frames
+ * @property {number[]} corrupt                ordinals of damaged frames
+ */
+
+/**
+ * @typedef {object} Run
+ * @property {string} id
+ * @property {string} video_id
+ * @property {'engine'|'whatif'|'imported'} kind
+ * @property {string} name
+ * @property {string|null} parent_id
+ * @property {'queued'|'running'|'complete'|'failed'|'cancelled'|'interrupted'} state
+ * @property {string|null} error
+ * @property {string} preset
+ * @property {Record<string, unknown>} parameters   what differs from the preset
+ * @property {number} first
+ * @property {number|null} stop
+ * @property {number} frames_done
+ * @property {number|null} frames_total
+ * @property {number|null} rate               frames a second
+ * @property {number|null} remaining          s
+ * @property {number|null} tracks             confirmed tracks
+ * @property {string} engine_version
+ * @property {Record<string, string>} models
+ * @property {Record<string, any>} summary
+ * @property {string} created
+ * @property {string|null} finished
+ */
+
+/**
+ * Confirmed tracks of a run, a column a property, one entry a track.
+ * @typedef {object} TrackColumns
+ * @property {number[]} id
+ * @property {number[]} first
+ * @property {number[]} last
+ * @property {number[]} frames
+ * @property {number[]} detected       frames with a detection
+ * @property {(number|null)[]} class_id
+ * @property {(number|null)[]} share   of the fused class in all votes
+ * @property {(number|null)[]} runner_up
+ * @property {(number|null)[]} runner_up_share
+ * @property {number[]} score          best final score
+ * @property {number[]} side           longest side, px
+ * @property {number[]} rejected       frames with a rejected prediction
+ * @property {number[]} relocalised
+ * @property {number[]} doubt          0..1, what the queue sorts by
+ * @property {string[][]} reasons      plain sentences why
+ * @property {number} tau
+ * @property {boolean} complete        false while the run goes on
+ */
+
+/**
+ * Which source each track's result has over time: runs of equal source, sorted by track then frame.
+ * @typedef {object} LaneColumns
+ * @property {number[]} track
+ * @property {number[]} first
+ * @property {number[]} last           inclusive
+ * @property {number[]} source         0 detected, 1 predicted, 2 relocalised
+ */
+
+/**
+ * One track frame by frame, a column a property. `null`: the step did not take place.
+ * @typedef {object} TrackLane
+ * @property {number} id
+ * @property {number[]} frame
+ * @property {number[]} source
+ * @property {Box[]} box
+ * @property {(number|null)[]} score
+ * @property {(number|null)[]} raw_score
+ * @property {(number|null)[]} prior
+ * @property {(number|null)[]} l_positive
+ * @property {(number|null)[]} symmetry          symm >= 1
+ * @property {(number|null)[]} symmetry_magnitude
+ * @property {(number|null)[]} hash_distance
+ * @property {(number|null)[]} position_distance
+ * @property {(boolean|null)[]} confident
+ * @property {(number|null)[]} decision          SVM
+ * @property {(number|null)[]} probability
+ * @property {(number|null)[]} scale             s_t, px
+ * @property {(number|null)[]} weight            w_t
+ * @property {number[]} classes                  classes that the columns of `votes` and `probabilities` are for (the leading ones)
+ * @property {(number[]|null)[]} votes           fused share of each of `classes`, 0..1
+ * @property {(number[]|null)[]} probabilities   P(c | x_t) of each of `classes`
+ * @property {(number|null)[]} top               argmax of P(c | x_t)
+ * @property {(number|null)[]} top_probability
+ * @property {number[]} learned                  samples learned
+ * @property {number[]} unlearned
+ * @property {{frame: number, kind: string, text: string}[]} events
+ * @property {number} tau
+ */
+
+/**
+ * What the layers of one frame show.
+ * @typedef {object} Overlay
+ * @property {number} frame
+ * @property {{box: Box, raw: number, prior: number, score: number, track: number|null}[]} detections
+ * @property {OverlayTrack[]} tracks
+ */
+
+/**
+ * @typedef {object} OverlayTrack
+ * @property {number} id
+ * @property {'tentative'|'confirmed'} state
+ * @property {0|1|2} source
+ * @property {Box} box
+ * @property {number|null} class_id
+ * @property {number|null} share
+ * @property {{box: Box, sigma: [number, number, number, number]}|null} prediction   sigma of cx, cy, w, h, px
+ * @property {{l_positive: number, confident: boolean}|null} gate
+ * @property {{search: Box, box: Box, decision: number, probability: number, runner_up: Box, runner_up_decision: number}|null} relocalisation
+ */
+
+/**
+ * A track as people have left it. Tracks that nobody touched have no document.
+ * @typedef {object} TrackDoc
+ * @property {string} key              `m7`: the engine's track 7; `h...`: made by a person
+ * @property {number} revision         0: untouched
+ * @property {number|null} class_id    null: the engine's class stands
+ * @property {'open'|'accepted'|'rejected'|'needs_work'} review
+ * @property {boolean} not_a_sign
+ * @property {Segment[]} segments      pieces of engine tracks, in order of frames, disjoint
+ * @property {Record<string, KeyFrame>} keys   by ordinal
+ * @property {Note[]} notes
+ * @property {boolean} gone            deleted, or merged into another
+ * @property {string|null} merged_into
+ */
+
+/** @typedef {{track: number, first: number, last: number}} Segment   `last` is inclusive */
+
+/**
+ * @typedef {object} KeyFrame
+ * @property {Box|null} box            null: the box is the engine's
+ * @property {boolean} occluded        from here to the next key frame
+ * @property {boolean} outside         no box from here to the next key frame
+ * @property {boolean} interpolate     straight line from here to the next key frame with a box
+ * @property {number|null} class_id    of this box only
+ */
+
+/** @typedef {{id: string, frame: number, text: string, author: string, time: string}} Note */
+
+/**
+ * One operation. `name` says which of the others it has; see docs/edits.md.
+ * @typedef {object} Command
+ * @property {'create_track'|'set_box'|'relabel_track'|'relabel_box'|'merge'|'split'|'delete_from'|'delete_track'
+ *   |'add_key'|'remove_key'|'interpolate'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'
+ *   |'add_note'|'edit_note'|'remove_note'} name
+ * @property {number} frame            the frame that the person looks at
+ * @property {string} key              the track
+ * @property {string[]} [others]       merge: keys that go into `key`
+ * @property {string} [new_key]        split: key of the later part
+ * @property {Box|null} [box]
+ * @property {number|null} [class_id]
+ * @property {number} [first]          interpolate
+ * @property {number} [last]
+ * @property {boolean} [value]
+ * @property {'open'|'accepted'|'rejected'|'needs_work'} [review]
+ * @property {string} [note_id]
+ * @property {string} [text]
+ * @property {{track: number, first: number, last: number}[]} [spans]  span of each engine track `m...` among `key` and
+ *   `others` that has no document yet
+ */
+
+/**
+ * @typedef {object} Annotation
+ * @property {number} seq              of the newest operation
+ * @property {TrackDoc[]} docs
+ * @property {UndoTarget|null} undo    what Ctrl+Z would take back for this author
+ * @property {UndoTarget|null} redo
+ */
+
+/** @typedef {{op_id: string, name: string, frame: number|null, keys: string[]}} UndoTarget */
+
+/** @typedef {Annotation & {op_id: string}} EditAnswer   `docs` holds the touched tracks only */
+
+/** @typedef {{seq: number, kind: string, subject: string, data: any}} ServerEvent */
+
+/**
+ * `summary.difference` of a complete what-if. Lists hold at most 500 entries, `counts` the full numbers.
+ * `gained` and `relabelled` name tracks of the what-if; `lost` and `switched` tracks of the run that it replays.
+ * @typedef {object} Difference
+ * @property {{gained: number, lost: number, switched: number, relabelled: number}} counts
+ * @property {{track: number, frame: number, last: number, class_id: number|null}[]} gained
+ * @property {{track: number, frame: number, last: number, class_id: number|null}[]} lost
+ * @property {{track: number, parts: number[], frame: number}[]} switched
+ * @property {{track: number, before: number|null, after: number|null, frame: number}[]} relabelled
+ */
+
+/**
+ * What another tau would turn over, from GET /runs/{id}/flips?tau=
+ * @typedef {object} Flips
+ * @property {number} tau
+ * @property {number} run_tau
+ * @property {number} verdicts         all verdicts of the run
+ * @property {number} to_confident
+ * @property {number} to_rejected
+ * @property {{id: number, flips: number, frame: number}[]} tracks
+ */
+
+// ------------------------------------------------------------------------------------------------------- in the page
+
+/** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'} LayerName */
+
+/**
+ * The whole state of the page. Immutable: actions return a new one that shares what did not change.
+ * @typedef {object} State
+ * @property {Route} route
+ * @property {Session|null} session
+ * @property {Label[]} labels
+ * @property {Parameter[]} parameters
+ * @property {Video[]|null} videos             null: not loaded yet
+ * @property {Record<string, Run[]>} runs      by video
+ * @property {ReviewState|null} review
+ * @property {Banner[]} banners
+ * @property {'online'|'offline'} connection
+ * @property {'light'|'dark'|'auto'} theme
+ * @property {Dialog|null} dialog
+ */
+
+/**
+ * @typedef {{screen: 'library'}
+ *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
+ *   | {screen: 'compare', a: string, b: string}} Route
+ */
+
+/** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}}} Banner */
+
+/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm', data?: any}} Dialog */
+
+/**
+ * @typedef {object} ReviewState
+ * @property {Video} video
+ * @property {import('./model/timebase.js').Timebase|null} timebase
+ * @property {Run|null} run
+ * @property {TrackColumns|null} tracks
+ * @property {LaneColumns|null} lanes
+ * @property {Record<number, TrackLane>} laneOf        lanes of tracks that have been selected
+ * @property {Record<number, Overlay>} overlays        by frame, a window around the cursor
+ * @property {Record<number, Overlay>} secondOverlays
+ * @property {Record<number, {box: Box, class_id: number|null, track: number}[]>} truth   by frame
+ * @property {string|null} second                      the second run
+ * @property {number} frame                            the cursor
+ * @property {number|null} shown                       ordinal of the picture on screen; overlays are drawn only where it equals `frame`
+ * @property {boolean} playing
+ * @property {string|null} selected                    track key
+ * @property {Record<LayerName, boolean>} layers
+ * @property {{zoom: number, x: number, y: number}} viewport   zoom: screen px a picture px; x, y: picture point at the centre
+ * @property {{first: number, last: number}} span      frames that the lanes show
+ * @property {number|null} tau                         dragged tau; null: the run's
+ * @property {'select'|'draw'|'merge'|'note'} mode
+ * @property {string[]} marked                         keys marked for a merge
+ * @property {Record<string, TrackDoc>} docs
+ * @property {number} seq
+ * @property {UndoTarget|null} undo
+ * @property {UndoTarget|null} redo
+ * @property {{op_id: string, command: Command}[]} unsaved   operations without an acknowledgement yet
+ * @property {{box: Box, key: string}|null} drag       box under the pointer
+ * @property {QueueFilter} filter
+ */
+
+/**
+ * @typedef {object} QueueFilter
+ * @property {number|null} class_id
+ * @property {'all'|'open'|'accepted'|'rejected'|'needs_work'} review
+ * @property {number} least_doubt
+ * @property {string} text
+ * @property {'doubt'|'time'|'class'|'score'} sort
+ */
+
+/**
+ * A pure step from state to state; further arguments are its own.
+ * @typedef {(state: State, ...args: any[]) => State} Action
+ */
+
+/**
+ * @typedef {object} Store
+ * @property {() => State} get
+ * @property {(action: Action, ...args: any[]) => void} dispatch
+ * @property {(listener: (state: State) => void) => (() => void)} subscribe   returns what ends it
+ */
+
+/** @typedef {{frame: number, box: Box, class_id: number|null, track: number}} TruthBox */
+
+export {};

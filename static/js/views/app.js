@@ -1,0 +1,55 @@
+// @ts-check
+/**
+ * What a view needs of the page, and the few things that lanes, inspector and queue do with it.
+ *
+ * @typedef {import('../types.js').State} State
+ * @typedef {import('../types.js').Command} Command
+ *
+ * @typedef {object} ViewApp
+ * @property {{get: () => State, dispatch: (action: (state: State) => State) => void}} store
+ * @property {import('../api/client.js').Api} api
+ * @property {(command: Command) => void} edit   apply at once, send, keep until the server has it
+ */
+import * as actions from '../model/view_actions.js';
+
+/** @param {ViewApp} app @param {number} frame */
+export function seek(app, frame) {
+  app.store.dispatch((state) => actions.seekTo(state, frame));
+}
+
+/** @param {ViewApp} app @param {string|null} key */
+export function select(app, key) {
+  app.store.dispatch((state) => actions.selectTrack(state, key));
+}
+
+/** @param {ViewApp} app @param {{first: number, last: number}} span */
+export function show(app, span) {
+  app.store.dispatch((state) => actions.showSpan(state, span));
+}
+
+/** @param {ViewApp} app @param {number|null} tau */
+export function setTau(app, tau) {
+  app.store.dispatch((state) => actions.dragTau(state, tau));
+}
+
+/** @param {ViewApp} app @param {Partial<import('../types.js').QueueFilter>} change */
+export function filter(app, change) {
+  app.store.dispatch((state) => actions.changeFilter(state, change));
+}
+
+/** @param {ViewApp} app @param {import('../types.js').Dialog} dialog */
+export function dialog(app, dialog) {
+  app.store.dispatch((state) => actions.openDialog(state, dialog));
+}
+
+/**
+ * Edit a track.
+ *
+ * @param {ViewApp} app
+ * @param {string} key
+ * @param {Partial<Command> & {name: Command['name']}} fields
+ */
+export function edit(app, key, fields) {
+  const review = app.store.get().review;
+  if (review !== null) app.edit(actions.commandOn(review, key, fields));
+}

@@ -1,0 +1,65 @@
+// @ts-check
+/** The confusion matrix: a table that is also a heat map; right cells are on the diagonal. */
+
+import {h} from './dom.js';
+import {count, plural} from './format.js';
+
+/** @typedef {import('../api/compare-types.js').Comparison} Comparison */
+/** @typedef {import('../api/compare-types.js').Cell} Cell */
+/** @typedef {import('../api/compare-types.js').Places} Places */
+/** @typedef {import('../types.js').Label} Label */
+
+/**
+ * Rows, columns and cells in the order of the table; `null` stands for "no class" and comes last.
+ *
+ * @param {Comparison['confusion']} confusion
+ * @returns {{rows: (number|null)[], columns: (number|null)[], cell: (row: number|null, column: number|null) => Cell|undefined, most: number}}
+ */
+export function arrangeConfusion({classes, cells}) {
+  /** @param {number|null} row @param {number|null} column */
+  const name = (row, column) => `${row}/${column}`;
+  const known = new Map(cells.map((cell) => [name(cell.reference, cell.candidate), cell]));
+  /** @param {(cell: Cell) => number|null} side @returns {(number|null)[]} */
+  const axis = (side) => [...classes.filter((id) => cells.some((cell) => side(cell) === id)), ...(cells.some((cell) => side(cell) === null) ? [null] : [])];
+  return {
+    rows: axis((cell) => cell.reference), columns: axis((cell) => cell.candidate),
+    cell: (row, column) => known.get(name(row, column)),
+    most: Math.max(1, ...cells.map((cell) => cell.count)),
+  };
+}
+
+/**
+ * @param {Comparison} found
+ * @param {readonly Label[]} labels
+ * @param {(places: Places) => void} show
+ * @returns {HTMLElement}
+ */
+export function createConfusion(found, labels, show) {
+  const {rows, columns, cell, most} = arrangeConfusion(found.confusion);
+  /** @param {number|null} id */
+  const name = (id) => id === null ? null : labels.find((label) => label.id === id)?.name ?? `class ${id}`;
+  /** @param {number|null} id @param {string} none */
+  const head = (id, none) => {
+    const label = labels.find((other) => other.id === id);
+    return h('span', {class: 'matrix-head', title: name(id) ?? none}, label && h('img', {src: label.picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, name(id) ?? none));
+  };
+  /** @param {Cell} entry */
+  const tone = (entry) => entry.reference === entry.candidate ? 'right' : 'wrong';
+  /** @param {Cell} entry */
+  const says = (entry) => entry.candidate === null ? `${name(entry.reference) ?? 'Unknown sign'}, missed` : entry.reference === null ? `Nothing there, called ${name(entry.candidate)}` : `${name(entry.reference)}, called ${name(entry.candidate)}`;
+  return h('section', {class: 'compare-confusion', 'aria-labelledby': 'confusion-title'},
+    h('h2', {id: 'confusion-title'}, 'Confusion of classes'),
+    rows.length === 0 ? h('p', {class: 'muted'}, 'No boxes to compare in these frames.') : h('div', {class: 'matrix-frame', role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0},
+      h('table', {class: 'matrix'},
+        h('caption', {class: 'muted small'}, 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),
+        h('thead', null, h('tr', null, h('td'), ...columns.map((id) => h('th', {scope: 'col'}, head(id, 'missed'))))),
+        h('tbody', null, ...rows.map((row) => h('tr', null, h('th', {scope: 'row'}, head(row, 'nothing there')),
+          ...columns.map((column) => {
+            const entry = cell(row, column);
+            if (!entry) return h('td');
+            // A root brings out the few wrong ones beside many right ones.
+            const heat = Math.sqrt(entry.count / most);
+            return h('td', {class: `matrix-cell matrix-${tone(entry)} ${heat > 0.55 ? 'matrix-strong' : ''}`, style: {'--heat-part': heat.toFixed(3)}},
+              h('button', {type: 'button', title: `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says(entry), side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, places: entry.frames.length})}, count(entry.count)));
+          })))))));
+}

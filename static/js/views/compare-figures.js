@@ -1,0 +1,57 @@
+// @ts-check
+/** The figures of a comparison as a table with bars. Each opens the places behind it. */
+
+import {h} from './dom.js';
+import {count, figure, percent, plural} from './format.js';
+
+/** @typedef {import('../api/compare-types.js').Comparison} Comparison */
+/** @typedef {import('../api/compare-types.js').Figure} Figure */
+/** @typedef {import('../api/compare-types.js').Places} Places */
+
+/**
+ * Name, what it says, what its places are, on whose tracks they lie, and whether it is a share.
+ * @type {Record<string, {label: string, text: string, places: string, side: 'reference'|'candidate', share: boolean}>}
+ */
+export const FIGURES = {
+  precision: {label: 'Precision', text: 'Share of the candidate’s boxes that match a box of the reference.', places: 'False boxes', side: 'candidate', share: true},
+  recall: {label: 'Recall', text: 'Share of the reference’s boxes that the candidate has.', places: 'Missed boxes', side: 'reference', share: true},
+  eq7: {label: 'Localisation error (Eq. 7)', text: 'Mean of 1 − intersection / larger area over the matches; 0 is best.', places: 'Largest errors', side: 'reference', share: true},
+  coverage: {label: 'Coverage', text: 'Share of the frames of each sign, from 20 px width, in which it is found.', places: 'Uncovered stretches', side: 'reference', share: true},
+  signs_found: {label: 'Signs found', text: 'Signs that are found in at least one frame.', places: 'Signs never found', side: 'reference', share: true},
+  signs_classified: {label: 'Signs classified', text: 'Found signs whose last label is right.', places: 'Signs with a wrong label', side: 'reference', share: true},
+  fragmentation: {label: 'Fragmentation', text: 'How often a sign is lost and found again.', places: 'Breaks', side: 'reference', share: false},
+  switches: {label: 'Identity switches', text: 'How often another track takes over a sign.', places: 'Switches', side: 'candidate', share: false},
+  ids_per_sign: {label: 'Tracks per sign', text: 'Mean number of tracks on one sign; 1 is best.', places: 'Signs with a second track', side: 'reference', share: false},
+  false_tracks: {label: 'False tracks', text: 'Tracks of the candidate that lie on no sign.', places: 'False tracks', side: 'candidate', share: false},
+};
+
+/**
+ * @param {Comparison} found
+ * @param {(places: Places) => void} show
+ * @returns {HTMLElement}
+ */
+export function createFigures(found, show) {
+  const known = Object.keys(FIGURES).filter((name) => found.figures[name]);
+  return h('section', {class: 'compare-figures', 'aria-labelledby': 'figures-title'},
+    h('h2', {id: 'figures-title'}, 'Figures'),
+    h('table', {class: 'table figures-table'},
+      h('thead', null, h('tr', null, h('th', {scope: 'col'}, 'Figure'), h('th', {scope: 'col', class: 'number'}, 'Value'), h('th', {scope: 'col'}, h('span', {class: 'visually-hidden'}, 'Bar')), h('th', {scope: 'col', class: 'number'}, 'Of'), h('th', {scope: 'col'}, 'Behind it'))),
+      h('tbody', null, ...known.map((name) => row(name, found.figures[name], show)))));
+}
+
+/**
+ * @param {string} name
+ * @param {Figure} value
+ * @param {(places: Places) => void} show
+ */
+function row(name, value, show) {
+  const {label, text, places, side, share} = FIGURES[name];
+  return h('tr', null,
+    h('th', {scope: 'row'}, h('div', {class: 'stack figure-name'}, h('span', {class: 'figure-label'}, label), h('span', {class: 'figure-text muted small'}, text))),
+    h('td', {class: 'number figure-value'}, share && name !== 'eq7' ? percent(value.value) : figure(value.value)),
+    h('td', {class: 'figure-bar'}, share && value.value !== null && h('span', {class: 'meter', style: {'--part': `${value.value * 100}%`}}, h('span'))),
+    h('td', {class: 'number muted small figure-of'}, value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : ''),
+    h('td', null, value.places > 0
+      ? h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: () => show({title: places, side, ...value})}, plural(value.places, 'place'))
+      : h('span', {class: 'muted small'}, 'none')));
+}

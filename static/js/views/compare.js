@@ -1,0 +1,109 @@
+// @ts-check
+/** Two views of one video against each other: figures, confusion of classes, and the places behind every number. */
+
+import {sentence} from '../api/errors.js';
+import {setRuns} from '../store/actions/page.js';
+import {createConfusion} from './compare-confusion.js';
+import {createFigures} from './compare-figures.js';
+import {createPlaces} from './compare-places.js';
+import {fill, h} from './dom.js';
+import {emptyState, waiting} from './empty.js';
+import {count, plural} from './format.js';
+import {icon} from './icons.js';
+import {openDialog} from '../store/actions/page.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../api/compare-types.js').Comparison} Comparison */
+/** @typedef {import('../api/compare-types.js').Side} Side */
+
+const KINDS = /** @type {Record<string, string>} */ ({run: 'Run', annotation: 'Corrections', truth: 'Ground truth'});
+
+/**
+ * @param {App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createCompare(app) {
+  const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const content = h('div', {class: 'compare-content'});
+  const element = h('div', {class: 'compare'}, content);
+  /** @type {AbortController|null} */
+  let under = null;
+  let key = '';
+
+  /** @param {string} a @param {string} b */
+  async function load(a, b) {
+    under?.abort();
+    const own = new AbortController();
+    under = own;
+    const both = AbortSignal.any([own.signal, signal]);
+    content.replaceChildren(h('h1', {class: 'visually-hidden'}, 'Compare'), waiting('The two are compared', {retry: () => load(a, b), signal: both, after: 20_000}));
+    try {
+      const found = await app.api.compare(a, b, {signal: both});
+      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels({signal: both});
+      if (both.aborted) return;
+      show(found, a, b, labels);
+      if (!app.store.get().runs[found.video_id]) {
+        const runs = await app.api.runs(found.video_id, {signal: both});
+        app.store.dispatch((state) => setRuns(state, found.video_id, runs));
+      }
+    } catch (thrown) {
+      if (both.aborted) return;
+      content.replaceChildren(h('h1', {class: 'visually-hidden'}, 'Compare'), emptyState({
+        error: true, icon: 'alert', title: 'This comparison is not possible', text: sentence(thrown),
+        actions: [h('button', {class: 'btn', type: 'button', onclick: () => load(a, b)}, icon('refresh'), 'Try again'), h('a', {class: 'btn btn-primary', href: '#/'}, 'Go to the library')],
+      }));
+    }
+  }
+
+  /**
+   * @param {Comparison} found
+   * @param {string} a
+   * @param {string} b
+   * @param {import('../types.js').Label[]} labels
+   */
+  function show(found, a, b, labels) {
+    const places = createPlaces(app, found);
+    const video = app.store.get().videos?.find(({id}) => id === found.video_id);
+    fill(content,
+      h('header', {class: 'compare-head'},
+        h('h1', null, 'Compare'), video && h('span', {class: 'muted'}, `${video.name}, frames ${count(found.first)} to ${count(found.last)}`), h('span', {class: 'grow'}),
+        h('button', {class: 'btn', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: found.video_id, run: runOf(b) ?? runOf(a)}}))}, icon('settings'), 'Choose others'),
+        h('a', {class: 'btn', href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}`}, icon('refresh'), 'Swap')),
+      h('div', {class: 'compare-sides'}, sideCard('Reference', found.sides.reference), h('span', {class: 'compare-against muted'}, 'against'), sideCard('Candidate', found.sides.candidate)),
+      h('div', {class: 'compare-columns'},
+        h('div', {class: 'compare-numbers'}, createFigures(found, places.show), createConfusion(found, labels, places.show)),
+        places.element));
+  }
+
+  return {
+    element,
+    update(state) {
+      if (state.route.screen !== 'compare') return;
+      const next = `${state.route.a} ${state.route.b}`;
+      if (next === key) return;
+      key = next;
+      void load(state.route.a, state.route.b);
+    },
+    destroy() {
+      ended.abort();
+      element.remove();
+    },
+  };
+}
+
+/** @param {string} side */
+function runOf(side) {
+  return side.startsWith('truth:') ? undefined : side.split(':')[1];
+}
+
+/**
+ * @param {string} role
+ * @param {Side} side
+ */
+function sideCard(role, side) {
+  return h('section', {class: 'compare-side', 'aria-label': role},
+    h('span', {class: 'muted small'}, `${role} · ${KINDS[side.kind] ?? side.kind}`),
+    h('strong', {class: 'truncate', title: side.name}, side.name),
+    h('span', {class: 'muted small'}, `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`));
+}

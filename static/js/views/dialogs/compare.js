@@ -1,0 +1,90 @@
+// @ts-check
+/** Choose what to compare with what. */
+
+import {ApiError, sentence} from '../../api/errors.js';
+import {formatRoute} from '../../model/route.js';
+import {setRuns} from '../../store/actions/page.js';
+import {fill, h, setText} from '../dom.js';
+import {plural} from '../format.js';
+import {runTitle} from '../run-words.js';
+import {toast} from '../toasts.js';
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{video, run?}`
+ * @returns {import('./layer.js').Content}
+ */
+export function compareDialog({app, data, close, signal}) {
+  const {store, api} = app;
+  const reference = h('select', {class: 'select', id: 'compare-a', onchange: check});
+  const candidate = h('select', {class: 'select', id: 'compare-b', onchange: check});
+  const error = h('p', {class: 'field-error', role: 'alert'});
+  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, 'Compare');
+  const file = h('input', {type: 'file', accept: '.csv,text/csv', class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Ground truth as CSV', onchange: addTruth});
+  /** @type {import('../../api/client.js').Truth[]} */
+  let truths = [];
+
+  async function load() {
+    try {
+      const [runs, found] = await Promise.all([api.runs(data.video, {signal}), api.truths(data.video, {signal})]);
+      truths = found;
+      store.dispatch((state) => setRuns(state, data.video, runs));
+      const usable = runs.filter(({state}) => state === 'complete');
+      for (const select of [reference, candidate]) {
+        const before = select.value;
+        fill(select,
+          usable.length > 0 && h('optgroup', {label: 'Runs'}, ...usable.map((run) => h('option', {value: `run:${run.id}`}, runTitle(run)))),
+          usable.length > 0 && h('optgroup', {label: 'Corrected'}, ...usable.filter(({kind}) => kind !== 'whatif').map((run) => h('option', {value: `annotation:${run.id}`}, `Corrections of ${runTitle(run)}`))),
+          truths.length > 0 && h('optgroup', {label: 'Ground truth'}, ...truths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
+        if (before) select.value = before;
+      }
+      const own = usable.find(({id}) => id === data.run) ?? usable[0];
+      if (own && !candidate.dataset.chosen) {
+        candidate.value = `run:${own.id}`;
+        reference.value = truths.length ? `truth:${truths[0].id}` : `annotation:${own.id}`;
+        candidate.dataset.chosen = 'yes';
+      }
+      check();
+      if (usable.length === 0) setText(error, 'There is no complete run yet to compare. Wait until one is done.');
+    } catch (thrown) {
+      if (!signal.aborted) setText(error, sentence(thrown));
+    }
+  }
+
+  function check() {
+    const same = reference.value === candidate.value;
+    go.disabled = !reference.value || !candidate.value || same;
+    setText(error, same && reference.value ? 'Choose two different ones.' : '');
+  }
+
+  async function addTruth() {
+    const chosen = file.files?.[0];
+    if (!chosen) return;
+    setText(error, '');
+    try {
+      const truth = await api.putTruth(data.video, chosen.name.replace(/\.csv$/i, ''), chosen, {signal});
+      toast(`Ground truth ${truth.name}: ${plural(truth.count, 'box', 'boxes')}.`, {tone: 'good'});
+      await load();
+      reference.value = `truth:${truth.id}`;
+      check();
+    } catch (thrown) {
+      if (!signal.aborted) setText(error, thrown instanceof ApiError ? thrown.message : sentence(thrown));
+    } finally {
+      file.value = '';
+    }
+  }
+
+  void load();
+  return {
+    title: 'Compare', size: 'narrow', focus: reference,
+    submit: () => {
+      if (go.disabled) return;
+      close();
+      location.hash = formatRoute({screen: 'compare', a: reference.value, b: candidate.value});
+    },
+    body: h('div', {class: 'stack'},
+      h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'compare-a'}, 'Reference: taken as right'), reference),
+      h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'compare-b'}, 'Candidate: measured against it'), candidate),
+      h('div', null, h('button', {class: 'btn btn-small', type: 'button', onclick: () => file.click()}, 'Import ground truth (CSV) …'), file), error),
+    footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+  };
+}

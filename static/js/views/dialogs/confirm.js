@@ -1,0 +1,33 @@
+// @ts-check
+/** "Are you sure", with what goes and what stays. */
+
+import {sentence} from '../../api/errors.js';
+import {h, setText} from '../dom.js';
+
+/**
+ * @param {import('./layer.js').Setup} setup
+ * @returns {import('./layer.js').Content}
+ */
+export function confirmDialog({data, close, signal}) {
+  const error = h('p', {class: 'field-error', role: 'alert', hidden: true});
+  const cancel = h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel');
+  const go = h('button', {class: data.danger ? 'btn btn-danger' : 'btn btn-primary', type: 'button', onclick: act}, data.confirm ?? 'OK');
+
+  async function act() {
+    go.disabled = true;
+    try {
+      await data.run();
+      if (!signal.aborted) close();
+    } catch (thrown) {
+      go.disabled = false;
+      error.hidden = false;
+      setText(error, sentence(thrown));
+    }
+  }
+
+  return {
+    title: data.title ?? 'Are you sure?', size: 'narrow', focus: cancel,
+    body: h('div', {class: 'stack'}, h('p', null, data.text), data.note && h('p', {class: 'muted small'}, data.note), error),
+    footer: [cancel, go],
+  };
+}

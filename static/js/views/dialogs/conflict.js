@@ -1,0 +1,84 @@
+// @ts-check
+/** Somebody else has saved the same track first: both versions side by side, and a decision. */
+
+import {h, setText} from '../dom.js';
+import {sentence} from '../../api/errors.js';
+
+/** @typedef {import('../../types.js').TrackDoc} TrackDoc */
+/** @typedef {import('../../types.js').Label} Label */
+
+/** @type {Record<TrackDoc['review'], string>} */
+const REVIEWS = {open: 'not reviewed', accepted: 'accepted', rejected: 'rejected', needs_work: 'needs work'};
+
+/**
+ * A version of a track as rows that can be compared.
+ *
+ * @param {TrackDoc|undefined} doc
+ * @param {readonly Label[]} labels
+ * @returns {Record<string, string>}
+ */
+export function describe(doc, labels) {
+  if (!doc) return {State: 'not there'};
+  const name = doc.class_id === null ? 'as the engine says' : labels.find(({id}) => id === doc.class_id)?.name ?? `class ${doc.class_id}`;
+  const keys = Object.keys(doc.keys).map(Number).sort((a, b) => a - b);
+  return {
+    State: doc.merged_into ? `merged into ${doc.merged_into}` : doc.gone ? 'deleted' : REVIEWS[doc.review],
+    Class: name,
+    'Is a sign': doc.not_a_sign ? 'no' : 'yes',
+    Frames: doc.segments.map(({first, last}) => `${first}–${last}`).join(', ') || 'only drawn boxes',
+    'Key frames': keys.length === 0 ? 'none' : keys.length > 8 ? `${keys.length}: ${keys[0]} … ${keys[keys.length - 1]}` : keys.join(', '),
+    Notes: doc.notes.length === 0 ? 'none' : doc.notes.map((note) => `${note.author}: ${note.text}`).join('; '),
+  };
+}
+
+/**
+ * @param {import('./layer.js').Setup} setup
+ * @returns {import('./layer.js').Content}
+ */
+export function conflictDialog({app, data, close}) {
+  const {labels} = app.store.get();
+  /** @type {TrackDoc[]} */
+  const current = data.current ?? [];
+  /** @type {TrackDoc[]} */
+  const yours = data.yours ?? [];
+  const keys = [...new Set([...current, ...yours].map(({key}) => key))];
+  const error = h('p', {class: 'field-error', role: 'alert', hidden: true});
+  const theirs = h('button', {class: 'btn', type: 'button', onclick: () => act(data.takeTheirs)}, 'Take the saved version');
+  const mine = h('button', {class: 'btn btn-primary', type: 'button', onclick: () => act(data.keepMine)}, 'Keep mine');
+
+  /** @param {(() => unknown)|undefined} run */
+  async function act(run) {
+    try {
+      await run?.();
+      close();
+    } catch (thrown) {
+      error.hidden = false;
+      setText(error, sentence(thrown));
+    }
+  }
+
+  return {
+    title: 'This track was changed in the meantime', size: 'middle', focus: theirs,
+    body: h('div', {class: 'stack'},
+      h('p', null, 'Another page has saved a change of the same track after you loaded it. Nothing is overwritten until you choose.'),
+      ...keys.map((key) => versions(key, current.find((doc) => doc.key === key), yours.find((doc) => doc.key === key), labels)),
+      h('p', {class: 'muted small'}, '“Keep mine” makes your change again on top of the saved version. “Take the saved version” drops it.'), error),
+    footer: [h('button', {class: 'btn btn-quiet', type: 'button', onclick: close}, 'Decide later'), h('span', {class: 'grow'}), theirs, mine],
+  };
+}
+
+/**
+ * @param {string} key
+ * @param {TrackDoc|undefined} current
+ * @param {TrackDoc|undefined} yours
+ * @param {readonly Label[]} labels
+ */
+function versions(key, current, yours, labels) {
+  const [saved, own] = [describe(current, labels), describe(yours, labels)];
+  const rows = [...new Set([...Object.keys(saved), ...Object.keys(own)])];
+  return h('table', {class: 'table versions'},
+    h('caption', null, `Track ${key}`),
+    h('thead', null, h('tr', null, h('td'), h('th', {scope: 'col'}, `Saved${current ? ` (revision ${current.revision})` : ''}`), h('th', {scope: 'col'}, 'Yours'))),
+    h('tbody', null, ...rows.map((row) => h('tr', {class: saved[row] === own[row] ? '' : 'differs'},
+      h('th', {scope: 'row'}, row), h('td', null, saved[row] ?? '–'), h('td', null, own[row] ?? '–')))));
+}

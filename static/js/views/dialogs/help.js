@@ -1,0 +1,70 @@
+// @ts-check
+/** Help: every operation with its keys, out of the same registry that toolbar and keyboard use. */
+
+import {h, setText} from '../dom.js';
+import {icon} from '../icons.js';
+
+/** @typedef {import('../../page-types.js').Operation} Operation */
+
+/** What stands on the cap. @type {Record<string, string>} */
+const CAPS = {' ': 'Space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓', Delete: 'Del', Escape: 'Esc'};
+
+/**
+ * @param {readonly Operation[]} operations
+ * @param {string} text
+ * @returns {[string, Operation[]][]} group and its operations, in the order of the registry
+ */
+export function groupOperations(operations, text) {
+  const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+  /** @type {Map<string, Operation[]>} */
+  const groups = new Map();
+  for (const operation of operations) {
+    const where = `${operation.label} ${operation.tooltip} ${operation.keys.join(' ')} ${operation.group}`.toLowerCase();
+    if (!words.every((word) => where.includes(word))) continue;
+    groups.set(operation.group, [...(groups.get(operation.group) ?? []), operation]);
+  }
+  return [...groups];
+}
+
+/**
+ * A key as people see it on the keyboard.
+ *
+ * @param {string} keys   `Ctrl+Shift+Z`
+ * @returns {HTMLElement}
+ */
+export function keyHint(keys) {
+  const parts = keys === '+' ? ['+'] : keys.split('+');
+  return h('span', {class: 'keys'}, ...parts.map((part) => h('kbd', {class: 'kbd'}, CAPS[part] ?? part)));
+}
+
+/**
+ * @param {import('./layer.js').Setup} setup
+ * @returns {import('./layer.js').Content}
+ */
+export function helpDialog({app, close}) {
+  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search what you want to do, or a key', 'aria-label': 'Search the help', oninput: show});
+  const list = h('div', {class: 'help-groups'});
+  const found = h('p', {class: 'muted small', role: 'status'});
+
+  function show() {
+    const groups = groupOperations(app.operations, search.value);
+    list.replaceChildren(...groups.map(([group, operations]) => h('section', {class: 'help-group'},
+      h('h3', null, group),
+      h('dl', {class: 'help-list'}, ...operations.flatMap((operation) => [
+        h('dt', null, ...operation.keys.map(keyHint)),
+        h('dd', null, h('span', {class: 'help-label'}, operation.label), operation.tooltip && operation.tooltip !== operation.label && h('span', {class: 'muted small'}, operation.tooltip)),
+      ])))));
+    const total = groups.reduce((sum, [, operations]) => sum + operations.length, 0);
+    setText(found, search.value ? total ? `${total} found` : 'Nothing found. Try another word.' : '');
+  }
+  show();
+
+  return {
+    title: 'Help and keys', size: 'wide', focus: search,
+    body: h('div', {class: 'stack'},
+      h('p', {class: 'muted'}, 'Every action also has a button; its key stands in the tooltip. Keys work where no text field has the focus.'),
+      h('div', {class: 'input-with-icon'}, icon('search'), search), found, list,
+      h('p', {class: 'muted small'}, `tsr ${app.store.get().session?.version ?? ''}`)),
+    footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Close')],
+  };
+}

@@ -1,0 +1,123 @@
+// @ts-check
+/**
+ * Shows the dialog that the state names, in a native `<dialog>`: the browser keeps the focus inside, Escape closes, and
+ * the focus goes back to where it was.
+ *
+ * What `Dialog.data` holds, by kind:
+ * - help, add-video: nothing
+ * - confirm: `{title, text, note?, confirm, danger?, run}`; `run` may return a promise, its error is shown
+ * - relabel: `{key?, frame?, scope?: 'track'|'box', onChoose?: (class_id) => void}`; without `onChoose` it edits the track
+ * - note: `{key?, frame?, note_id?, text?}`
+ * - conflict: `{current, yours, keepMine, takeTheirs}`: documents of both sides, and what the two buttons do
+ * - run: `{video}`; whatif: `{run}`; compare: `{video, run?}`
+ */
+
+import {closeDialog} from '../../store/actions/page.js';
+import {h} from '../dom.js';
+import {icon} from '../icons.js';
+import {addVideoDialog} from './add-video.js';
+import {compareDialog} from './compare.js';
+import {confirmDialog} from './confirm.js';
+import {conflictDialog} from './conflict.js';
+import {helpDialog} from './help.js';
+import {noteDialog} from './note.js';
+import {relabelDialog} from './relabel.js';
+import {runDialog} from './run.js';
+import {whatIfDialog} from './whatif.js';
+
+/** @typedef {import('../../page-types.js').App} App */
+/** @typedef {import('../../types.js').Dialog} Dialog */
+
+/**
+ * @typedef {object} Content
+ * @property {string} title
+ * @property {HTMLElement} body
+ * @property {HTMLElement[]} [footer]
+ * @property {'narrow'|'middle'|'wide'} [size]
+ * @property {HTMLElement} [focus]        what gets the focus first
+ * @property {() => void} [submit]        Enter in a field, or the primary button
+ * @property {(state: import('../../types.js').State) => void} [update]
+ */
+
+/**
+ * @typedef {object} Setup
+ * @property {App} app
+ * @property {any} data
+ * @property {() => void} close
+ * @property {AbortSignal} signal   ends with the dialog
+ */
+
+/** @type {Record<Dialog['kind'], (setup: Setup) => Content>} */
+const KINDS = {
+  'add-video': addVideoDialog,
+  compare: compareDialog,
+  confirm: confirmDialog,
+  conflict: conflictDialog,
+  help: helpDialog,
+  note: noteDialog,
+  relabel: relabelDialog,
+  run: runDialog,
+  whatif: whatIfDialog,
+};
+
+/**
+ * @param {App} app
+ * @returns {import('../../page-types.js').View}
+ */
+export function createDialogs(app) {
+  const element = h('div', {class: 'dialog-layer'});
+  /** @type {{dialog: Dialog, node: HTMLDialogElement, content: Content, ended: AbortController}|null} */
+  let open = null;
+  const close = () => app.store.dispatch(closeDialog);
+
+  /** @param {Dialog} dialog */
+  function show(dialog) {
+    const ended = new AbortController();
+    const content = KINDS[dialog.kind]({app, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
+    const node = h('dialog', {class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind}`, 'aria-labelledby': 'dialog-title'},
+      h('form', {class: 'dialog-form', method: 'dialog', novalidate: true, onsubmit: (/** @type {Event} */ event) => {
+        event.preventDefault();
+        content.submit?.();
+      }},
+      h('header', {class: 'dialog-head'},
+        h('h2', {id: 'dialog-title', tabIndex: -1}, content.title),
+        h('button', {class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', onclick: close}, icon('close'))),
+      h('div', {class: 'dialog-body'}, content.body),
+      content.footer && h('footer', {class: 'dialog-foot'}, ...content.footer)));
+    // Keys of the review screen stay out of a dialog; Escape is the dialog's own.
+    node.addEventListener('keydown', (event) => event.stopPropagation());
+    node.addEventListener('close', () => {
+      if (open?.node === node) close();
+    });
+    node.addEventListener('pointerdown', (event) => {
+      if (event.target === node && dialog.kind === 'help') close();
+    });
+    element.append(node);
+    node.showModal();
+    (content.focus ?? node.querySelector('h2'))?.focus();
+    open = {dialog, node, content, ended};
+  }
+
+  function hide() {
+    const old = open;
+    open = null;
+    old?.ended.abort();
+    old?.node.close();
+    old?.node.remove();
+  }
+
+  return {
+    element,
+    update(state) {
+      if ((open?.dialog ?? null) !== state.dialog) {
+        hide();
+        if (state.dialog) show(state.dialog);
+      }
+      open?.content.update?.(state);
+    },
+    destroy() {
+      hide();
+      element.remove();
+    },
+  };
+}

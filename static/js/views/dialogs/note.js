@@ -1,0 +1,41 @@
+// @ts-check
+/** A note on a track, pinned to a frame. */
+
+import {edit} from '../app.js';
+import {h, setText} from '../dom.js';
+
+const LONGEST = 2000;
+
+/**
+ * @param {import('./layer.js').Setup} setup
+ * @returns {import('./layer.js').Content}
+ */
+export function noteDialog({app, data, close}) {
+  const review = app.store.get().review;
+  const key = data.key ?? review?.selected ?? null;
+  const frame = data.frame ?? review?.frame ?? 0;
+  const text = h('textarea', {class: 'textarea', rows: 4, maxlength: LONGEST, id: 'note-text', value: data.text ?? '', 'aria-describedby': 'note-hint note-error'});
+  const error = h('p', {class: 'field-error', id: 'note-error', role: 'alert', hidden: true});
+  text.addEventListener('keydown', (event) => {
+    if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) submit();
+  });
+
+  function submit() {
+    const value = text.value.trim();
+    if (!value || !key) {
+      error.hidden = false;
+      setText(error, key ? 'Write something first, or close the dialog.' : 'Select a track first: a note belongs to one.');
+      text.focus();
+      return;
+    }
+    edit(app, key, data.note_id ? {name: 'edit_note', note_id: data.note_id, text: value, frame} : {name: 'add_note', note_id: crypto.randomUUID(), text: value, frame});
+    close();
+  }
+
+  return {
+    title: data.note_id ? 'Change the note' : `Note on track ${key ?? ''} at frame ${frame}`, size: 'narrow', focus: text, submit,
+    body: h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'note-text'}, 'Text'), text,
+      h('span', {class: 'field-hint', id: 'note-hint'}, 'Ctrl+Enter saves.'), error),
+    footer: [h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save')],
+  };
+}

@@ -1,0 +1,108 @@
+// @ts-check
+/** What if a parameter were different: replays the stored evidence and lists what would change. */
+
+import {sentence} from '../../api/errors.js';
+import {formatRoute} from '../../model/route.js';
+import {putRun} from '../../store/actions/page.js';
+import {fill, h, setText} from '../dom.js';
+import {plural} from '../format.js';
+import {icon} from '../icons.js';
+import {createParameters, presetValue} from '../parameters.js';
+import {runChanges, runPart, runProgress} from '../run-words.js';
+import {changeList} from '../whatif.js';
+
+/** @typedef {import('../../types.js').Run} Run */
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{run?, initial?}`; run: of the review where it is left out
+ * @returns {import('./layer.js').Content}
+ */
+export function whatIfDialog({app, data, close, signal}) {
+  const {store, api} = app;
+  const state = store.get();
+  const known = [...(state.review?.run ? [state.review.run] : []), ...Object.values(state.runs).flat()];
+  const parent = known.find(({id}) => id === (data.run ?? state.review?.run?.id));
+  const fields = createParameters({
+    parameters: state.parameters.filter(({replayable}) => replayable),
+    initial: data.initial ?? (state.review?.tau !== null && state.review?.tau !== undefined ? {tau: state.review.tau} : {}),
+    base: (parameter) => parent && Object.hasOwn(parent.parameters, parameter.name) ? parent.parameters[parameter.name] : presetValue(parameter, parent?.preset ?? 'default'),
+    onChange: check,
+  });
+  const error = h('p', {class: 'field-error grow', role: 'alert'});
+  const start = h('button', {class: 'btn btn-primary', type: 'submit'}, icon('whatif'), 'Replay');
+  const result = h('div', {class: 'whatif-result', role: 'status'});
+  /** @type {string|null} */
+  let started = null;
+  /** @type {Run|null} */
+  let shown = null;
+
+  function check() {
+    start.disabled = !parent || fields.invalid() > 0 || Object.keys(fields.changes()).length === 0;
+  }
+
+  async function submit() {
+    if (!parent || start.disabled) return;
+    start.disabled = true;
+    setText(error, '');
+    try {
+      const run = await api.whatIf(parent.id, {parameters: fields.changes()}, {signal});
+      started = run.id;
+      store.dispatch((now) => putRun(now, run));
+      show(run);
+      void follow(run.id);
+    } catch (thrown) {
+      if (!signal.aborted) setText(error, sentence(thrown));
+    } finally {
+      check();
+    }
+  }
+
+  /**
+   * The stream tells faster, but a stream can be down.
+   * @param {string} id
+   */
+  async function follow(id) {
+    while (!signal.aborted && started === id && (shown === null || shown.state === 'queued' || shown.state === 'running')) {
+      await new Promise((resolve) => setTimeout(resolve, 2000));
+      if (signal.aborted) return;
+      try {
+        const run = await api.run(id, {signal});
+        store.dispatch((now) => putRun(now, run));
+        show(run);
+      } catch (thrown) {
+        if (!signal.aborted) setText(error, sentence(thrown));
+      }
+    }
+  }
+
+  /** @param {Run} run */
+  function show(run) {
+    if (shown === run) return;
+    shown = run;
+    if (run.state === 'complete') {
+      fill(result, h('div', {class: 'row'}, h('h3', {class: 'grow'}, runChanges(run)),
+        h('a', {class: 'btn btn-small', href: `${formatRoute({screen: 'compare', a: `run:${run.parent_id}`, b: `run:${run.id}`})}`, onclick: close}, icon('compare'), 'Compare in figures')),
+      changeList(app, run, {close}));
+    } else if (run.state === 'queued' || run.state === 'running') {
+      fill(result, h('p', null, run.state === 'queued' ? 'The replay waits for a free worker.' : runProgress(run)),
+        h('span', {class: 'meter', style: {'--part': `${runPart(run) * 100}%`}}, h('span')),
+        h('button', {class: 'btn btn-small', type: 'button', onclick: () => api.cancelRun(run.id).catch((thrown) => setText(error, sentence(thrown)))}, 'Cancel'));
+    } else {
+      fill(result, h('p', {class: 'field-error'}, runProgress(run)));
+    }
+  }
+
+  fill(result, h('div', {class: 'empty'}, icon('whatif'), h('h3', null, 'See what would change'),
+    h('p', null, parent ? 'Change parameters and replay. Nothing is decoded or detected again, so it takes seconds; the run itself stays as it is.' : 'Open a complete run first: a what-if replays its evidence.')));
+  check();
+  return {
+    title: `What if …${parent?.tracks ? ` (${plural(parent.tracks, 'track')})` : ''}`, size: 'wide', focus: fields.focus, submit,
+    body: h('div', {class: 'run-dialog'}, h('section', {class: 'run-column', 'aria-label': 'Parameters'}, fields.element), h('section', {class: 'run-column', 'aria-label': 'What would change'}, result)),
+    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), start],
+    update(now) {
+      if (!started) return;
+      const run = (parent && now.runs[parent.video_id])?.find(({id}) => id === started);
+      if (run) show(run);
+    },
+  };
+}

@@ -1,0 +1,154 @@
+// @ts-check
+/** Elements without HTML strings: whatever a name or a note contains, it shows as text. */
+
+/** @typedef {Node|string|number|null|undefined|false} Child */
+/** @typedef {Child|Child[]} Children */
+/** @typedef {Record<string, unknown>} Props */
+
+const SVG = 'http://www.w3.org/2000/svg';
+
+/** Set as properties, because the attribute is only their first value or holds no `false`. */
+const PROPERTIES = new Set(['value', 'checked', 'disabled', 'indeterminate', 'selected', 'readOnly', 'tabIndex']);
+
+/**
+ * An HTML element.
+ *
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Props|null} [props]   `class`, `dataset: {}`, `style: {'--part': '3%'}`, `onclick: listener`, and attributes;
+ *   `true` is an empty attribute; `false`, null and undefined leave it out
+ * @param {...Children} children strings become text; null, undefined and false are left out
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function h(tag, props, ...children) {
+  const element = document.createElement(tag);
+  setProps(element, props ?? {});
+  append(element, children);
+  return element;
+}
+
+/**
+ * An SVG element; like `h`.
+ *
+ * @template {keyof SVGElementTagNameMap} K
+ * @param {K} tag
+ * @param {Props|null} [props]
+ * @param {...Children} children
+ * @returns {SVGElementTagNameMap[K]}
+ */
+export function s(tag, props, ...children) {
+  const element = document.createElementNS(SVG, tag);
+  setProps(element, props ?? {});
+  append(element, children);
+  return element;
+}
+
+/**
+ * Set the properties of an element as `h` takes them.
+ *
+ * @param {Element} element
+ * @param {Props} props
+ */
+export function setProps(element, props) {
+  for (const [name, value] of Object.entries(props)) {
+    if (name.startsWith('on') && typeof value === 'function') {
+      element.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
+    } else if (name === 'dataset') {
+      Object.assign(/** @type {HTMLElement} */ (element).dataset, value);
+    } else if (name === 'style') {
+      for (const [key, part] of Object.entries(/** @type {Record<string, string>} */ (value))) {
+        /** @type {HTMLElement} */ (element).style.setProperty(key, part);
+      }
+    } else if (PROPERTIES.has(name)) {
+      if (value !== undefined) Reflect.set(element, name, value ?? '');
+    } else {
+      setAttribute(element, name, value);
+    }
+  }
+}
+
+/**
+ * Set or remove an attribute, and touch the document only where it changes.
+ *
+ * @param {Element} element
+ * @param {string} name
+ * @param {unknown} value   false, null, undefined: removed; true: empty
+ */
+export function setAttribute(element, name, value) {
+  if (value === false || value === null || value === undefined) {
+    if (element.hasAttribute(name)) element.removeAttribute(name);
+    return;
+  }
+  const text = value === true ? '' : String(value);
+  if (element.getAttribute(name) !== text) element.setAttribute(name, text);
+}
+
+/**
+ * Append children as `h` takes them.
+ *
+ * @param {Element} element
+ * @param {Children[]} children
+ */
+export function append(element, children) {
+  for (const child of children.flat()) {
+    if (child === null || child === undefined || child === false) continue;
+    element.append(child instanceof Node ? child : String(child));
+  }
+}
+
+/**
+ * Replace all children.
+ *
+ * @param {Element} element
+ * @param {...Children} children
+ */
+export function fill(element, ...children) {
+  element.replaceChildren();
+  append(element, children);
+}
+
+/**
+ * Set the text of an element, only where it changes.
+ *
+ * @param {Element} element
+ * @param {string|number} text
+ */
+export function setText(element, text) {
+  const value = String(text);
+  if (element.textContent !== value) element.textContent = value;
+}
+
+/**
+ * Make the children of an element those of a list, keeping the elements of items that stay, so that focus, hover and
+ * scroll position stay too.
+ *
+ * @template T
+ * @param {Element} parent
+ * @param {readonly T[]} items
+ * @param {(item: T) => string} key            unique
+ * @param {(item: T) => HTMLElement} create
+ * @param {(element: HTMLElement, item: T) => void} [update]   called for elements that stay and for new ones
+ */
+export function reconcile(parent, items, key, create, update) {
+  /** @type {Map<string, HTMLElement>} */
+  const old = new Map();
+  for (const child of parent.children) {
+    const element = /** @type {HTMLElement} */ (child);
+    if (element.dataset.key !== undefined) old.set(element.dataset.key, element);
+  }
+  let place = parent.firstElementChild;
+  for (const item of items) {
+    const name = key(item);
+    let element = old.get(name);
+    if (element) {
+      old.delete(name);
+    } else {
+      element = create(item);
+      element.dataset.key = name;
+    }
+    update?.(element, item);
+    if (element === place) place = place.nextElementSibling;
+    else parent.insertBefore(element, place);
+  }
+  for (const element of old.values()) element.remove();
+}

@@ -1,0 +1,100 @@
+// @ts-check
+/** The strip of a track's crops: only those on screen are loaded; the one of the current frame is marked. */
+
+import { placeAt } from '../../model/detail_columns.js';
+import { short } from '../../model/plain_words.js';
+import { seek } from '../app.js';
+import { h, setAttribute, setText } from '../dom.js';
+import { percent, plural } from '../format.js';
+
+/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+export function createCrops(app, signal) {
+  const cells = h('div', { class: 'crops-cells' });
+  const scroller = h('div', { class: 'crops-scroll', tabindex: '0', role: 'group', 'aria-label': 'Crops by frame' }, cells);
+  const title = h('h3', null, 'Crops');
+  const total = h('span', { class: 'small muted' });
+  /** @type {Map<number, HTMLButtonElement>} */ const shown = new Map();
+  /** @type {import('./index.js').Inspected|null} */ let now = null;
+  /** @type {Int32Array} */ let frames = new Int32Array(0);
+  let current = -1;
+  let scheduled = false;
+
+  const later = () => {
+    if (scheduled) return;
+    scheduled = true;
+    requestAnimationFrame(draw);
+  };
+  scroller.addEventListener('scroll', later, { signal, passive: true });
+  const observer = new ResizeObserver(later);
+  observer.observe(scroller);
+  signal.addEventListener('abort', () => observer.disconnect());
+
+  const pitch = () => (Number.parseFloat(getComputedStyle(scroller).getPropertyValue('--u')) || 4) * 18;
+
+  function draw() {
+    scheduled = false;
+    const lane = now?.lane;
+    const run = now?.review.run;
+    if (!lane || !run) return;
+    const step = pitch();
+    cells.style.setProperty('width', `${frames.length * step}px`);
+    const first = Math.max(0, Math.floor(scroller.scrollLeft / step) - 2);
+    const last = Math.min(frames.length, Math.ceil((scroller.scrollLeft + scroller.clientWidth) / step) + 2);
+    for (const [i, cell] of shown) {
+      if (i >= first && i < last) continue;
+      cell.remove();
+      shown.delete(i);
+    }
+    for (let i = first; i < last; i += 1) {
+      let cell = shown.get(i);
+      if (!cell) {
+        cell = createCell(lane, i, app.api.cropUrl(run.id, lane.id, frames[i], 96));
+        cell.style.setProperty('transform', `translateX(${i * step}px)`);
+        cell.addEventListener('click', () => seek(app, frames[i]));
+        shown.set(i, cell);
+        cells.append(cell);
+      }
+      setAttribute(cell, 'aria-current', i === current ? 'true' : null);
+    }
+  }
+
+  return {
+    element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, title, total), scroller),
+    /** @param {import('./index.js').Inspected} inspected */
+    update(inspected) {
+      const { lane, review } = inspected;
+      const turned = lane !== now?.lane;
+      now = inspected;
+      scroller.hidden = lane === null;
+      if (lane === null) {
+        setText(total, inspected.entry.track === null ? 'none: a person drew this track' : 'loading…');
+        return;
+      }
+      if (turned) {
+        for (const cell of shown.values()) cell.remove();
+        shown.clear();
+        frames = Int32Array.from(lane.frame);
+        setText(total, plural(frames.length, 'frame'));
+      }
+      const at = placeAt(frames, review.frame);
+      const place = at >= 0 && frames[at] === review.frame ? at : -1;
+      if (place === current && !turned) return;
+      current = place;
+      const step = pitch();
+      if (place >= 0 && (place * step < scroller.scrollLeft || (place + 1) * step > scroller.scrollLeft + scroller.clientWidth)) {
+        cells.style.setProperty('width', `${frames.length * step}px`);
+        scroller.scrollLeft = place * step - scroller.clientWidth / 2 + step / 2;
+      }
+      later();
+    },
+  };
+}
+
+/** @param {import('../../types.js').TrackLane} lane @param {number} i @param {string} url */
+function createCell(lane, i, url) {
+  const probability = lane.top_probability[i];
+  const weight = lane.weight[i];
+  return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: weight w = ${short(weight)}, P(c|x) = ${percent(probability)}` },
+    h('img', { src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
+    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${short(weight)}`), h('span', { class: 'crop-value' }, `P ${probability === null ? '–' : probability.toFixed(2)}`));
+}

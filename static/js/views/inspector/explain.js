@@ -1,0 +1,81 @@
+// @ts-check
+/** On demand, for the crop of the current frame: mirrored features with their axis, and the two perceptual hashes. */
+
+import { placeAt } from '../../model/detail_columns.js';
+import { hashBits } from '../../model/hash_bits.js';
+import { short, verdictAt } from '../../model/plain_words.js';
+import { fill, h, s, setText } from '../dom.js';
+
+/** @typedef {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}} SymmetryView */
+
+/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+export function createExplain(app, signal) {
+  const button = h('button', { class: 'btn btn-small', type: 'button' }, 'Explain this crop');
+  const verdict = h('p', { class: 'small' });
+  const result = h('div', { class: 'explain', 'aria-live': 'polite' });
+  /** @type {import('./index.js').Inspected|null} */ let now = null;
+  let asked = '';
+  let frames = new Int32Array(0);
+  button.addEventListener('click', async () => {
+    const lane = now?.lane;
+    const run = now?.review.run;
+    if (!now || !lane || !run) return;
+    const frame = now.review.frame;
+    const key = `${run.id} ${lane.id} ${frame}`;
+    asked = key;
+    fill(result, h('p', { class: 'small muted' }, 'Looking at the crop again…'));
+    try {
+      const found = await app.api.explain(run.id, lane.id, frame, { signal });
+      if (asked !== key) return;
+      const url = app.api.cropUrl(run.id, lane.id, frame, 256);
+      const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
+      const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
+      fill(result, symmetry ? symmetryFigure(symmetry, prediction) : null, found.hash ? hashFigure(found.hash) : null);
+    } catch (error) {
+      if (asked === key && !signal.aborted) fill(result, h('p', { class: 'small field-error' }, error instanceof Error ? error.message : 'The crop could not be explained.'));
+    }
+  }, { signal });
+  return {
+    element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, h('h3', { class: 'grow' }, 'Verdict of the gate'), button), verdict, result),
+    /** @param {import('./index.js').Inspected} inspected */
+    update(inspected) {
+      const { lane, review } = inspected;
+      if (lane !== now?.lane) frames = Int32Array.from(lane?.frame ?? []);
+      now = inspected;
+      const key = lane && review.run ? `${review.run.id} ${lane.id} ${review.frame}` : '';
+      if (asked !== key && asked !== '') {
+        asked = '';
+        result.replaceChildren();
+      }
+      const at = placeAt(frames, review.frame);
+      const text = lane && at >= 0 && lane.frame[at] === review.frame ? verdictAt(lane, at) : null;
+      button.hidden = text === null;
+      setText(verdict, text ?? `The gate judged no prediction of this track in frame ${review.frame}.`);
+    },
+  };
+}
+
+/** @param {SymmetryView} symmetry @param {string} url */
+function symmetryFigure(symmetry, url) {
+  const [width, height] = symmetry.size;
+  const strongest = Math.max(1e-9, ...symmetry.matches.map((match) => match[4]));
+  const drawing = s('svg', { viewBox: `0 0 ${width} ${height}`, class: 'explain-matches', role: 'img', 'aria-label': `${symmetry.matches.length} mirrored pairs of features` },
+    s('image', { href: url, width, height, preserveAspectRatio: 'none' }),
+    symmetry.matches.map(([x1, y1, x2, y2, weight]) => s('g', { opacity: (0.35 + (0.65 * weight) / strongest).toFixed(2) },
+      s('line', { x1, y1, x2, y2, class: 'explain-pair' }), s('circle', { cx: x1, cy: y1, r: width / 60, class: 'explain-point' }), s('circle', { cx: x2, cy: y2, r: width / 60, class: 'explain-point' }))),
+    symmetry.axis ? s('line', { x1: symmetry.axis[0], y1: symmetry.axis[1], x2: symmetry.axis[2], y2: symmetry.axis[3], class: 'explain-axis' }) : null);
+  return h('figure', null, drawing, h('figcaption', { class: 'small muted' }, `Symmetry ${short(symmetry.magnitude)} from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}`));
+}
+
+/** @param {{crop: string, mean: string, distance: number}} hash */
+function hashFigure(hash) {
+  const crop = hashBits(hash.crop);
+  const mean = hashBits(hash.mean);
+  /** @param {Uint8Array} bits @param {string} name */
+  const grid = (bits, name) => h('figure', { class: 'explain-hash' }, s('svg', { viewBox: '0 0 8 8', role: 'img', 'aria-label': `Hash of the ${name}` },
+    [...bits].map((bit, i) => s('rect', { x: (i % 8) + 0.04, y: Math.floor(i / 8) + 0.04, width: 0.92, height: 0.92, class: bit ? 'explain-one' : 'explain-zero' })),
+    [...bits].map((bit, i) => (crop[i] !== mean[i] ? s('rect', { x: (i % 8) + 0.12, y: Math.floor(i / 8) + 0.12, width: 0.76, height: 0.76, class: 'explain-differs' }) : null))),
+  h('figcaption', { class: 'small muted' }, name));
+  return h('figure', null, h('div', { class: 'explain-hashes' }, grid(crop, 'crop'), grid(mean, 'mean of earlier crops')),
+    h('figcaption', { class: 'small muted' }, `${short(hash.distance)} of 64 bits differ (framed)`));
+}

@@ -1,0 +1,58 @@
+// @ts-check
+/** Inspector of the selected track: what it is, how sure, what the engine saw frame by frame, and what people noted. */
+
+import { trackEntries } from '../../model/track_entries.js';
+import { h } from '../dom.js';
+import { createCrops } from './crops.js';
+import { createEvents } from './events.js';
+import { createExplain } from './explain.js';
+import { createHead } from './head.js';
+import { createNotes } from './notes.js';
+import { createRunFacts } from './run_facts.js';
+
+/** @typedef {import('../../types.js').State} State */
+
+/** @param {import('../app.js').ViewApp} app */
+export function createInspector(app) {
+  const life = new AbortController();
+  const explain = createExplain(app, life.signal);
+  const sections = [createHead(app, life.signal), createCrops(app, life.signal), explain, createEvents(app, life.signal), createNotes(app, life.signal)];
+  const facts = createRunFacts();
+  const body = h('div', { class: 'inspector-track' }, sections.map((section) => section.element));
+  const empty = h('div', { class: 'empty' }, h('p', null, 'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most doubtful one.'));
+  const element = h('section', { class: 'inspector panel', 'aria-label': 'Inspector' }, h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element));
+  /** @type {import('../../types.js').ReviewState|null} */ let old = null;
+  /** @type {import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
+  return {
+    element,
+    /** @param {State} state */
+    update(state) {
+      const review = state.review;
+      if (review === null || review === old) return;
+      if (!old || old.tracks !== review.tracks || old.docs !== review.docs) entries = trackEntries(review.tracks, review.docs);
+      old = review;
+      const entry = entries.find((one) => one.key === review.selected) ?? null;
+      body.hidden = entry === null;
+      empty.hidden = entry !== null;
+      facts.update(review.run);
+      if (entry === null) return;
+      const track = entry.track ?? review.docs[entry.key]?.segments[0]?.track ?? null;
+      const lane = track === null ? null : (review.laneOf[track] ?? null);
+      for (const section of sections) section.update({ state, review, entry, lane, doc: review.docs[entry.key] ?? null });
+    },
+    destroy() {
+      life.abort();
+      element.remove();
+    },
+  };
+}
+
+/**
+ * What every section gets.
+ * @typedef {object} Inspected
+ * @property {State} state
+ * @property {import('../../types.js').ReviewState} review
+ * @property {import('../../model/track_entries.js').TrackEntry} entry
+ * @property {import('../../types.js').TrackLane|null} lane   null: not loaded, or the engine has none
+ * @property {import('../../types.js').TrackDoc|null} doc     null: nobody touched it
+ */

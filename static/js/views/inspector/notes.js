@@ -1,0 +1,71 @@
+// @ts-check
+/** Notes pinned to frames of the track. */
+
+import { edit, seek } from '../app.js';
+import { fill, h, reconcile, setText } from '../dom.js';
+import { moment } from '../format.js';
+import { icon } from '../icons.js';
+
+/** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
+export function createNotes(app, signal) {
+  const list = h('ul', { class: 'notes' });
+  const text = h('textarea', { class: 'textarea', rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
+  const add = h('button', { class: 'btn btn-small', type: 'submit' }, icon('note'), h('span'));
+  const form = h('form', { class: 'notes-form' }, text, add);
+  let key = '';
+  form.addEventListener('submit', (event) => {
+    event.preventDefault();
+    const words = text.value.trim();
+    if (words === '') return;
+    edit(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words });
+    text.value = '';
+  }, { signal });
+  // Keys of the review screen are letters; here they are text.
+  form.addEventListener('keydown', (event) => {
+    event.stopPropagation();
+    if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) form.requestSubmit();
+  }, { signal });
+
+  /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
+  function show(item, note) {
+    if (item.dataset.text === note.text) return;
+    item.dataset.text = note.text;
+    fill(item, h('div', { class: 'row' }, h('button', { class: 'btn-link small', type: 'button', onclick: () => seek(app, note.frame) }, `frame ${note.frame}`),
+      h('span', { class: 'small muted truncate grow' }, `${note.author}, ${moment(note.time)}`),
+      h('button', { class: 'btn btn-quiet btn-small btn-icon', type: 'button', title: 'Edit the note', 'aria-label': 'Edit the note', onclick: () => change(item, note) }, icon('label')),
+      h('button', { class: 'btn btn-quiet btn-small btn-icon', type: 'button', title: 'Remove the note', 'aria-label': 'Remove the note', onclick: () => edit(app, key, { name: 'remove_note', note_id: note.id }) }, icon('trash'))),
+    h('p', { class: 'note-text' }, note.text));
+  }
+
+  /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
+  function change(item, note) {
+    const field = h('textarea', { class: 'textarea', rows: '2', 'aria-label': 'Text of the note', value: note.text });
+    const done = () => {
+      const words = field.value.trim();
+      item.dataset.text = '';
+      show(item, note);
+      if (words !== '' && words !== note.text) edit(app, key, { name: 'edit_note', note_id: note.id, text: words });
+    };
+    field.addEventListener('keydown', (event) => {
+      event.stopPropagation();
+      if (event.key === 'Escape') field.value = note.text;
+      if (event.key === 'Escape' || (event.key === 'Enter' && !event.shiftKey)) {
+        event.preventDefault();
+        field.blur();
+      }
+    });
+    field.addEventListener('blur', done, { once: true });
+    fill(item, field);
+    field.focus();
+  }
+
+  return {
+    element: h('div', { class: 'inspector-section' }, h('h3', null, 'Notes'), list, form),
+    /** @param {import('./index.js').Inspected} inspected */
+    update({ entry, doc, review }) {
+      key = entry.key;
+      reconcile(list, doc?.notes ?? [], (note) => note.id, () => h('li', { class: 'note' }), show);
+      setText(add.children[1], `Pin to frame ${review.frame}`);
+    },
+  };
+}

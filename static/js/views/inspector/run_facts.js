@@ -1,0 +1,25 @@
+// @ts-check
+/** Parameters and models of the run, folded away. */
+
+import { fill, h } from '../dom.js';
+import { moment } from '../format.js';
+
+export function createRunFacts() {
+  const table = h('dl', { class: 'facts' });
+  /** @type {import('../../types.js').Run|null} */ let shown = null;
+  const element = h('details', { class: 'inspector-section inspector-run' }, h('summary', null, 'Run: parameters and models'), table);
+  return {
+    element,
+    /** @param {import('../../types.js').Run|null} run */
+    update(run) {
+      if (run === shown) return;
+      shown = run;
+      element.hidden = run === null;
+      if (run === null) return;
+      const rows = [['Preset', run.preset], ['Engine', run.engine_version], ['Made', moment(run.created)],
+        ...Object.entries(run.parameters).map(([name, value]) => [name, typeof value === 'string' ? value : JSON.stringify(value)]),
+        ...Object.entries(run.models).map(([name, hash]) => [`Model ${name}`, hash])];
+      fill(table, rows.flatMap(([name, value]) => [h('dt', null, name), h('dd', { class: 'mono', title: value }, value)]));
+    },
+  };
+}

@@ -1,0 +1,232 @@
+// @ts-check
+/** The sub-lanes of the selected track. One pass a line; several values in one pixel become its smallest and largest. */
+
+import { placeAt } from '../../model/detail_columns.js';
+import { logPlace } from '../../model/gate_lane.js';
+
+/**
+ * @typedef {import('../../model/detail_columns.js').DetailColumns} DetailColumns
+ * @typedef {import('../../model/detail_columns.js').SeriesName} SeriesName
+ * @typedef {import('./palette.js').Palette} Palette
+ * @typedef {{first: number, last: number}} Span
+ * @typedef {{id: string, label: string, hint: string, height: number, kind: 'gate'|'line'|'votes', series: SeriesName[]}} SubLane
+ */
+
+/** In their order on the screen; heights in design px. @type {readonly SubLane[]} */
+export const SUB_LANES = [
+  { id: 'gate', label: 'L positive', hint: 'The gate’s product on a log axis; below tau a prediction is confident', height: 84, kind: 'gate', series: ['l_positive'] },
+  { id: 'symmetry', label: 'Symmetry', hint: 'First factor: 1 / mirror symmetry of the crop; small is good', height: 32, kind: 'line', series: ['symmetry'] },
+  { id: 'hash', label: 'Look (bits)', hint: 'Second factor: bits that differ from the mean of earlier crops', height: 32, kind: 'line', series: ['hash_distance'] },
+  { id: 'position', label: 'Position', hint: 'Third factor: distance to the result of the frame before', height: 32, kind: 'line', series: ['position_distance'] },
+  { id: 'score', label: 'Score', hint: 'Offline detector: with the prior (solid) and without (dashed)', height: 44, kind: 'line', series: ['score', 'raw_score'] },
+  { id: 'svm', label: 'SVM', hint: 'Online detector: decision value of the relocalisation', height: 36, kind: 'line', series: ['decision'] },
+  { id: 'weight', label: 'Weight w', hint: 'Weight of each frame’s vote in the fusion', height: 32, kind: 'line', series: ['weight'] },
+  { id: 'votes', label: 'Class votes', hint: 'Fused share of the leading classes', height: 84, kind: 'votes', series: [] },
+];
+
+/** @param {number} unit @returns {number} px of all sub-lanes */
+export function detailHeight(unit) {
+  return SUB_LANES.reduce((sum, lane) => sum + Math.round(lane.height * unit), 0);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {DetailColumns} columns
+ * @param {{width: number, span: Span, tau: number}} view
+ * @param {Palette} palette
+ */
+export function paintDetail(ctx, columns, view, palette) {
+  const { width, span, tau } = view;
+  const from = Math.max(0, placeAt(columns.frame, Math.floor(span.first)));
+  const to = Math.min(columns.count, placeAt(columns.frame, Math.ceil(span.last)) + 2);
+  let top = 0;
+  for (const lane of SUB_LANES) {
+    const height = Math.round(lane.height * palette.unit);
+    ctx.fillStyle = palette.colour.line;
+    ctx.fillRect(0, top + height - 1, width, 1);
+    const pad = 4 * palette.unit;
+    const area = { x: 0, y: top + pad, width, height: height - 2 * pad, span };
+    if (lane.kind === 'gate') paintGate(ctx, columns, from, to, area, tau, palette);
+    else if (lane.kind === 'votes') paintVotes(ctx, columns, from, to, area, palette);
+    else paintSeries(ctx, columns, lane, from, to, area, palette);
+    top += height;
+  }
+}
+
+/** @typedef {{x: number, y: number, width: number, height: number, span: Span}} Area */
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {DetailColumns} columns
+ * @param {SubLane} lane
+ * @param {number} from
+ * @param {number} to
+ * @param {Area} area
+ * @param {Palette} palette
+ */
+function paintSeries(ctx, columns, lane, from, to, area, palette) {
+  const [low, high] = columns.range[lane.series[0]];
+  if (low < 0 && high > 0) {
+    ctx.fillStyle = palette.colour.grid;
+    ctx.fillRect(0, Math.round(area.y + area.height * (high / (high - low))), area.width, 1);
+  }
+  lane.series.forEach((name, i) => {
+    ctx.strokeStyle = i === 0 ? palette.colour.plot : palette.series[1];
+    ctx.lineWidth = 1.5 * palette.unit;
+    if (i > 0) ctx.setLineDash([4 * palette.unit, 3 * palette.unit]);
+    line(ctx, columns, columns.series[name], from, to, area, low, high, palette.unit);
+    ctx.setLineDash([]);
+  });
+}
+
+/**
+ * A line with gaps where steps did not take place; a value without neighbours is a dot.
+ *
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {DetailColumns} columns
+ * @param {Float32Array} values
+ * @param {number} from
+ * @param {number} to
+ * @param {Area} area
+ * @param {number} low
+ * @param {number} high
+ * @param {number} unit
+ */
+function line(ctx, columns, values, from, to, area, low, high, unit) {
+  const scale = area.width / (area.span.last - area.span.first);
+  const { frame } = columns;
+  let open = false;
+  let pixel = -1e9;
+  let least = 0;
+  let most = 0;
+  let before = -2;
+  ctx.beginPath();
+  for (let i = from; i < to; i += 1) {
+    const value = values[i];
+    if (value !== value) {
+      open = false;
+      continue;
+    }
+    const share = Math.min(1, Math.max(0, (value - low) / (high - low)));
+    const y = area.y + area.height * (1 - share);
+    const x = (frame[i] + 0.5 - area.span.first) * scale;
+    if (open && frame[i] === before + 1) {
+      if (Math.floor(x) === pixel && y >= least && y <= most) {
+        before = frame[i];
+        continue;
+      }
+      ctx.lineTo(x, y);
+      if (Math.floor(x) === pixel) {
+        least = Math.min(least, y);
+        most = Math.max(most, y);
+      } else {
+        pixel = Math.floor(x);
+        least = most = y;
+      }
+    } else {
+      ctx.moveTo(x - unit, y);
+      ctx.lineTo(x + unit, y);
+      ctx.moveTo(x, y);
+      pixel = Math.floor(x);
+      least = most = y;
+    }
+    open = true;
+    before = frame[i];
+  }
+  ctx.stroke();
+}
+
+/**
+ * L_positive: circles are confident, crosses rejected; a ring marks a verdict that the dragged tau turns over.
+ *
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {DetailColumns} columns
+ * @param {number} from
+ * @param {number} to
+ * @param {Area} area
+ * @param {number} tau
+ * @param {Palette} palette
+ */
+function paintGate(ctx, columns, from, to, area, tau, palette) {
+  const { domain, frame, confident } = columns;
+  const values = columns.series.l_positive;
+  const scale = area.width / (area.span.last - area.span.first);
+  const { unit, colour } = palette;
+  ctx.fillStyle = colour.grid;
+  ctx.font = palette.smallFont;
+  ctx.textBaseline = 'middle';
+  for (let decade = domain.low; decade <= domain.high * 1.001; decade *= 10) {
+    ctx.fillRect(0, Math.round(area.y + area.height * (1 - logPlace(decade, domain))), area.width, 1);
+  }
+  const radius = Math.min(3 * unit, Math.max(1.2 * unit, scale * 0.4));
+  for (let verdict = 0; verdict < 3; verdict += 1) {
+    let pixel = -1;
+    let last = -1;
+    ctx.beginPath();
+    for (let i = from; i < to; i += 1) {
+      if (confident[i] < 0 || values[i] !== values[i]) continue;
+      const turned = values[i] < tau !== (confident[i] === 1);
+      if (verdict === 2 ? !turned : confident[i] !== verdict) continue;
+      const x = (frame[i] + 0.5 - area.span.first) * scale;
+      const y = area.y + area.height * (1 - logPlace(values[i], domain));
+      // Points on the pixel of the last one would only be painted over it.
+      if (Math.floor(x) === pixel && Math.floor(y) === last) continue;
+      pixel = Math.floor(x);
+      last = Math.floor(y);
+      if (verdict === 1) {
+        ctx.moveTo(x + radius, y);
+        ctx.arc(x, y, radius, 0, 2 * Math.PI);
+      } else if (verdict === 0) {
+        ctx.moveTo(x - radius, y - radius);
+        ctx.lineTo(x + radius, y + radius);
+        ctx.moveTo(x - radius, y + radius);
+        ctx.lineTo(x + radius, y - radius);
+      } else {
+        ctx.moveTo(x + radius * 2, y);
+        ctx.arc(x, y, radius * 2, 0, 2 * Math.PI);
+      }
+    }
+    ctx.lineWidth = 1.5 * unit;
+    if (verdict === 1) {
+      ctx.fillStyle = colour.good;
+      ctx.fill();
+    } else {
+      ctx.strokeStyle = verdict === 0 ? colour.bad : colour.accent;
+      ctx.stroke();
+    }
+  }
+}
+
+/**
+ * Stacked shares; what the leading classes leave is open ground.
+ *
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {DetailColumns} columns
+ * @param {number} from
+ * @param {number} to
+ * @param {Area} area
+ * @param {Palette} palette
+ */
+function paintVotes(ctx, columns, from, to, area, palette) {
+  const width = columns.classes.length;
+  const scale = area.width / (area.span.last - area.span.first);
+  const { votes, frame } = columns;
+  ctx.fillStyle = palette.colour.surface2;
+  ctx.fillRect(0, area.y, area.width, area.height);
+  for (let c = width - 1; c >= 0; c -= 1) {
+    ctx.fillStyle = palette.series[c % palette.series.length];
+    ctx.beginPath();
+    let pixel = -1;
+    for (let i = from; i < to; i += 1) {
+      const share = votes[i * width + c];
+      if (share !== share) continue;
+      const left = (frame[i] - area.span.first) * scale;
+      if (Math.floor(left) === pixel && i + 1 < to) continue;
+      pixel = Math.floor(left);
+      const next = i + 1 < columns.count ? frame[i + 1] : frame[i] + 1;
+      const right = (Math.min(next, frame[i] + 30) - area.span.first) * scale;
+      ctx.rect(left, area.y + area.height * (1 - share), Math.max(1, right - left) + 0.5, area.height * share);
+    }
+    ctx.fill();
+  }
+}

@@ -1,0 +1,88 @@
+// @ts-check
+/** The elements of the lanes, without behaviour. */
+
+import { h, setText } from '../dom.js';
+import { icon } from '../icons.js';
+import { SUB_LANES } from './detail_painter.js';
+import { SOURCES } from './palette.js';
+
+const NAMES = { detected: 'Detected', predicted: 'Predicted', relocalised: 'Relocalised', corrected: 'Corrected' };
+
+/** @typedef {ReturnType<typeof createFrame>} LanesFrame */
+
+export function createFrame() {
+  /** @param {string} name */
+  const canvas = (name) => h('canvas', { class: `lanes-canvas ${name}`, 'aria-hidden': 'true' });
+  const parts = {
+    overview: canvas('lanes-overview-canvas'),
+    axis: canvas('lanes-axis-canvas'),
+    tracks: canvas('lanes-tracks-canvas'),
+    detail: canvas('lanes-detail-canvas'),
+    window: h('div', { class: 'lanes-window' }),
+    overviewCursor: h('div', { class: 'lanes-overview-cursor' }),
+    spacer: h('div', { class: 'lanes-spacer' }),
+    playhead: h('div', { class: 'lanes-playhead' }),
+    hover: h('div', { class: 'lanes-hover' }),
+    readout: h('span', { class: 'lanes-readout', 'aria-hidden': 'true' }),
+    count: h('span', { class: 'muted small truncate' }),
+    detailName: h('span', { class: 'lanes-detail-name truncate' }),
+    flips: h('span', { class: 'lanes-flips small' }),
+    legend: h('ul', { class: 'lanes-votes-legend' }),
+    empty: h('p', { class: 'lanes-empty muted' }),
+    zoomOut: button('zoom_out', 'Zoom out (wheel)'),
+    zoomIn: button('zoom_in', 'Zoom in (wheel)'),
+    fit: button('fit', 'Show the whole drive'),
+    toTrack: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'Show the selected track from its first to its last frame' }, 'Fit track'),
+    reset: h('button', { class: 'btn btn-small btn-quiet', type: 'button', title: 'Back to the tau of the run' }, 'Reset'),
+    whatIf: h('button', { class: 'btn btn-small', type: 'button' }, icon('whatif'), h('span', null, 'What if tau = …')),
+  };
+  const values = SUB_LANES.map(() => h('span', { class: 'lanes-value' }));
+  const gutter = h('div', { class: 'lanes-gutter lanes-detail-gutter' }, SUB_LANES.map((lane, i) => h('div', {
+    class: 'lanes-lane-name', title: lane.hint, style: { '--lane': String(lane.height) },
+  }, h('span', { class: 'lanes-lane-title' }, h('span', { class: 'truncate' }, lane.label), values[i]),
+  lane.kind === 'gate' ? parts.flips : null, lane.kind === 'votes' ? parts.legend : null)));
+  const overviewPlot = h('div', { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open doubt (lower band)' }, parts.overview, parts.window, parts.overviewCursor);
+  const axisPlot = h('div', {
+    class: 'lanes-plot', role: 'slider', tabindex: '0', 'aria-label': 'Position in the video',
+    title: 'Drag: move. Wheel: zoom. Arrow keys: step; + and -: zoom',
+  }, parts.axis);
+  const tracksPlot = h('div', { class: 'lanes-plot lanes-stick' }, parts.tracks);
+  const tracksPane = h('div', { class: 'lanes-pane lanes-tracks', tabindex: '0', role: 'group', 'aria-label': 'Tracks over time; the queue lists them for the keyboard' },
+    h('div', { class: 'lanes-gutter' }), tracksPlot, parts.spacer);
+  const detailPlot = h('div', { class: 'lanes-plot' }, parts.detail);
+  const detailPane = h('div', { class: 'lanes-pane lanes-detail', tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' }, gutter, detailPlot);
+  const head = h('div', { class: 'lanes-head' },
+    h('h2', { class: 'lanes-title' }, 'Why'),
+    h('ul', { class: 'lanes-legend' }, SOURCES.map((name) => h('li', null, h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name]))),
+    parts.readout, h('span', { class: 'grow' }), parts.zoomOut, parts.zoomIn, parts.fit);
+  const detailHead = h('div', { class: 'lanes-detail-head' }, parts.detailName, h('span', { class: 'grow' }), parts.reset, parts.whatIf, parts.toTrack);
+  const body = h('div', { class: 'lanes-body' },
+    h('div', { class: 'lanes-strip lanes-overview' }, h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Drive')), overviewPlot),
+    h('div', { class: 'lanes-strip lanes-axis' }, h('div', { class: 'lanes-gutter' }, parts.count), axisPlot),
+    tracksPane, detailHead, detailPane, h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead), parts.empty);
+  const element = h('section', { class: 'lanes panel', 'aria-label': 'Why lanes' }, head, body);
+  return { ...parts, element, body, values, overviewPlot, axisPlot, tracksPlot, tracksPane, detailPlot, detailPane, detailHead };
+}
+
+/**
+ * The legend of the stacked votes.
+ *
+ * @param {HTMLElement} list
+ * @param {{name: string, share: string, colour: string}[]} rows
+ */
+export function fillLegend(list, rows) {
+  while (list.children.length > rows.length) list.lastElementChild?.remove();
+  rows.forEach((row, i) => {
+    const item = /** @type {HTMLElement|undefined} */ (list.children[i]) ?? list.appendChild(h('li', { class: 'lanes-votes-row' },
+      h('span', { class: 'swatch' }), h('span', { class: 'truncate' }), h('span', { class: 'lanes-value' })));
+    /** @type {HTMLElement} */ (item.children[0]).style.setProperty('--colour', row.colour);
+    setText(item.children[1], row.name);
+    item.title = row.name;
+    setText(item.children[2], row.share);
+  });
+}
+
+/** @param {import('../icons.js').IconName} name @param {string} title */
+function button(name, title) {
+  return h('button', { class: 'btn btn-small btn-quiet btn-icon', type: 'button', title, 'aria-label': title }, icon(name));
+}

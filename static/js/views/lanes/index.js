@@ -1,0 +1,330 @@
+// @ts-check
+/**
+ * Why lanes: the tracks of the drive and the values behind the selected one, on one time axis.
+ *
+ * Playhead and hover line are elements that only move; canvases are painted again when what they show has changed.
+ */
+import { countFlips } from '../../model/gate_lane.js';
+import { detailColumns, placeAt } from '../../model/detail_columns.js';
+import { barAt, buildDensity, buildLaneIndex } from '../../model/lanes_lod.js';
+import { short } from '../../model/plain_words.js';
+import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
+import { trackEntries } from '../../model/track_entries.js';
+import { framesOf } from '../../model/view_actions.js';
+import { dialog, seek, select, setTau, show } from '../app.js';
+import { setAttribute, setText } from '../dom.js';
+import { count, percent, plural } from '../format.js';
+import { paintAxis, paintOverview } from './axis_painter.js';
+import { SUB_LANES, detailHeight, paintDetail } from './detail_painter.js';
+import { createFrame, fillLegend } from './frame.js';
+import { attachGestures } from './gestures.js';
+import { prepare, readPalette } from './palette.js';
+import { secondsOf } from './seconds.js';
+import { createTauSlider } from './tau_slider.js';
+import { paintTracks } from './tracks_painter.js';
+
+/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../types.js').ReviewState} ReviewState */
+
+const ROW = 20;
+
+/** @param {import('../app.js').ViewApp} app */
+export function createLanes(app) {
+  const parts = createFrame();
+  const life = new AbortController();
+  const { signal } = life;
+  const slider = createTauSlider((tau) => setTau(app, tau), signal);
+  parts.detailPlot.append(slider.element);
+
+  let palette = readPalette(document.documentElement);
+  /** @type {State|null} */ let state = null;
+  /** @type {ReviewState|null} */ let old = null;
+  let index = buildLaneIndex([], null, {});
+  let density = buildDensity([], 1);
+  /** @type {import('../../model/detail_columns.js').DetailColumns|null} */ let columns = null;
+  /** @type {import('../../types.js').TrackLane|null} */ let lane = null;
+  let width = 0;
+  let tracksHeight = 0;
+  let gutter = 0;
+  /** @type {number|null} */ let hovered = null;
+  let scheduled = 0;
+  /** @type {Map<number, {text: string, width: number}>} */ const names = new Map();
+  const nothing = { text: '', width: 0 };
+  const dirty = { overview: true, tracks: true, detail: true };
+
+  const review = () => app.store.get().review;
+  /** @param {ReviewState} r */
+  const spanOf = (r) => (r.span.last > r.span.first ? r.span : { first: 0, last: framesOf(r) });
+  /** @param {(r: ReviewState, span: {first: number, last: number}, frames: number) => {first: number, last: number}} next */
+  const changeSpan = (next) => {
+    const r = review();
+    if (r !== null) show(app, next(r, spanOf(r), framesOf(r)));
+  };
+  const rowHeight = () => Math.round(ROW * palette.unit);
+
+  /** @param {number} classId */
+  const label = (classId) => {
+    if (classId < 0) return nothing;
+    let found = names.get(classId);
+    if (found === undefined) {
+      const ctx = parts.tracks.getContext('2d');
+      const text = state?.labels.find((one) => one.id === classId)?.name ?? `class ${classId}`;
+      if (ctx) ctx.font = palette.smallFont;
+      found = { text, width: ctx ? ctx.measureText(text).width : 0 };
+      names.set(classId, found);
+    }
+    return found;
+  };
+
+  /** @type {import('./gestures.js').GestureTarget} */
+  const plot = {
+    seek: (x) => {
+      const r = review();
+      if (r) seek(app, toFrame(spanOf(r), x, width));
+    },
+    pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((from - to) / Math.max(1, width)) * (span.last - span.first), frames)),
+    zoom: (x, factor) => changeSpan((_, span, frames) => zoomAround(span, toFrame(span, x, width), factor, frames)),
+    hover: (x) => {
+      hovered = x;
+      later();
+    },
+  };
+  attachGestures(parts.axisPlot, 'pan', plot, signal);
+  attachGestures(parts.detailPlot, 'seek', plot, signal);
+  attachGestures(parts.tracksPlot, 'seek', { ...plot, press: (x, y) => pick(x, y) }, signal);
+  attachGestures(parts.overviewPlot, 'seek', {
+    ...plot,
+    hover: undefined,
+    seek: (x) => {
+      const frame = (x / Math.max(1, width)) * framesOf(review());
+      seek(app, frame);
+      changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
+    },
+    pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((to - from) / Math.max(1, width)) * frames, frames)),
+  }, signal);
+
+  /** @param {number} x @param {number} y */
+  function pick(x, y) {
+    const r = review();
+    if (r === null) return;
+    const span = spanOf(r);
+    const row = Math.floor((y + parts.tracksPane.scrollTop) / rowHeight());
+    const bar = barAt(index, row, toFrame(span, x, width), (3 * (span.last - span.first)) / Math.max(1, width));
+    if (bar >= 0) select(app, index.key[bar]);
+  }
+
+  /** @param {number} factor */
+  const zoomButton = (factor) => changeSpan((r, span, frames) => {
+    const visible = r.frame >= span.first && r.frame < span.last;
+    return zoomAround(span, visible ? r.frame + 0.5 : (span.first + span.last) / 2, factor, frames);
+  });
+  parts.zoomIn.addEventListener('click', () => zoomButton(0.5), { signal });
+  parts.zoomOut.addEventListener('click', () => zoomButton(2), { signal });
+  parts.fit.addEventListener('click', () => changeSpan((_, __, frames) => ({ first: 0, last: frames })), { signal });
+  parts.toTrack.addEventListener('click', () => {
+    const bar = index.barOf.get(review()?.selected ?? '');
+    if (bar !== undefined) changeSpan((_, __, frames) => spanAround(index.first[bar], index.last[bar], frames));
+  }, { signal });
+  parts.reset.addEventListener('click', () => setTau(app, null), { signal });
+  parts.whatIf.addEventListener('click', () => {
+    const r = review();
+    if (r) dialog(app, { kind: 'whatif', data: { tau: r.tau ?? r.tracks?.tau ?? null } });
+  }, { signal });
+  parts.axisPlot.addEventListener('keydown', (event) => {
+    /** @type {Record<string, number>} */
+    const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -100, PageUp: 100, Home: -1e9, End: 1e9 };
+    const r = review();
+    if (r === null || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === '+' || event.key === '-') zoomButton(event.key === '+' ? 0.5 : 2);
+    else if (steps[event.key] !== undefined) seek(app, r.frame + steps[event.key]);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }, { signal });
+  parts.tracksPane.addEventListener('scroll', () => {
+    dirty.tracks = true;
+    later();
+  }, { signal, passive: true });
+
+  const observer = new ResizeObserver(() => measure());
+  observer.observe(parts.tracksPane);
+  observer.observe(parts.body);
+  const restyle = () => {
+    palette = readPalette(document.documentElement);
+    names.clear();
+    measure();
+  };
+  const themes = new MutationObserver(restyle);
+  themes.observe(document.documentElement, { attributes: true, attributeFilter: ['data-theme'] });
+  globalThis.addEventListener('resize', restyle, { signal });
+
+  function measure() {
+    if (!parts.element.isConnected) return;
+    const plotBox = parts.tracksPlot.getBoundingClientRect();
+    gutter = plotBox.left - parts.body.getBoundingClientRect().left;
+    width = Math.max(0, Math.floor(parts.tracksPane.getBoundingClientRect().left + parts.tracksPane.clientLeft + parts.tracksPane.clientWidth - plotBox.left));
+    tracksHeight = parts.tracksPane.clientHeight;
+    parts.element.style.setProperty('--lanes-plot-width', `${width}px`);
+    dirty.overview = dirty.tracks = dirty.detail = true;
+    later();
+  }
+
+  /** Paint in the next animation frame, once. */
+  function later() {
+    if (scheduled === 0) scheduled = requestAnimationFrame(paint);
+  }
+
+  function paint() {
+    scheduled = 0;
+    const r = state?.review ?? null;
+    if (r === null || width === 0) return;
+    const span = spanOf(r);
+    const frames = framesOf(r);
+    const { ratio } = palette;
+    if (dirty.overview) {
+      const height = parts.overviewPlot.clientHeight;
+      const ctx = prepare(parts.overview, width, height, ratio);
+      if (ctx) paintOverview(ctx, { width, height, frames }, density, palette);
+    }
+    if (dirty.tracks) {
+      const height = parts.axisPlot.clientHeight;
+      const axis = prepare(parts.axis, width, height, ratio);
+      if (axis) paintAxis(axis, { width, height, span, frames }, palette, (frame) => secondsOf(r, frame));
+      const ctx = prepare(parts.tracks, width, tracksHeight, ratio);
+      const view = { width, height: tracksHeight, scroll: parts.tracksPane.scrollTop, rowHeight: rowHeight(), span, selected: r.selected };
+      if (ctx) paintTracks(ctx, index, view, palette, label);
+    }
+    if (dirty.detail && columns && lane) {
+      const ctx = prepare(parts.detail, width, detailHeight(palette.unit), ratio);
+      if (ctx) paintDetail(ctx, columns, { width, span, tau: r.tau ?? lane.tau }, palette);
+    }
+    dirty.overview = dirty.tracks = dirty.detail = false;
+    placeMarks(r, span, frames);
+  }
+
+  /** @param {ReviewState} r @param {{first: number, last: number}} span @param {number} frames */
+  function placeMarks(r, span, frames) {
+    const x = toX(span, r.frame + 0.5, width);
+    parts.playhead.hidden = x < 0 || x > width;
+    parts.playhead.style.setProperty('transform', `translateX(${Math.round(gutter + x)}px)`);
+    parts.hover.hidden = hovered === null;
+    if (hovered !== null) parts.hover.style.setProperty('transform', `translateX(${Math.round(gutter + hovered)}px)`);
+    parts.window.style.setProperty('transform', `translateX(${(span.first / frames) * width}px)`);
+    parts.window.style.setProperty('width', `${Math.max(4, ((span.last - span.first) / frames) * width)}px`);
+    parts.overviewCursor.style.setProperty('transform', `translateX(${Math.round((r.frame / frames) * width)}px)`);
+    const frame = hovered === null ? r.frame : Math.min(frames - 1, Math.floor(toFrame(span, Math.max(0, hovered), width)));
+    setText(parts.readout, `${timeLabel(secondsOf(r, frame), 0.01)}  frame ${count(frame)}`);
+    showValues(r, frame);
+    setAttribute(parts.axisPlot, 'aria-valuenow', r.frame);
+    setAttribute(parts.axisPlot, 'aria-valuemin', 0);
+    setAttribute(parts.axisPlot, 'aria-valuemax', frames - 1);
+    setAttribute(parts.axisPlot, 'aria-valuetext', `frame ${r.frame}, ${timeLabel(secondsOf(r, r.frame), 0.01)}`);
+  }
+
+  /** @param {ReviewState} r @param {number} frame */
+  function showValues(r, frame) {
+    if (columns === null || lane === null) return;
+    const at = placeAt(columns.frame, frame);
+    const here = at >= 0 && columns.frame[at] === frame ? at : -1;
+    SUB_LANES.forEach((sub, i) => {
+      let text = sub.series.map((name) => (here < 0 ? '–' : short(columns?.series[name][here]))).join(' / ');
+      if (sub.kind === 'votes') text = '';
+      if (sub.id === 'svm' && here >= 0 && lane?.probability[here] !== null) text += ` (P ${short(lane?.probability[here])})`;
+      setText(parts.values[i], text);
+    });
+    const votes = here >= 0 ? lane.votes[here] : null;
+    fillLegend(parts.legend, lane.classes.slice(0, 4).map((id, c) => ({
+      name: state?.labels.find((one) => one.id === id)?.name ?? `class ${id}`,
+      share: votes ? percent(votes[c]) : '–',
+      colour: palette.series[c],
+    })));
+    const tau = r.tau ?? lane.tau;
+    const flips = countFlips(lane, tau);
+    setText(parts.flips, flips.total > 0 ? `${flips.total} of ${plural(flips.verdicts, 'verdict')} flip` : plural(flips.verdicts, 'verdict'));
+    parts.flips.classList.toggle('lanes-flipping', flips.total > 0);
+    const unit = palette.unit;
+    slider.update({ tau, domain: columns.domain, top: 4 * unit, height: SUB_LANES[0].height * unit - 8 * unit, dragged: r.tau !== null, flips });
+    parts.reset.hidden = r.tau === null;
+    setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${short(r.tau)}`);
+  }
+
+  /** @param {ReviewState} r */
+  function refreshData(r) {
+    if (old && old.tracks === r.tracks && old.lanes === r.lanes && old.docs === r.docs && old.video.frames === r.video.frames) return;
+    const entries = trackEntries(r.tracks, r.docs);
+    index = buildLaneIndex(entries, r.lanes, r.docs);
+    density = buildDensity(entries, framesOf(r));
+    parts.spacer.style.setProperty('height', `${index.rows * rowHeight()}px`);
+    setText(parts.count, plural(index.count, 'track'));
+    dirty.overview = dirty.tracks = true;
+    const text = r.tracks === null ? 'Loading the tracks…' : index.count === 0 ? 'No track yet. A run finds them; N draws one by hand.' : '';
+    setText(parts.empty, text);
+    parts.empty.hidden = text === '';
+  }
+
+  /** @param {ReviewState} r */
+  function refreshSelection(r) {
+    const track = r.selected?.startsWith('m') ? Number(r.selected.slice(1)) : null;
+    const doc = r.selected ? r.docs[r.selected] : undefined;
+    const found = track !== null ? r.laneOf[track] : doc?.segments.length ? r.laneOf[doc.segments[0].track] : undefined;
+    if ((found ?? null) !== lane) {
+      lane = found ?? null;
+      columns = lane ? detailColumns(lane) : null;
+      dirty.detail = true;
+      measure();
+    }
+    parts.detailPane.hidden = lane === null;
+    parts.detailHead.hidden = r.selected === null;
+    if (!old || old.selected !== r.selected) {
+      dirty.tracks = true;
+      const bar = index.barOf.get(r.selected ?? '');
+      if (bar !== undefined) scrollTo(index.row[bar]);
+    }
+    const bar = index.barOf.get(r.selected ?? '');
+    const name = bar === undefined ? '' : label(index.classId[bar]).text || 'no class';
+    const state_ = lane === null && r.selected ? (r.selected.startsWith('h') ? 'a person drew it: the engine has no values' : 'loading…') : '';
+    setText(parts.detailName, bar === undefined ? '' : `Track ${index.key[bar].slice(1)} · ${name}${state_ ? ` · ${state_}` : ''}`);
+  }
+
+  /** @param {number} row */
+  function scrollTo(row) {
+    const top = row * rowHeight();
+    const pane = parts.tracksPane;
+    if (top < pane.scrollTop || top + rowHeight() > pane.scrollTop + pane.clientHeight) pane.scrollTop = top - pane.clientHeight / 2;
+  }
+
+  return {
+    element: parts.element,
+    /** @param {State} next */
+    update(next) {
+      if (next.labels !== state?.labels) {
+        names.clear();
+        dirty.tracks = true;
+      }
+      state = next;
+      const r = next.review;
+      if (r === null || r === old) return;
+      refreshData(r);
+      refreshSelection(r);
+      if (!old || old.span !== r.span || old.video.frames !== r.video.frames) dirty.tracks = dirty.detail = true;
+      if (!old || old.tau !== r.tau) dirty.detail = true;
+      if (!old || old.timebase !== r.timebase) dirty.tracks = true;
+      const moved = old !== null && old.frame !== r.frame;
+      old = r;
+      if (width === 0) measure();
+      if (moved) {
+        const span = spanOf(r);
+        const shown = reveal(span, r.frame, framesOf(r));
+        if (shown !== span) show(app, shown);
+      }
+      later();
+    },
+    destroy() {
+      life.abort();
+      observer.disconnect();
+      themes.disconnect();
+      cancelAnimationFrame(scheduled);
+      parts.element.remove();
+    },
+  };
+}

@@ -1,0 +1,64 @@
+// @ts-check
+/** The tau line over L_positive: a slider for the pointer and the keyboard. */
+
+import { logPlace, logValue } from '../../model/gate_lane.js';
+import { short } from '../../model/plain_words.js';
+import { h, setAttribute, setText } from '../dom.js';
+
+/**
+ * @param {(tau: number|null) => void} change   null: the run's own
+ * @param {AbortSignal} signal
+ */
+export function createTauSlider(change, signal) {
+  const grip = h('span', { class: 'tau-grip' });
+  const element = h('div', {
+    class: 'tau-slider', role: 'slider', tabindex: '0', 'aria-label': 'tau, the threshold of the gate', 'aria-orientation': 'vertical', title: 'Drag: which verdicts would flip. Double-click or Home: the run’s own tau',
+  }, grip);
+  /** @type {{low: number, high: number}} */
+  let domain = { low: 1, high: 100 };
+  let tau = 1;
+  let top = 0;
+  let height = 1;
+
+  element.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0) return;
+    event.preventDefault();
+    event.stopPropagation();
+    element.focus();
+    element.setPointerCapture(event.pointerId);
+  }, { signal });
+  element.addEventListener('pointermove', (event) => {
+    if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
+    const y = event.clientY - element.parentElement.getBoundingClientRect().top;
+    change(logValue(1 - (y - top) / height, domain));
+  }, { signal });
+  element.addEventListener('dblclick', () => change(null), { signal });
+  element.addEventListener('keydown', (event) => {
+    /** @type {Record<string, number>} */
+    const factors = { ArrowUp: 1.02, ArrowRight: 1.02, ArrowDown: 1 / 1.02, ArrowLeft: 1 / 1.02, PageUp: 1.2, PageDown: 1 / 1.2 };
+    const factor = factors[event.key];
+    if (factor === undefined && event.key !== 'Home') return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (event.key === 'Home') change(null);
+    else change(Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3)));
+  }, { signal });
+
+  return {
+    element,
+    /**
+     * @param {{tau: number, domain: {low: number, high: number}, top: number, height: number, dragged: boolean,
+     *   flips: {total: number, verdicts: number}}} view   top, height: px of the axis in the parent
+     */
+    update(view) {
+      ({ tau, domain, top, height } = view);
+      element.style.setProperty('transform', `translateY(${Math.round(top + height * (1 - logPlace(tau, domain)))}px)`);
+      setAttribute(element, 'data-dragged', view.dragged);
+      setAttribute(element, 'aria-valuenow', tau);
+      setAttribute(element, 'aria-valuemin', domain.low);
+      setAttribute(element, 'aria-valuemax', domain.high);
+      setAttribute(element, 'aria-valuetext', `tau ${short(tau)}, ${view.flips.total} of ${view.flips.verdicts} verdicts flip`);
+      setText(grip, `tau ${short(tau)}`);
+    },
+  };
+}

@@ -1,0 +1,184 @@
+// @ts-check
+/** One video of the library. The elements stay while its progress changes, so that focus and hover stay. */
+
+import {sentence} from '../api/errors.js';
+import {formatRoute} from '../model/route.js';
+import {dropVideo, openDialog, putVideo} from '../store/actions/page.js';
+import {fill, h, setText} from './dom.js';
+import {bytes, clock, count, figure, plural} from './format.js';
+import {icon} from './icons.js';
+import {runPart, runProgress} from './run-words.js';
+import {toast} from './toasts.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../types.js').Run} Run */
+/** @typedef {import('../types.js').Video} Video */
+
+/**
+ * @param {App} app
+ * @param {Video} first
+ * @returns {{element: HTMLElement, show: (video: Video, runs: Run[]|undefined) => void}}
+ */
+export function createCard(app, first) {
+  const picture = h('img', {class: 'card-picture', alt: '', loading: 'lazy', width: 320, height: 180, hidden: true, onerror: () => {
+    picture.hidden = true;
+  }});
+  const length = h('span', {class: 'card-length'});
+  const title = h('h2', {class: 'card-title truncate', id: `video-${first.id.slice(0, 12)}`});
+  const facts = h('p', {class: 'card-facts muted small truncate'});
+  const state = h('div', {class: 'card-state'});
+  const actions = h('div', {class: 'card-actions'});
+  const element = h('li', {class: 'card', 'aria-labelledby': title.id},
+    h('div', {class: 'card-frame'}, icon('film'), picture, length),
+    h('div', {class: 'card-body'}, title, facts, state, actions));
+  /** @type {[Video, Run[]|undefined]|null} */
+  let shown = null;
+  let actionsKey = '';
+
+  /**
+   * @param {Video} video
+   * @param {Run[]|undefined} runs
+   */
+  function show(video, runs) {
+    if (shown && shown[0] === video && shown[1] === runs) return;
+    if (shown?.[0] !== video) showFacts(video);
+    shown = [video, runs];
+    fill(state, ...stateOf(video, runs));
+    const key = [video.state, video.missing, video.latest_run, video.runs].join();
+    // Rebuilt only when they become others: progress must not take the focus away.
+    if (key !== actionsKey) fill(actions, ...actionsOf(app, video));
+    actionsKey = key;
+  }
+
+  /** @param {Video} video */
+  function showFacts(video) {
+    setText(title, video.name);
+    title.title = video.path;
+    setText(length, clock(video.duration));
+    length.hidden = video.duration === null;
+    const parts = [
+      video.width && video.height ? `${video.width} × ${video.height}` : '',
+      video.rate ? `${figure(video.rate)} fps` : '',
+      video.frames === null ? '' : plural(video.frames, 'frame'),
+      bytes(video.size),
+    ];
+    setText(facts, parts.filter(Boolean).join(' · '));
+    const address = app.api.thumbnailUrl(video.id);
+    if (video.state === 'ready' && picture.getAttribute('src') !== address) {
+      picture.src = address;
+      picture.hidden = false;
+    }
+  }
+
+  return {element, show};
+}
+
+/**
+ * @param {Video} video
+ * @param {Run[]|undefined} runs
+ * @returns {HTMLElement[]}
+ */
+function stateOf(video, runs) {
+  const lines = [];
+  if (video.missing) {
+    lines.push(message('warn', 'The file is not where it was. Put it back, or add it from its new place: runs and corrections stay with it.', video.path));
+  }
+  if (video.state === 'importing') {
+    lines.push(h('p', {class: 'small'}, 'Is imported: every frame is decoded once …'), meter(null, 'Import'));
+  } else if (video.state === 'failed') {
+    lines.push(message('bad', video.error ?? 'The import failed without saying why; the terminal of the server has more.'));
+  } else {
+    const busy = runs?.find((run) => run.state === 'running') ?? runs?.find((run) => run.state === 'queued');
+    const latest = runs?.find((run) => run.id === video.latest_run);
+    if (busy) lines.push(h('p', {class: 'small'}, runProgress(busy)), meter(runPart(busy), 'Run'));
+    else if (latest && latest.state !== 'complete') lines.push(message(latest.state === 'failed' ? 'bad' : 'warn', runProgress(latest)));
+    const {tracks, reviewed} = video.review;
+    if (!busy && video.latest_run && tracks > 0) {
+      lines.push(h('p', {class: 'small'}, reviewed === tracks ? `All ${plural(tracks, 'track')} reviewed` : `${count(reviewed)} of ${plural(tracks, 'track')} reviewed`), meter(reviewed / tracks, 'Reviewed', reviewed === tracks));
+    } else if (!busy && video.latest_run && latest?.state === 'complete') {
+      lines.push(h('p', {class: 'small muted'}, 'The run has found no sign.'));
+    } else if (!busy && video.runs === 0) {
+      lines.push(h('p', {class: 'small muted'}, 'Not run yet'));
+    }
+    if (video.warnings.length) lines.push(message('warn', video.warnings[0], video.warnings.join('\n')));
+  }
+  return lines;
+}
+
+/**
+ * @param {'warn'|'bad'} tone
+ * @param {string} text
+ * @param {string} [title]
+ */
+function message(tone, text, title) {
+  return h('p', {class: `card-message card-message-${tone} small`, title}, icon('alert'), h('span', null, text));
+}
+
+/**
+ * @param {number|null} part   null: unknown
+ * @param {string} label
+ * @param {boolean} [good]
+ */
+function meter(part, label, good = false) {
+  return h('span', {
+    class: `meter ${part === null ? 'meter-waiting' : ''} ${good ? 'meter-good' : ''}`, role: 'progressbar', 'aria-label': label,
+    'aria-valuemin': 0, 'aria-valuemax': 100, 'aria-valuenow': part === null ? null : Math.round(part * 100),
+    style: part === null ? {} : {'--part': `${part * 100}%`},
+  }, h('span'));
+}
+
+/**
+ * @param {App} app
+ * @param {Video} video
+ * @returns {HTMLElement[]}
+ */
+function actionsOf(app, video) {
+  const open = () => app.store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: video.id}}));
+  const actions = [];
+  if (video.state === 'ready' && video.latest_run) {
+    actions.push(h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: null, frame: null, track: null}), 'aria-label': `Review ${video.name}`}, icon('eye'), 'Review'));
+    actions.push(h('button', {class: 'btn', type: 'button', onclick: open, 'aria-label': `Runs of ${video.name}`}, plural(video.runs, 'run')));
+  } else if (video.state === 'ready') {
+    actions.push(h('button', {class: 'btn btn-primary', type: 'button', disabled: video.missing, onclick: open, 'aria-label': `Run the engine on ${video.name}`}, icon('run'), 'Run the engine'));
+  } else if (video.state === 'failed' && !video.missing) {
+    actions.push(h('button', {class: 'btn', type: 'button', onclick: () => retry(app, video), 'aria-label': `Import ${video.name} again`}, icon('refresh'), 'Import again'));
+  }
+  actions.push(h('span', {class: 'grow'}));
+  actions.push(h('button', {
+    class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': `Remove ${video.name} from the library`, title: 'Remove from the library …', onclick: () => askRemove(app, video),
+  }, icon('trash')));
+  return actions;
+}
+
+/**
+ * @param {App} app
+ * @param {Video} video
+ */
+async function retry(app, video) {
+  try {
+    const again = await app.api.addVideo(video.path);
+    app.store.dispatch((state) => putVideo(state, again));
+  } catch (thrown) {
+    toast(sentence(thrown), {tone: 'bad'});
+  }
+}
+
+/**
+ * @param {App} app
+ * @param {Video} video
+ */
+function askRemove(app, video) {
+  const {tracks, reviewed} = video.review;
+  const loss = reviewed ? `its ${plural(video.runs, 'run')} and the corrections of ${reviewed} of ${plural(tracks, 'track')}` : `its ${plural(video.runs, 'run')}`;
+  app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
+    title: 'Remove this video?',
+    text: video.runs ? `${video.name} leaves the library, with ${loss}. They cannot be brought back.` : `${video.name} leaves the library.`,
+    note: 'A file that was added from a folder stays where it is. The copy of an upload is deleted.',
+    confirm: 'Remove', danger: true,
+    run: async () => {
+      await app.api.removeVideo(video.id);
+      app.store.dispatch((now) => dropVideo(now, video.id));
+      toast(`${video.name} was removed.`);
+    },
+  }}));
+}

@@ -1,0 +1,110 @@
+// @ts-check
+/** Uploads under way, one after the other: progress, cancel, and what went wrong. */
+
+import {ApiError, sentence} from '../api/errors.js';
+import {putVideo} from '../store/actions/page.js';
+import {fill, h, setText} from './dom.js';
+import {bytes} from './format.js';
+import {icon} from './icons.js';
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @param {AbortSignal} signal
+ * @returns {{element: HTMLElement, add: (files: File[]) => void, acceptDrops: (target: HTMLElement) => void}}
+ */
+export function createUploads(app, signal) {
+  const element = h('ul', {class: 'uploads', 'aria-label': 'Uploads', hidden: true});
+  let queue = Promise.resolve();
+
+  /** @param {File[]} files */
+  function add(files) {
+    for (const file of files) queue = begin(file, queue);
+  }
+
+  /**
+   * @param {File} file
+   * @param {Promise<void>} before
+   */
+  function begin(file, before) {
+    const stop = new AbortController();
+    const words = h('span', {class: 'muted small upload-words'}, 'Waits');
+    const bar = h('span', {class: 'meter', role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'));
+    const button = h('button', {class: 'btn btn-small', type: 'button', onclick: () => stop.abort()}, 'Cancel');
+    const item = h('li', {class: 'upload'}, icon('upload'), h('span', {class: 'truncate upload-name'}, file.name), bar, words, button);
+    element.append(item);
+    element.hidden = false;
+    const close = () => {
+      item.remove();
+      element.hidden = element.childElementCount === 0;
+    };
+
+    /** @param {string} text */
+    function fail(text) {
+      item.classList.add('upload-failed');
+      item.setAttribute('role', 'alert');
+      bar.hidden = true;
+      setText(words, text);
+      fill(button, 'Close');
+      button.addEventListener('click', close);
+    }
+
+    async function send() {
+      await before;
+      const most = app.store.get().session?.upload_bytes;
+      if (stop.signal.aborted) {
+        close();
+        return;
+      }
+      if (most !== undefined && file.size > most) {
+        fail(`The file has ${bytes(file.size)}, uploads may have ${bytes(most)}. Add it from its folder instead.`);
+        return;
+      }
+      try {
+        const video = await app.api.uploadVideo(file, {
+          signal: AbortSignal.any([stop.signal, signal]),
+          onProgress: (sent, total) => {
+            const part = total ? sent / total * 100 : 100;
+            bar.style.setProperty('--part', `${part}%`);
+            bar.setAttribute('aria-valuenow', String(Math.round(part)));
+            setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
+          },
+        });
+        app.store.dispatch((state) => putVideo(state, video));
+        close();
+      } catch (thrown) {
+        if (thrown instanceof ApiError && thrown.code === 'aborted') close();
+        else fail(sentence(thrown));
+      }
+    }
+    return send();
+  }
+
+  /** @param {HTMLElement} target */
+  function acceptDrops(target) {
+    let depth = 0;
+    /** @param {DragEvent} event */
+    const hasFiles = (event) => event.dataTransfer?.types.includes('Files') ?? false;
+    target.addEventListener('dragenter', (event) => {
+      if (!hasFiles(event)) return;
+      depth += 1;
+      target.classList.add('dropping');
+    });
+    target.addEventListener('dragleave', (event) => {
+      if (!hasFiles(event)) return;
+      depth -= 1;
+      if (depth <= 0) target.classList.remove('dropping');
+    });
+    target.addEventListener('dragover', (event) => {
+      if (hasFiles(event)) event.preventDefault();
+    });
+    target.addEventListener('drop', (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      depth = 0;
+      target.classList.remove('dropping');
+      add([...(event.dataTransfer?.files ?? [])]);
+    });
+  }
+
+  return {element, add, acceptDrops};
+}

@@ -1,0 +1,180 @@
+// @ts-check
+/** The first screen: all videos, how far each is, and how to add one. */
+
+import {sentence} from '../api/errors.js';
+import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
+import {h, reconcile, setText} from './dom.js';
+import {emptyState, waiting} from './empty.js';
+import {plural} from './format.js';
+import {icon} from './icons.js';
+import {createCard} from './library-card.js';
+import {createUploads} from './library-uploads.js';
+import {createWelcome} from './library-welcome.js';
+import {recall, remember} from './preferences.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../types.js').Video} Video */
+
+/** Runs are fetched for so many videos; further ones when they are opened. */
+const RUNS_OF = 60;
+
+/** @type {Record<string, {label: string, compare: (a: Video, b: Video) => number}>} */
+const SORTS = {
+  newest: {label: 'Newest first', compare: (a, b) => b.created.localeCompare(a.created)},
+  name: {label: 'Name', compare: (a, b) => a.name.localeCompare(b.name, undefined, {numeric: true})},
+  open: {label: 'Most left to review', compare: (a, b) => left(b) - left(a)},
+  longest: {label: 'Longest first', compare: (a, b) => (b.duration ?? 0) - (a.duration ?? 0)},
+};
+
+/** @param {Video} video */
+const left = (video) => video.review.tracks - video.review.reviewed;
+
+/**
+ * The videos that a search finds, in order.
+ *
+ * @param {readonly Video[]} videos
+ * @param {string} text    every word must occur in name or path
+ * @param {string} sort
+ * @returns {Video[]}
+ */
+export function arrange(videos, text, sort) {
+  const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+  const found = videos.filter((video) => {
+    const where = `${video.name} ${video.path}`.toLowerCase();
+    return words.every((word) => where.includes(word));
+  });
+  return found.sort((SORTS[sort] ?? SORTS.newest).compare);
+}
+
+/**
+ * @param {App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createLibrary(app) {
+  const {store, api} = app;
+  const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search name or folder', 'aria-label': 'Search videos', oninput: show});
+  const sort = h('select', {class: 'select', 'aria-label': 'Order of the videos', onchange: () => {
+    remember('library.sort', sort.value);
+    show();
+  }}, ...Object.entries(SORTS).map(([value, {label}]) => h('option', {value}, label)));
+  sort.value = recall('library.sort') ?? 'newest';
+  if (!sort.value) sort.value = 'newest';
+  const files = h('input', {type: 'file', accept: 'video/*,.mkv,.avi,.mov,.mp4,.webm,.m4v', multiple: true, class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Video files to upload', onchange: () => {
+    uploads.add([...(files.files ?? [])]);
+    files.value = '';
+  }});
+  const uploads = createUploads(app, signal);
+  const welcome = createWelcome(app);
+  const total = h('span', {class: 'muted'});
+  const list = h('ul', {class: 'cards', 'aria-label': 'Videos'});
+  const notice = h('div', {class: 'library-notice'}, waiting('The videos are loaded', {retry: load, signal}));
+  const element = h('div', {class: 'library'},
+    h('div', {class: 'library-inner'},
+      h('div', {class: 'library-head'},
+        h('h1', null, 'Library'), total, h('div', {class: 'grow'}),
+        h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort,
+        h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
+        h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files),
+      uploads.element, welcome.element, notice, list),
+    h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop video files to upload them')));
+  uploads.acceptDrops(element);
+  /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
+  const cards = new WeakMap();
+  /** @type {Set<string>} */
+  const asked = new Set();
+  /** @type {State|null} */
+  let last = null;
+  let noticed = 'waiting';
+
+  async function load() {
+    try {
+      const [session, videos] = await Promise.all([api.session({signal}), api.videos({signal})]);
+      store.dispatch((state) => hideBanner(setVideos(setSession(state, session), videos), 'load'));
+    } catch (thrown) {
+      if (signal.aborted) return;
+      noticed = 'error';
+      notice.replaceChildren(emptyState({
+        error: true, icon: 'alert', title: 'The videos could not be loaded', text: sentence(thrown),
+        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => {
+          noticed = 'waiting';
+          notice.replaceChildren(waiting('The videos are loaded', {retry: load, signal}));
+          void load();
+        }}, icon('refresh'), 'Try again')],
+      }));
+    }
+  }
+
+  /** @param {readonly Video[]} videos */
+  async function loadRuns(videos) {
+    for (const video of videos.filter(({id, runs}) => runs > 0 && !asked.has(id)).slice(0, RUNS_OF)) {
+      asked.add(video.id);
+      if (store.get().runs[video.id]) continue;
+      try {
+        const runs = await api.runs(video.id, {signal});
+        store.dispatch((state) => setRuns(state, video.id, runs));
+      } catch {
+        if (signal.aborted) return; // A card without its progress is still a card.
+      }
+    }
+  }
+
+  /** @param {string} kind @param {() => HTMLElement} [create] */
+  function notify(kind, create) {
+    notice.hidden = kind === 'none';
+    if (noticed === kind) return;
+    noticed = kind;
+    notice.replaceChildren(...(create ? [create()] : []));
+  }
+
+  function show() {
+    const state = last;
+    if (!state || state.videos === null) return;
+    const found = arrange(state.videos, search.value, sort.value);
+    setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${found.length} of ${plural(state.videos.length, 'video')}`);
+    reconcile(list, found, ({id}) => id, (video) => {
+      const card = createCard(app, video);
+      cards.set(card.element, card);
+      return card.element;
+    }, (item, video) => cards.get(item)?.show(video, state.runs[video.id]));
+    if (state.videos.length === 0) {
+      notify('empty', () => emptyState({
+        icon: 'film', title: 'No video yet', text: 'Add one that lies on this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
+        actions: [
+          h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((now) => openDialog(now, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
+          h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'),
+        ],
+      }));
+    } else if (found.length === 0) {
+      notify('nothing', () => emptyState({
+        icon: 'search', title: 'No video matches the search', text: 'The search looks at names and folders; every word must occur.',
+        actions: [h('button', {class: 'btn', type: 'button', onclick: () => {
+          search.value = '';
+          show();
+          search.focus();
+        }}, 'Clear the search')],
+      }));
+    } else {
+      notify('none');
+    }
+  }
+
+  if (store.get().videos === null) void load();
+  return {
+    element,
+    update(state) {
+      const before = last;
+      last = state;
+      welcome.update(state);
+      if (before && before.videos === state.videos && before.runs === state.runs) return;
+      if (state.videos) void loadRuns(state.videos);
+      show();
+    },
+    destroy() {
+      ended.abort();
+      element.remove();
+    },
+  };
+}

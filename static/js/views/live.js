@@ -1,0 +1,87 @@
+// @ts-check
+/** Keeps the store in step with the server: first load, event stream, catching up after a gap. */
+
+import {sentence} from '../api/errors.js';
+import {openStream} from '../api/events.js';
+import {
+  dropRun, dropVideo, hideBanner, putRun, putVideo, setConnection, setLabels, setParameters, setRuns, setSession, setVideos, showBanner,
+} from '../store/actions/page.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../types.js').ServerEvent} ServerEvent */
+
+/** A short break, as of a sleeping laptop, is not worth a banner, ms. */
+const PATIENCE = 2500;
+
+/**
+ * @param {App} app
+ * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, open?: typeof openStream}} [hooks]
+ *   onEvent: after the store has what `video`, `run` and `removed` say; also for `edit`.
+ *   onReset: events were missed, what a review has loaded may be old
+ * @returns {{retry: () => void, reload: () => Promise<void>}}
+ */
+export function startLive(app, hooks = {}) {
+  const {store, api} = app;
+  const open = hooks.open ?? openStream;
+  let seenOnline = false;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */
+  let timer;
+
+  const stream = open({
+    signal: app.signal,
+    onEvent: (event) => {
+      take(store, event);
+      hooks.onEvent?.(event);
+    },
+    onConnection: (connection) => {
+      clearTimeout(timer);
+      if (connection === 'online') {
+        store.dispatch((state) => hideBanner(hideBanner(setConnection(state, 'online'), 'offline'), 'denied'));
+        // The list was asked for before the stream stood: what changed in between is in neither.
+        if (!seenOnline) void reload();
+        seenOnline = true;
+      } else {
+        timer = setTimeout(() => store.dispatch((state) => showBanner(setConnection(state, 'offline'), {
+          id: 'offline', tone: 'warning', text: 'The server cannot be reached. What you change is kept in this page and saved as soon as it is back.',
+        })), PATIENCE);
+      }
+    },
+    onReset: () => {
+      void reload();
+      hooks.onReset?.();
+    },
+    onDenied: () => {
+      store.dispatch((state) => showBanner(state, {
+        id: 'denied', tone: 'error', text: 'This page is no longer signed in. Open the link that the terminal shows; nothing that is in this page is lost until you close it.',
+      }));
+    },
+  });
+  app.signal.addEventListener('abort', () => clearTimeout(timer), {once: true});
+
+  async function reload() {
+    try {
+      const [session, labels, parameters, videos] = await Promise.all([api.session(), api.labels(), api.parameters(), api.videos()]);
+      store.dispatch((state) => setVideos(setParameters(setLabels(setSession(state, session), labels), parameters), videos));
+      store.dispatch((state) => hideBanner(state, 'load'));
+      for (const video of Object.keys(store.get().runs)) {
+        const runs = await api.runs(video);
+        store.dispatch((state) => setRuns(state, video, runs));
+      }
+    } catch (thrown) {
+      if (app.signal.aborted) return;
+      store.dispatch((state) => showBanner(state, {id: 'load', tone: 'error', text: sentence(thrown)}));
+    }
+  }
+
+  return {retry: stream.retry, reload};
+}
+
+/**
+ * @param {import('../types.js').Store} store
+ * @param {ServerEvent} event
+ */
+function take(store, event) {
+  if (event.kind === 'video') store.dispatch((state) => putVideo(state, event.data));
+  else if (event.kind === 'run') store.dispatch((state) => putRun(state, event.data));
+  else if (event.kind === 'removed') store.dispatch((state) => dropRun(dropVideo(state, event.subject), event.subject));
+}

@@ -1,0 +1,186 @@
+// @ts-check
+/** Fields for parameters of the engine: searchable, checked while typing. The checks are pure and tested without a page. */
+
+import {h, setText} from './dom.js';
+import {figure} from './format.js';
+import {icon} from './icons.js';
+
+/** @typedef {import('../types.js').Parameter} Parameter */
+
+/**
+ * What a parameter has without a change.
+ *
+ * @param {Parameter} parameter
+ * @param {string} preset
+ * @returns {unknown}
+ */
+export function presetValue(parameter, preset) {
+  return Object.hasOwn(parameter.presets, preset) ? parameter.presets[preset] : parameter.default;
+}
+
+/**
+ * A typed text as a value, or why not.
+ *
+ * @param {Parameter} parameter
+ * @param {string} text
+ * @returns {{value: unknown}|{error: string}}
+ */
+export function parseValue(parameter, text) {
+  const typed = text.trim();
+  if (parameter.type === 'boolean') return {value: typed === 'true'};
+  if (parameter.type === 'choice') {
+    return parameter.choices?.includes(typed) ? {value: typed} : {error: `Choose one of: ${(parameter.choices ?? []).join(', ')}.`};
+  }
+  if (parameter.type === 'text') {
+    return Array.isArray(parameter.default) ? parseList(typed) : {value: typed === '' && parameter.default === null ? null : typed};
+  }
+  if (typed === '' && parameter.default === null) return {value: null};
+  const value = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(typed) ? Number(typed) : NaN;
+  if (!Number.isFinite(value)) return {error: 'A number, please, such as 0.5 or 1e-3.'};
+  if (parameter.type === 'integer' && !Number.isInteger(value)) return {error: 'A whole number, please.'};
+  if (parameter.low !== null && value < parameter.low) return {error: `Not below ${figure(parameter.low, 6)}.`};
+  if (parameter.high !== null && value > parameter.high) return {error: `Not above ${figure(parameter.high, 6)}.`};
+  return {value};
+}
+
+/** @param {string} typed @returns {{value: unknown}|{error: string}} */
+function parseList(typed) {
+  const numbers = typed.split(/[\s,;[\]]+/).filter(Boolean).map(Number);
+  return numbers.length && numbers.every(Number.isFinite) ? {value: numbers} : {error: 'Numbers with spaces between them, please.'};
+}
+
+/**
+ * @param {readonly Parameter[]} parameters
+ * @param {string} text
+ * @returns {Parameter[]} those whose name, section or description has every word; names first
+ */
+export function findParameters(parameters, text) {
+  const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+  const found = parameters.filter((parameter) => {
+    const where = `${parameter.section}.${parameter.name} ${parameter.description}`.toLowerCase();
+    return words.every((word) => where.includes(word));
+  });
+  const first = words[0];
+  if (!first) return found;
+  return found.sort((a, b) => Number(b.name.includes(first)) - Number(a.name.includes(first)));
+}
+
+/**
+ * @param {object} options
+ * @param {readonly Parameter[]} options.parameters
+ * @param {(parameter: Parameter) => unknown} options.base   value without a change
+ * @param {Record<string, unknown>} [options.initial]        changes to begin with, by name
+ * @param {(changed: number, invalid: number) => void} [options.onChange]
+ * @returns {{element: HTMLElement, changes: () => Record<string, unknown>, invalid: () => number, rebase: (base: (parameter: Parameter) => unknown) => void, focus: HTMLElement}}
+ */
+export function createParameters(options) {
+  let {base} = options;
+  /** Texts as typed, of changed parameters only, by name. @type {Map<string, string>} */
+  const typed = new Map(Object.entries(options.initial ?? {}).map(([name, value]) => [name, shown(value)]));
+  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search a parameter by name or meaning', 'aria-label': 'Search parameters', oninput: show});
+  const only = h('input', {type: 'checkbox', onchange: show});
+  // What is changed at the start stands on top; later changes stay where they are, under the pointer.
+  const pinned = new Set(typed.keys());
+  const list = h('div', {class: 'parameters'});
+  const none = h('p', {class: 'muted parameters-none', role: 'status'});
+  const element = h('div', {class: 'parameter-fields'},
+    h('div', {class: 'row'}, h('div', {class: 'input-with-icon grow'}, icon('search'), search), h('label', {class: 'row small'}, only, 'Changed only')), list, none);
+
+  const sections = [...new Set(options.parameters.map((parameter) => parameter.section))];
+
+  function show() {
+    let found = findParameters(options.parameters, search.value);
+    if (only.checked) found = found.filter(({name}) => typed.has(name));
+    let section = '';
+    const rows = [];
+    const grouped = search.value ? found : [...found].sort((a, b) => order(a) - order(b));
+    for (const parameter of grouped) {
+      const group = pinned.has(parameter.name) ? 'changed' : parameter.section;
+      if (!search.value && group !== section) {
+        section = group;
+        rows.push(h('h4', {class: 'parameter-section'}, section));
+      }
+      rows.push(row(parameter));
+    }
+    list.replaceChildren(...rows);
+    setText(none, found.length ? '' : only.checked ? 'No parameter is changed.' : 'No parameter matches the search.');
+  }
+
+  /** @param {Parameter} parameter */
+  const order = (parameter) => pinned.has(parameter.name) ? -1 : sections.indexOf(parameter.section);
+
+  /** @param {Parameter} parameter */
+  function row(parameter) {
+    const id = `parameter-${parameter.section}-${parameter.name}`;
+    const standard = shown(base(parameter));
+    const text = typed.get(parameter.name) ?? standard;
+    const error = h('span', {class: 'field-error', id: `${id}-error`, role: 'alert'});
+    const reset = h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': `Reset ${parameter.name} to ${standard}`, title: `Reset to ${standard || 'nothing'}`, onclick: () => {
+      write(standard);
+      input.value = standard;
+      input.focus();
+    }}, icon('undo'));
+    const range = parameter.type === 'number' || parameter.type === 'integer' ? rangeText(parameter) : '';
+    const attributes = {id, value: text, 'aria-describedby': `${id}-text ${id}-error`, oninput: () => write(input.value)};
+    const choices = parameter.type === 'boolean' ? ['true', 'false'] : parameter.type === 'choice' ? parameter.choices ?? [] : null;
+    const input = choices
+      ? h('select', {class: 'select', ...attributes}, ...choices.map((choice) => h('option', {value: choice, selected: choice === text}, choice === 'true' ? 'yes' : choice === 'false' ? 'no' : choice)))
+      : h('input', {class: 'input mono', type: 'text', inputmode: parameter.type === 'text' ? 'text' : 'decimal', autocomplete: 'off', spellcheck: 'false', ...attributes});
+    const element = h('div', {class: 'parameter'},
+      h('label', {class: 'parameter-name mono', for: id}, parameter.name),
+      h('div', {class: 'parameter-input row'}, input, reset),
+      h('p', {class: 'parameter-text muted small', id: `${id}-text`}, [parameter.description, range].filter(Boolean).join(' · ')), error);
+
+    /** @param {string} value */
+    function write(value) {
+      if (value.trim() === standard) typed.delete(parameter.name);
+      else typed.set(parameter.name, value);
+      check();
+      options.onChange?.(typed.size, invalid());
+    }
+    function check() {
+      const result = typed.has(parameter.name) ? parseValue(parameter, typed.get(parameter.name) ?? '') : null;
+      const wrong = result && 'error' in result;
+      setText(error, wrong ? result.error : '');
+      input.setAttribute('aria-invalid', String(Boolean(wrong)));
+      element.classList.toggle('parameter-changed', typed.has(parameter.name));
+      reset.hidden = !typed.has(parameter.name);
+    }
+    check();
+    return element;
+  }
+
+  function invalid() {
+    return options.parameters.filter((parameter) => typed.has(parameter.name) && 'error' in parseValue(parameter, typed.get(parameter.name) ?? '')).length;
+  }
+
+  show();
+  return {
+    element, focus: search, invalid,
+    changes() {
+      /** @type {Record<string, unknown>} */
+      const changes = {};
+      for (const parameter of options.parameters) {
+        const result = typed.has(parameter.name) ? parseValue(parameter, typed.get(parameter.name) ?? '') : null;
+        if (result && 'value' in result) changes[parameter.name] = result.value;
+      }
+      return changes;
+    },
+    rebase(next) {
+      base = next;
+      show();
+    },
+  };
+}
+
+/** @param {unknown} value */
+function shown(value) {
+  return value === null || value === undefined ? '' : Array.isArray(value) ? value.join(' ') : String(value);
+}
+
+/** @param {Parameter} parameter */
+function rangeText({low, high}) {
+  if (low !== null && high !== null) return `${figure(low, 6)} to ${figure(high, 6)}`;
+  if (low !== null) return `at least ${figure(low, 6)}`;
+  return high !== null ? `at most ${figure(high, 6)}` : '';
+}

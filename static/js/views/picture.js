@@ -1,0 +1,2 @@
+// @ts-check
+export { createPicture } from './picture/index.js';

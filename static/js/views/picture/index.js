@@ -1,0 +1,204 @@
+// @ts-check
+/** The picture with its layers, a legend that switches them, and a line that says where one is. */
+
+import { fit, toScreen } from '../../model/geometry.js';
+import { LAYER_NAMES } from '../../operations/view.js';
+import { shownTrack } from '../../review/shown_tracks.js';
+import { setViewport, toggleLayer } from '../../store/actions/review.js';
+import { LAYERS } from '../../store/initial.js';
+import { h, setText } from '../dom.js';
+import { clock } from '../format.js';
+import { STYLES, paintLayers, readInks } from './painter.js';
+import { listenToPointer } from './pointer.js';
+
+/** @typedef {import('../../page-types.js').App} App */
+/** @typedef {import('../../types.js').State} State */
+
+/**
+ * @param {App} app
+ * @returns {import('../../page-types.js').View}
+ */
+export function createPicture(app) {
+  const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const shot = h('canvas', { class: 'picture-shot' });
+  const layers = h('canvas', { class: 'picture-layers' });
+  const stage = h('div', {
+    class: 'picture-stage', tabIndex: 0, role: 'application', 'data-keys': 'picture',
+    'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
+  }, shot, layers);
+  const where = h('span', { class: 'picture-where number' });
+  const hint = h('span', { class: 'picture-hint grow truncate' });
+  const speed = h('select', { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
+    ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
+  const legend = createLegend(app);
+  const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
+  const element = h('div', { class: 'picture' }, stage, h('div', { class: 'picture-foot' }, where, speed, hint, legend.element), spoken);
+
+  const size = { width: 0, height: 0 };
+  let ratio = 1;
+  /** @type {ReturnType<typeof readInks>|null} */
+  let inks = null;
+  /** @type {import('../../frames/cache.js').Shot|null} */
+  let present = null;
+  /** @type {State['review']} */
+  let last = null;
+  /** @type {State['labels']|null} */
+  let labels = null;
+  /** @type {Map<number, string>} */
+  let names = new Map();
+  let said = '';
+
+  const observer = new ResizeObserver(() => {
+    const place = stage.getBoundingClientRect();
+    ratio = globalThis.devicePixelRatio || 1;
+    size.width = place.width;
+    size.height = place.height;
+    for (const canvas of [shot, layers]) {
+      canvas.width = Math.max(1, Math.round(place.width * ratio));
+      canvas.height = Math.max(1, Math.round(place.height * ratio));
+    }
+    inks = readInks(element);
+    const review = app.store.get().review;
+    // a picture that filled the view goes on filling it
+    if (review && (review.viewport.zoom === 0 || fitted)) refit(review);
+    last = null;
+    update(app.store.get());
+  });
+  observer.observe(stage);
+  let fitted = true;
+
+  /** @param {NonNullable<State['review']>} review */
+  function refit(review) {
+    if (!size.width || !review.video.width || !review.video.height) return;
+    fitted = true;
+    const picture = { width: review.video.width, height: review.video.height };
+    app.store.dispatch((state) => setViewport(state, fit(picture, size)));
+  }
+
+  app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next) => {
+    present = next;
+    paintShot(app.store.get().review);
+  });
+
+  /** @param {State['review']} review */
+  function paintShot(review) {
+    const ctx = shot.getContext('2d', { alpha: false });
+    if (!ctx || !review || !size.width) return;
+    ctx.setTransform(1, 0, 0, 1, 0, 0);
+    ctx.fillStyle = getComputedStyle(element).getPropertyValue('--picture-ground') || '#0b0d10';
+    ctx.fillRect(0, 0, shot.width, shot.height);
+    if (!present || review.viewport.zoom === 0) return;
+    const { width, height } = { width: review.video.width ?? 1, height: review.video.height ?? 1 };
+    const [x1, y1] = toScreen(review.viewport, size, 0, 0);
+    const [x2, y2] = toScreen(review.viewport, size, width, height);
+    ctx.imageSmoothingEnabled = review.viewport.zoom * ratio < 2.5;
+    ctx.imageSmoothingQuality = 'high';
+    ctx.drawImage(present.bitmap, x1 * ratio, y1 * ratio, (x2 - x1) * ratio, (y2 - y1) * ratio);
+  }
+
+  /** @param {NonNullable<State['review']>} review */
+  function paintOver(review) {
+    const ctx = layers.getContext('2d');
+    if (!ctx || !inks) return;
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.clearRect(0, 0, size.width, size.height);
+    // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
+    if (review.shown !== review.frame || review.viewport.zoom === 0) return;
+    const counts = paintLayers(ctx, review, review.viewport, size, inks, (id) => (id === null ? '?' : names.get(id) ?? String(id)));
+    legend.update(review.layers, counts);
+  }
+
+  /** @param {NonNullable<State['review']>} review */
+  function describe(review) {
+    const frames = review.timebase?.frames ?? review.video.frames ?? 0;
+    const seconds = review.timebase?.secondsAt(review.frame) ?? 0;
+    const corrupt = review.timebase?.isCorrupt(review.frame) ? ' · damaged' : '';
+    setText(where, `${review.frame} / ${Math.max(0, frames - 1)} · ${clock(seconds)}${corrupt}`);
+    stage.dataset.frame = String(review.frame);
+    stage.dataset.shown = String(review.shown);
+    const text = {
+      select: review.selected ? '' : review.run ? 'Click a box to select its track' : 'No run yet: start one with “Runs”',
+      draw: 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
+      merge: `Click the tracks to merge (${review.marked.length} marked), then press M. Escape ends.`,
+      note: 'Click where the note belongs',
+    }[review.mode];
+    setText(hint, text);
+    if (review.playing) return;
+    const shown = review.selected ? shownTrack(review, review.selected) : null;
+    const words = `Frame ${review.frame}${review.selected ? `, track ${review.selected}${shown ? `, ${shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
+    if (words !== said) setText(spoken, (said = words));
+  }
+
+  /** @param {State} state */
+  function update(state) {
+    const { review } = state;
+    if (state.labels !== labels) {
+      labels = state.labels;
+      names = new Map(labels.map(({ id, name }) => [id, name]));
+      last = null;
+    }
+    if (!review || review === last) return;
+    const before = last;
+    last = review;
+    if (review.viewport.zoom === 0) {
+      refit(review);
+      return;
+    }
+    if (before && before.viewport !== review.viewport) {
+      const whole = fit({ width: review.video.width ?? 1, height: review.video.height ?? 1 }, size);
+      fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;
+    }
+    if (before?.viewport !== review.viewport) {
+      app.frames.setWidth(Math.ceil((review.video.width ?? 1280) * Math.min(1, review.viewport.zoom * ratio)));
+      paintShot(review);
+    }
+    paintOver(review);
+    describe(review);
+  }
+
+  listenToPointer(app, stage, () => size, signal);
+  return {
+    element,
+    update,
+    destroy() {
+      ended.abort();
+      observer.disconnect();
+      app.frames.onShot(() => {});
+      element.remove();
+    },
+  };
+}
+
+/**
+ * The layers as switches, each with its colour, its line and how many there are in the frame.
+ * @param {App} app
+ */
+function createLegend(app) {
+  /** @type {Map<string, {button: HTMLElement, count: HTMLElement}>} */
+  const rows = new Map();
+  const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
+  LAYERS.forEach((name, at) => {
+    const count = h('span', { class: 'legend-count number' }, '0');
+    const swatch = h('span', { class: 'legend-swatch', 'aria-hidden': 'true' });
+    swatch.dataset.layer = name;
+    swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
+    const button = h('button', {
+      class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${at + 1})`,
+      onclick: () => app.store.dispatch((state) => toggleLayer(state, name)),
+    }, swatch, h('span', { class: 'legend-name' }, LAYER_NAMES[name]), count, h('kbd', { class: 'kbd' }, String(at + 1)));
+    rows.set(name, { button, count });
+    element.append(button);
+  });
+  return {
+    element,
+    /** @param {Record<string, boolean>} on @param {Record<string, number>} counts */
+    update(on, counts) {
+      for (const [name, { button, count }] of rows) {
+        const pressed = String(on[name]);
+        if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
+        setText(count, String(counts[name]));
+      }
+    },
+  };
+}

@@ -1,0 +1,228 @@
+// @ts-check
+/**
+ * Draws the layers of one frame over the picture. Each layer has a colour, a dash and a mark of its own, over a dark
+ * casing, so that it can be told apart without colour and before any ground.
+ *
+ * @typedef {import('../../types.js').ReviewState} ReviewState
+ * @typedef {import('../../types.js').Box} Box
+ * @typedef {import('../../types.js').LayerName} LayerName
+ * @typedef {import('../../model/geometry.js').Viewport} Viewport
+ * @typedef {import('../../model/geometry.js').Size} Size
+ */
+import { handlesOf, toScreen } from '../../model/geometry.js';
+import { shownTracks } from '../../review/shown_tracks.js';
+
+/** Line, dash (CSS px) and width of each layer. */
+export const STYLES = /** @type {Record<LayerName, {dash: number[], width: number}>} */ ({
+  detections: { dash: [2, 2], width: 1.25 },
+  predictions: { dash: [6, 4], width: 1.5 },
+  search: { dash: [1, 4], width: 1.25 },
+  relocalisations: { dash: [10, 3, 2, 3], width: 2 },
+  results: { dash: [], width: 2 },
+  corrected: { dash: [], width: 2.5 },
+  truth: { dash: [3, 3], width: 1.5 },
+  second: { dash: [12, 4], width: 1.5 },
+});
+
+/**
+ * @typedef {object} Inks
+ * @property {(layer: LayerName) => string} colour
+ * @property {string} casing
+ * @property {string} font
+ * @property {number} unit
+ */
+
+/** @param {HTMLElement} element @returns {Inks} */
+export function readInks(element) {
+  const style = getComputedStyle(element);
+  /** @param {string} name */
+  const token = (name) => style.getPropertyValue(name).trim();
+  const unit = (Number.parseFloat(token('--u')) || 4) / 4;
+  /** @type {Partial<Record<LayerName, string>>} */
+  const colours = {};
+  for (const layer of /** @type {LayerName[]} */ (Object.keys(STYLES))) colours[layer] = token(`--layer-${layer}`) || '#ffffff';
+  return {
+    colour: (layer) => colours[layer] ?? '#ffffff',
+    casing: token('--layer-casing') || 'rgb(0 0 0 / 0.65)',
+    font: `600 ${Math.round(12 * unit)}px ${token('--font') || 'sans-serif'}`,
+    unit,
+  };
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx   in CSS px
+ * @param {ReviewState} review
+ * @param {Viewport} view
+ * @param {Size} screen
+ * @param {Inks} inks
+ * @param {(id: number|null) => string} nameOf
+ * @returns {Record<LayerName, number>} how many of each layer are in the frame
+ */
+export function paintLayers(ctx, review, view, screen, inks, nameOf) {
+  const counts = /** @type {Record<LayerName, number>} */ ({ detections: 0, predictions: 0, search: 0, relocalisations: 0, results: 0, corrected: 0, truth: 0, second: 0 });
+  const pen = createPen(ctx, view, screen, inks);
+  const overlay = review.overlays[review.frame];
+  const on = review.layers;
+
+  for (const { box, score, raw } of overlay?.detections ?? []) {
+    counts.detections++;
+    if (on.detections) pen.box('detections', box, `${raw.toFixed(1)} → ${score.toFixed(1)}`, 'below');
+  }
+  for (const track of review.secondOverlays[review.frame]?.tracks ?? []) {
+    if (track.state !== 'confirmed') continue;
+    counts.second++;
+    if (on.second) pen.box('second', track.box, `#${track.id} ${nameOf(track.class_id)}`, 'below');
+  }
+  for (const { box, class_id } of review.truth[review.frame] ?? []) {
+    counts.truth++;
+    if (on.truth) pen.box('truth', box, nameOf(class_id), 'below');
+  }
+  for (const track of overlay?.tracks ?? []) {
+    if (track.prediction) {
+      counts.predictions++;
+      if (on.predictions && (track.source !== 0 || review.selected === `m${track.id}` || track.gate?.confident === false)) {
+        pen.box('predictions', track.prediction.box);
+        pen.innovation(track.prediction.box, track.prediction.sigma);
+      }
+    }
+    if (track.relocalisation) {
+      counts.search++;
+      counts.relocalisations++;
+      if (on.search) pen.box('search', track.relocalisation.search);
+      if (on.relocalisations) {
+        pen.box('relocalisations', track.relocalisation.box, `f ${track.relocalisation.decision.toFixed(2)}`, 'below');
+        pen.cross('relocalisations', track.relocalisation.runner_up);
+      }
+    }
+  }
+  for (const shown of shownTracks(review)) {
+    const layer = shown.edited ? 'corrected' : 'results';
+    counts[layer]++;
+    const dragged = review.drag?.key === shown.key;
+    if (!on[layer] || dragged) continue;
+    const box = shown.box;
+    const gate = shown.engine?.gate;
+    const gateText = gate ? ` L ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
+    pen.box(layer, box, `${nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`, 'above', shown.origin === 'interpolated');
+    if (shown.origin === 'corrected') pen.diamond(layer, box);
+    if (review.marked.includes(shown.key)) pen.mark(box);
+    if (review.selected === shown.key && review.mode !== 'merge') pen.handles(layer, box);
+  }
+  if (review.drag) {
+    pen.box('corrected', review.drag.box, `${(review.drag.box[2] - review.drag.box[0]).toFixed(0)} × ${(review.drag.box[3] - review.drag.box[1]).toFixed(0)}`, 'above');
+    pen.handles('corrected', review.drag.box);
+  }
+  return counts;
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Viewport} view
+ * @param {Size} screen
+ * @param {Inks} inks
+ */
+function createPen(ctx, view, screen, inks) {
+  /** @param {Box} box @returns {Box} */
+  const place = (box) => {
+    const [x1, y1] = toScreen(view, screen, box[0], box[1]);
+    const [x2, y2] = toScreen(view, screen, box[2], box[3]);
+    return [x1, y1, x2, y2];
+  };
+  /** @param {string} colour @param {number} width @param {number[]} dash @param {() => void} path */
+  const stroke = (colour, width, dash, path) => {
+    ctx.setLineDash([]);
+    ctx.lineWidth = width + 2;
+    ctx.strokeStyle = inks.casing;
+    ctx.beginPath();
+    path();
+    ctx.stroke();
+    ctx.setLineDash(dash);
+    ctx.lineWidth = width;
+    ctx.strokeStyle = colour;
+    ctx.beginPath();
+    path();
+    ctx.stroke();
+    ctx.setLineDash([]);
+  };
+
+  return {
+    /** @param {LayerName} layer @param {Box} box @param {string} [text] @param {'above'|'below'} [where] @param {boolean} [thin] */
+    box(layer, box, text, where = 'above', thin = false) {
+      const [x1, y1, x2, y2] = place(box);
+      const { dash, width } = STYLES[layer];
+      const scaled = (thin ? [4, 2] : dash).map((part) => part * inks.unit);
+      stroke(inks.colour(layer), (thin ? width - 1 : width) * inks.unit, scaled, () => ctx.rect(x1, y1, x2 - x1, y2 - y1));
+      if (!text) return;
+      ctx.font = inks.font;
+      const wide = ctx.measureText(text).width + 8 * inks.unit;
+      const high = 16 * inks.unit;
+      const x = Math.min(Math.max(0, x1 - 1), Math.max(0, screen.width - wide));
+      let y = where === 'above' ? y1 - high - 2 : y2 + 2;
+      if (y < 0) y = y2 + 2;
+      if (y + high > screen.height) y = Math.max(0, y1 - high - 2);
+      ctx.fillStyle = 'rgb(0 0 0 / 0.72)';
+      ctx.fillRect(x, y, wide, high);
+      ctx.fillStyle = inks.colour(layer);
+      ctx.fillRect(x, y, 3 * inks.unit, high);
+      ctx.fillStyle = '#ffffff';
+      ctx.textBaseline = 'middle';
+      ctx.fillText(text, x + 6 * inks.unit, y + high / 2 + 0.5);
+    },
+    /** The 1-sigma box of the centre. @param {Box} box @param {[number, number, number, number]} sigma */
+    innovation(box, [sx, sy]) {
+      const cx = (box[0] + box[2]) / 2;
+      const cy = (box[1] + box[3]) / 2;
+      const [x1, y1, x2, y2] = place([cx - sx, cy - sy, cx + sx, cy + sy]);
+      stroke(inks.colour('predictions'), inks.unit, [2 * inks.unit, 2 * inks.unit], () => {
+        ctx.rect(x1, y1, x2 - x1, y2 - y1);
+      });
+    },
+    /** @param {LayerName} layer @param {Box} box */
+    cross(layer, box) {
+      const [x1, y1, x2, y2] = place(box);
+      const cx = (x1 + x2) / 2;
+      const cy = (y1 + y2) / 2;
+      const r = 4 * inks.unit;
+      stroke(inks.colour(layer), 1.5 * inks.unit, [], () => {
+        ctx.moveTo(cx - r, cy - r);
+        ctx.lineTo(cx + r, cy + r);
+        ctx.moveTo(cx + r, cy - r);
+        ctx.lineTo(cx - r, cy + r);
+      });
+    },
+    /** A key frame. @param {LayerName} layer @param {Box} box */
+    diamond(layer, box) {
+      const [x1, y1] = place(box);
+      const r = 5 * inks.unit;
+      ctx.beginPath();
+      ctx.moveTo(x1, y1 - r);
+      ctx.lineTo(x1 + r, y1);
+      ctx.lineTo(x1, y1 + r);
+      ctx.lineTo(x1 - r, y1);
+      ctx.closePath();
+      ctx.fillStyle = inks.colour(layer);
+      ctx.fill();
+      ctx.lineWidth = 1;
+      ctx.strokeStyle = inks.casing;
+      ctx.stroke();
+    },
+    /** Marked for a merge. @param {Box} box */
+    mark(box) {
+      const [x1, y1, x2, y2] = place(box);
+      ctx.fillStyle = 'rgb(240 228 66 / 0.35)';
+      ctx.fillRect(x1, y1, x2 - x1, y2 - y1);
+    },
+    /** @param {LayerName} layer @param {Box} box */
+    handles(layer, box) {
+      const r = 3.5 * inks.unit;
+      for (const [, px, py] of handlesOf(box)) {
+        const [x, y] = toScreen(view, screen, px, py);
+        ctx.fillStyle = '#ffffff';
+        ctx.fillRect(x - r, y - r, 2 * r, 2 * r);
+        ctx.lineWidth = 1.5 * inks.unit;
+        ctx.strokeStyle = inks.colour(layer);
+        ctx.strokeRect(x - r, y - r, 2 * r, 2 * r);
+      }
+    },
+  };
+}

@@ -1,0 +1,181 @@
+// @ts-check
+/**
+ * The pointer on the picture: zoom, pan, select, move, resize, draw. A drag is one command, made when it ends; Escape
+ * takes it back.
+ *
+ * @typedef {import('../../page-types.js').App} App
+ * @typedef {import('../../types.js').Box} Box
+ * @typedef {import('../../model/geometry.js').Handle} Handle
+ * @typedef {import('../../model/geometry.js').Size} Size
+ */
+import { area, bounded, contains, dragged, handleAt, ordered, settled, toPicture, zoomAt } from '../../model/geometry.js';
+import { drawn } from '../../operations/boxes.js';
+import { shownTracks } from '../../review/shown_tracks.js';
+import { select, setDrag, setViewport, toggleMarked } from '../../store/actions/review.js';
+
+/** How near a handle the pointer must be, CSS px. */
+const REACH = 7;
+/** A shorter way is a click, CSS px. */
+const CLICK = 3;
+
+/**
+ * @param {App} app
+ * @param {HTMLElement} element   the picture
+ * @param {() => Size} screen     its size, CSS px
+ * @param {AbortSignal} signal
+ */
+export function listenToPointer(app, element, screen, signal) {
+  /** @type {null|{kind: 'pan'|'change'|'draw', x: number, y: number, moved: boolean, view: import('../../model/geometry.js').Viewport, box: Box, key: string, handle: Handle, correct: boolean, under: string[]}} */
+  let drag = null;
+  let space = false;
+
+  const review = () => app.store.get().review;
+  const picture = () => ({ width: review()?.video.width ?? 1, height: review()?.video.height ?? 1 });
+
+  /** @param {MouseEvent} event @returns {[number, number]} CSS px within the element */
+  const at = (event) => {
+    const place = element.getBoundingClientRect();
+    return [event.clientX - place.left, event.clientY - place.top];
+  };
+
+  /** Tracks under a point, the smallest first. @param {number} x @param {number} y picture px */
+  const under = (x, y) => {
+    const now = review();
+    if (!now || now.shown !== now.frame) return [];
+    const slack = 3 / now.viewport.zoom;
+    return shownTracks(now)
+      .filter(({ box }) => contains([box[0] - slack, box[1] - slack, box[2] + slack, box[3] + slack], x, y))
+      .sort((a, b) => area(a.box) - area(b.box));
+  };
+
+  element.addEventListener('wheel', (event) => {
+    const now = review();
+    if (!now || now.viewport.zoom === 0) return;
+    event.preventDefault();
+    const [x, y] = at(event);
+    const unit = event.deltaMode === 1 ? 24 : 1;
+    if (event.shiftKey && !event.ctrlKey) {
+      const { viewport } = now;
+      const by = (event.deltaX || event.deltaY) * unit;
+      app.store.dispatch((state) => setViewport(state, bounded({ ...viewport, x: viewport.x + by / viewport.zoom }, picture())));
+      return;
+    }
+    const factor = Math.exp(-event.deltaY * unit * 0.0022);
+    app.store.dispatch((state) => (state.review ? setViewport(state, zoomAt(state.review.viewport, screen(), picture(), factor, x, y)) : state));
+  }, { signal, passive: false });
+
+  element.addEventListener('pointerdown', (event) => {
+    const now = review();
+    if (!now || now.viewport.zoom === 0 || drag) return;
+    const [sx, sy] = at(event);
+    const [x, y] = toPicture(now.viewport, screen(), sx, sy);
+    const base = { x: sx, y: sy, moved: false, view: now.viewport, box: /** @type {Box} */ ([x, y, x, y]), key: '', handle: /** @type {Handle} */ ('move'), correct: event.shiftKey, under: /** @type {string[]} */ ([]) };
+    element.setPointerCapture(event.pointerId);
+    if (event.button === 1 || space || event.button === 2) {
+      drag = { ...base, kind: 'pan' };
+      event.preventDefault();
+      return;
+    }
+    if (event.button !== 0) return;
+    element.focus({ preventScroll: true });
+    if (now.mode === 'draw') {
+      drag = { ...base, kind: 'draw', key: now.selected ?? '' };
+      return;
+    }
+    const found = under(x, y);
+    if (now.mode === 'merge') {
+      if (found.length) app.store.dispatch((state) => toggleMarked(state, found[0].key));
+      return;
+    }
+    const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
+    const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom) : null;
+    const keys = found.map(({ key }) => key);
+    if (chosen && handle && (handle !== 'move' || keys.includes(chosen.key))) {
+      drag = { ...base, kind: 'change', box: chosen.box, key: chosen.key, handle, under: keys };
+    } else if (found.length) {
+      app.store.dispatch((state) => select(state, found[0].key));
+      drag = { ...base, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', under: [] };
+    } else {
+      drag = { ...base, kind: 'pan', key: 'empty' };
+    }
+  }, { signal });
+
+  element.addEventListener('pointermove', (event) => {
+    const now = review();
+    if (!now) return;
+    const [sx, sy] = at(event);
+    if (!drag) {
+      setCursor(element, now, toPicture(now.viewport, screen(), sx, sy));
+      return;
+    }
+    if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < CLICK) return;
+    drag.moved = true;
+    const { view } = drag;
+    if (drag.kind === 'pan') {
+      const moved = bounded({ ...view, x: view.x - (sx - drag.x) / view.zoom, y: view.y - (sy - drag.y) / view.zoom }, picture());
+      app.store.dispatch((state) => setViewport(state, moved));
+      return;
+    }
+    const [x, y] = toPicture(now.viewport, screen(), sx, sy);
+    const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
+    const { kind, key, handle, box: start } = drag;
+    const box = kind === 'draw' ? ordered([start[0], start[1], x, y]) : dragged(start, handle, x - x0, y - y0);
+    app.store.dispatch((state) => setDrag(state, { box: settled(box, picture()), key }));
+  }, { signal });
+
+  /** @param {boolean} keep */
+  const end = (keep) => {
+    const now = review();
+    const ended = drag;
+    drag = null;
+    if (!ended || !now) return;
+    const box = now.drag?.box ?? null;
+    if (now.drag) app.store.dispatch((state) => setDrag(state, null));
+    if (!keep) return;
+    if (ended.kind === 'draw') {
+      if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, ended.correct);
+    } else if (ended.kind === 'change') {
+      if (ended.moved && box) app.edit({ name: 'set_box', frame: now.frame, key: ended.key, box });
+      else if (!ended.moved && ended.under.length > 1) {
+        // a second click goes through what lies on top of each other
+        const next = ended.under[(ended.under.indexOf(ended.key) + 1) % ended.under.length];
+        app.store.dispatch((state) => select(state, next));
+      }
+    } else if (!ended.moved && ended.key === 'empty') {
+      app.store.dispatch((state) => select(state, null));
+    }
+  };
+  element.addEventListener('pointerup', () => end(true), { signal });
+  element.addEventListener('pointercancel', () => end(false), { signal });
+  element.addEventListener('contextmenu', (event) => event.preventDefault(), { signal });
+  document.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape' && drag) {
+      event.preventDefault();
+      end(false);
+    }
+    // Space held while the pointer is over the picture pans; tapped, it plays
+    if (event.key === ' ' && drag) space = true;
+  }, { signal, capture: true });
+  document.addEventListener('keyup', (event) => {
+    if (event.key === ' ') space = false;
+  }, { signal });
+}
+
+const CURSORS = { n: 'ns-resize', s: 'ns-resize', e: 'ew-resize', w: 'ew-resize', ne: 'nesw-resize', sw: 'nesw-resize', nw: 'nwse-resize', se: 'nwse-resize', move: 'move' };
+
+/**
+ * @param {HTMLElement} element
+ * @param {import('../../types.js').ReviewState} review
+ * @param {[number, number]} point
+ */
+function setCursor(element, review, [x, y]) {
+  let cursor = 'default';
+  if (review.mode === 'draw') cursor = 'crosshair';
+  else if (review.shown === review.frame) {
+    const tracks = shownTracks(review);
+    const chosen = review.mode === 'select' ? tracks.find(({ key }) => key === review.selected) : undefined;
+    const handle = chosen ? handleAt(chosen.box, x, y, REACH / review.viewport.zoom) : null;
+    cursor = handle ? CURSORS[handle] : tracks.some(({ box }) => contains(box, x, y)) ? 'pointer' : 'default';
+  }
+  if (element.style.cursor !== cursor) element.style.cursor = cursor;
+}

@@ -1,0 +1,42 @@
+// @ts-check
+/** What this browser remembers: sizes, sort orders, theme. Storage that is switched off or full costs the memory only. */
+
+/**
+ * @param {string} name
+ * @returns {string|null}
+ */
+export function recall(name) {
+  try {
+    return localStorage.getItem(`tsr.${name}`);
+  } catch {
+    return null;
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {string|number} value
+ */
+export function remember(name, value) {
+  try {
+    localStorage.setItem(`tsr.${name}`, String(value));
+  } catch {
+    // As above.
+  }
+}
+
+/** @returns {'light'|'dark'|'auto'} */
+export function rememberedTheme() {
+  const value = recall('theme');
+  return value === 'light' || value === 'dark' ? value : 'auto';
+}
+
+/**
+ * Put a theme on the page.
+ *
+ * @param {'light'|'dark'|'auto'} theme
+ */
+export function applyTheme(theme) {
+  const dark = theme === 'dark' || theme === 'auto' && matchMedia('(prefers-color-scheme: dark)').matches;
+  document.documentElement.dataset.theme = dark ? 'dark' : 'light';
+}

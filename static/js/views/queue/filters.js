@@ -1,0 +1,53 @@
+// @ts-check
+/** What the queue shows and in which order. */
+
+import { filter } from '../app.js';
+import { fill, h } from '../dom.js';
+import { icon } from '../icons.js';
+
+/** @typedef {import('../../types.js').QueueFilter} QueueFilter */
+
+/**
+ * @param {import('../app.js').ViewApp} app
+ * @param {AbortSignal} signal
+ */
+export function createFilters(app, signal) {
+  const text = h('input', { class: 'input', type: 'search', placeholder: 'Class, number or reason', 'aria-label': 'Search tracks' });
+  const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'Rejected']]);
+  const sort = select('Sort by', [['doubt', 'By doubt'], ['time', 'By time'], ['class', 'By class'], ['score', 'By score']]);
+  const doubt = select('Least doubt', [['0', 'Any doubt'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
+  const kind = select('Class', [['', 'All classes']]);
+  text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
+  review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
+  sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
+  doubt.addEventListener('change', () => filter(app, { least_doubt: Number(doubt.value) }), { signal });
+  kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
+  let listed = '';
+  return {
+    element: h('div', { class: 'queue-filters' }, h('span', { class: 'input-with-icon queue-search' }, icon('search'), text), sort, review, kind, doubt),
+    /**
+     * @param {QueueFilter} now
+     * @param {readonly import('../../model/track_entries.js').TrackEntry[]} entries
+     * @param {readonly import('../../types.js').Label[]} labels
+     */
+    update(now, entries, labels) {
+      const present = new Set(entries.map((entry) => entry.class_id));
+      const offered = labels.filter((label) => present.has(label.id) || label.id === now.class_id);
+      const key = offered.map((label) => label.id).join();
+      if (key !== listed) {
+        listed = key;
+        fill(kind, h('option', { value: '' }, 'All classes'), offered.map((label) => h('option', { value: String(label.id) }, label.name)));
+      }
+      if (text.value !== now.text) text.value = now.text;
+      review.value = now.review;
+      sort.value = now.sort;
+      doubt.value = String(now.least_doubt);
+      kind.value = now.class_id === null ? '' : String(now.class_id);
+    },
+  };
+}
+
+/** @param {string} name @param {[string, string][]} options */
+function select(name, options) {
+  return h('select', { class: 'select', 'aria-label': name, title: name }, options.map(([value, label]) => h('option', { value }, label)));
+}

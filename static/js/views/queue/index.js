@@ -1,0 +1,152 @@
+// @ts-check
+/** The queue: doubtful tracks first, filtered and counted. A virtual listbox: only the rows on screen exist. */
+
+import { trackEntries } from '../../model/track_entries.js';
+import { queueCounts, queueOf } from '../../model/queue.js';
+import { seek, select } from '../app.js';
+import { h, setAttribute, setText } from '../dom.js';
+import { count, percent } from '../format.js';
+import { createFilters } from './filters.js';
+import { createRow } from './row.js';
+
+/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../model/track_entries.js').TrackEntry} TrackEntry */
+
+/** Rows above and below the visible ones, so that a quick scroll shows no gap. */
+const SPARE = 4;
+
+/** @param {import('../app.js').ViewApp} app */
+export function createQueue(app) {
+  const life = new AbortController();
+  const { signal } = life;
+  const filters = createFilters(app, signal);
+  const left = h('strong', { class: 'queue-left' });
+  const shown = h('span', { class: 'muted small' });
+  const bar = h('span');
+  const meter = h('div', { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' }, bar);
+  const list = h('div', { class: 'queue-rows' });
+  const empty = h('p', { class: 'queue-empty muted' });
+  const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by doubt' }, list);
+  const element = h('section', { class: 'queue panel', 'aria-label': 'Queue' },
+    h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), shown),
+    meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty));
+
+  /** @type {State|null} */ let state = null;
+  /** @type {readonly TrackEntry[]} */ let entries = [];
+  /** @type {TrackEntry[]} */ let order = [];
+  /** @type {Map<string, ReturnType<typeof createRow>>} */ const rows = new Map();
+  let rowHeight = 64;
+  let scheduled = 0;
+  let wanting = true;
+
+  /** @param {string} key */
+  const choose = (key) => {
+    const entry = order.find((one) => one.key === key);
+    if (!entry) return;
+    const frame = app.store.get().review?.frame ?? 0;
+    select(app, key);
+    if (frame < entry.first || frame > entry.last) seek(app, entry.first);
+  };
+  list.addEventListener('click', (event) => {
+    const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
+    if (row instanceof HTMLElement && row.dataset.key) choose(row.dataset.key);
+  }, { signal });
+  scroller.addEventListener('keydown', (event) => {
+    const page = Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1);
+    /** @type {Record<string, number>} */
+    const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -1e9, End: 1e9 };
+    const step = steps[event.key];
+    if (step === undefined || order.length === 0) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const at = order.findIndex((entry) => entry.key === state?.review?.selected);
+    choose(order[at < 0 ? 0 : Math.min(order.length - 1, Math.max(0, at + step))].key);
+  }, { signal });
+  scroller.addEventListener('scroll', later, { signal, passive: true });
+  const observer = new ResizeObserver(later);
+  observer.observe(scroller);
+
+  function later() {
+    if (scheduled === 0) scheduled = requestAnimationFrame(draw);
+  }
+
+  function draw() {
+    scheduled = 0;
+    const review = state?.review;
+    if (!state || !review) return;
+    const unit = Number.parseFloat(getComputedStyle(element).getPropertyValue('--u')) || 4;
+    rowHeight = Math.round(unit * 14.5);
+    list.style.setProperty('height', `${order.length * rowHeight}px`);
+    if (wanting && scroller.clientHeight > 0) {
+      wanting = false;
+      reveal();
+    }
+    const first = Math.max(0, Math.floor(scroller.scrollTop / rowHeight) - SPARE);
+    const last = Math.min(order.length, Math.ceil((scroller.scrollTop + scroller.clientHeight) / rowHeight) + SPARE);
+    const wanted = new Set(order.slice(first, last).map((entry) => entry.key));
+    for (const [key, row] of rows) {
+      if (wanted.has(key)) continue;
+      row.element.remove();
+      rows.delete(key);
+    }
+    for (let i = first; i < last; i += 1) {
+      const entry = order[i];
+      let row = rows.get(entry.key);
+      if (!row) {
+        row = createRow(entry.key);
+        rows.set(entry.key, row);
+        list.append(row.element);
+      }
+      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected });
+    }
+    const chosen = review.selected === null ? undefined : rows.get(review.selected);
+    setAttribute(scroller, 'aria-activedescendant', chosen?.element.id);
+  }
+
+  function reveal() {
+    const at = order.findIndex((entry) => entry.key === state?.review?.selected);
+    if (at < 0) return;
+    const top = at * rowHeight;
+    if (top < scroller.scrollTop) scroller.scrollTop = top;
+    else if (top + rowHeight > scroller.scrollTop + scroller.clientHeight) scroller.scrollTop = top + rowHeight - scroller.clientHeight;
+  }
+
+  return {
+    element,
+    /** @param {State} next */
+    update(next) {
+      const before = state?.review ?? null;
+      const review = next.review;
+      const labelled = state?.labels === next.labels;
+      state = next;
+      if (review === null) return;
+      const data = !before || before.tracks !== review.tracks || before.docs !== review.docs;
+      const turned = data || !labelled || before.filter !== review.filter;
+      if (!turned && before?.selected === review.selected) return;
+      if (data) entries = trackEntries(review.tracks, review.docs);
+      if (turned) {
+        order = queueOf(entries, review.filter, next.labels);
+        const counts = queueCounts(entries);
+        const done = counts.total > 0 ? (counts.total - counts.left) / counts.total : 0;
+        setText(left, review.tracks === null ? '' : `${count(counts.left)} left`);
+        setText(shown, order.length === counts.total ? `of ${count(counts.total)}` : `${count(order.length)} of ${count(counts.total)} shown`);
+        bar.style.setProperty('--part', `${done * 100}%`);
+        meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} rejected, ${count(counts.needs_work)} need work`;
+        setAttribute(meter, 'aria-valuenow', Math.round(done * 100));
+        filters.update(review.filter, entries, next.labels);
+        const text = review.tracks === null ? 'Loading the tracks…' : counts.total === 0 ? 'No track yet.' : order.length === 0 ? 'No track passes these filters.' : '';
+        setText(empty, text);
+        empty.hidden = text === '';
+        list.style.setProperty('height', `${order.length * rowHeight}px`);
+      }
+      if (before?.selected !== review.selected) wanting = true;
+      later();
+    },
+    destroy() {
+      life.abort();
+      observer.disconnect();
+      cancelAnimationFrame(scheduled);
+      element.remove();
+    },
+  };
+}

@@ -1,0 +1,58 @@
+// @ts-check
+/** One row of the queue. */
+
+import { h, setAttribute, setText } from '../dom.js';
+import { count, percent } from '../format.js';
+
+const STATES = {
+  open: { text: 'Open', tone: '' },
+  accepted: { text: '✓ Accepted', tone: 'badge-good' },
+  rejected: { text: '✕ Rejected', tone: 'badge-bad' },
+  needs_work: { text: '! Needs work', tone: 'badge-warn' },
+};
+
+/** @param {string} key   of the track */
+export function createRow(key) {
+  const picture = h('img', { class: 'queue-picture', alt: '', loading: 'lazy', decoding: 'async' });
+  const name = h('span', { class: 'queue-name truncate' });
+  const number = h('span', { class: 'queue-number muted small' });
+  const badge = h('span', { class: 'badge' });
+  const reason = h('span', { class: 'queue-reason truncate small muted' });
+  const span = h('span', { class: 'queue-span small muted', title: 'Frames' });
+  const doubt = h('span', { class: 'queue-doubt', title: 'Doubt' }, h('span'));
+  const doubtText = h('span', { class: 'small queue-doubt-text' });
+  const element = h('div', { class: 'queue-row', role: 'option', id: `queue-${key}`, dataset: { key } },
+    picture,
+    h('span', { class: 'queue-text' },
+      h('span', { class: 'queue-line' }, name, number, h('span', { class: 'grow' }), badge),
+      h('span', { class: 'queue-line' }, reason),
+      h('span', { class: 'queue-line' }, span, h('span', { class: 'grow' }), doubtText, doubt)));
+  return {
+    element,
+    /**
+     * @param {import('../../model/track_entries.js').TrackEntry} entry
+     * @param {readonly import('../../types.js').Label[]} labels
+     * @param {{place: number, size: number, top: number, height: number, selected: boolean}} view
+     */
+    update(entry, labels, view) {
+      const label = labels.find((one) => one.id === entry.class_id);
+      element.style.setProperty('transform', `translateY(${view.top}px)`);
+      element.style.setProperty('height', `${view.height}px`);
+      setAttribute(element, 'aria-selected', String(view.selected));
+      setAttribute(element, 'aria-posinset', view.place + 1);
+      setAttribute(element, 'aria-setsize', view.size);
+      picture.classList.toggle('queue-no-picture', label === undefined);
+      if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
+      if (!label) picture.removeAttribute('src');
+      setText(name, entry.not_a_sign ? 'Not a sign' : (label?.name ?? 'No class yet'));
+      setText(number, `#${entry.key.slice(1, 9)}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes > 0 ? ` · ${entry.notes} ✎` : ''}`);
+      setText(badge, STATES[entry.review].text);
+      badge.className = `badge ${STATES[entry.review].tone}`;
+      setText(reason, entry.reasons.length > 0 ? entry.reasons.join(' ') : 'Nothing speaks against it.');
+      element.title = entry.reasons.join('\n');
+      setText(span, `${count(entry.first)}–${count(entry.last)}`);
+      setText(doubtText, percent(entry.doubt));
+      /** @type {HTMLElement} */ (doubt.firstElementChild).style.setProperty('width', `${entry.doubt * 100}%`);
+    },
+  };
+}

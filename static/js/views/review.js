@@ -1,0 +1,73 @@
+// @ts-check
+/** The review screen: toolbar, picture, right column and lanes, with lines between them that can be moved. */
+
+import {h} from './dom.js';
+import {emptyState, waiting} from './empty.js';
+import {createInspector} from './inspector/index.js';
+import {createLanes} from './lanes/index.js';
+import {createPicture} from './picture/index.js';
+import {createQueue} from './queue/index.js';
+import {splitter} from './splitter.js';
+import {createTabs} from './tabs.js';
+import {createToolbar} from './toolbar.js';
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createReview(app) {
+  const ended = new AbortController();
+  const toolbar = createToolbar(app);
+  const picture = createPicture(app);
+  const lanes = createLanes(app);
+  const side = createTabs({
+    label: 'Track details and queue', name: 'review.tab',
+    tabs: [
+      {id: 'queue', label: 'Queue', view: createQueue(app)},
+      {id: 'inspector', label: 'Inspector', view: createInspector(app)},
+    ],
+  });
+  const top = h('div', {class: 'review-top'});
+  const grid = h('div', {class: 'review-grid'});
+  top.append(
+    h('section', {class: 'review-picture', 'aria-label': 'Picture'}, picture.element),
+    splitter({label: 'Width of the right column', orientation: 'vertical', container: top, variable: '--side', name: 'review.side', initial: 28, low: 18, high: 50}),
+    h('section', {class: 'review-side', 'aria-label': 'Track details and queue'}, side.element));
+  grid.append(top,
+    splitter({label: 'Height of the lanes', orientation: 'horizontal', container: grid, variable: '--lanes', name: 'review.lanes', initial: 32, low: 12, high: 65}),
+    h('section', {class: 'review-lanes', 'aria-label': 'Time lanes'}, lanes.element));
+  const notice = h('div', {class: 'review-notice'}, waiting('The review is opened', {signal: ended.signal}));
+  const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, grid, notice);
+  const parts = [toolbar, picture, side, lanes];
+  let noticed = 'waiting';
+
+  /** @param {import('../types.js').State} state */
+  function notify(state) {
+    const kind = state.review ? 'none' : state.videos && state.route.screen === 'review' && !state.videos.some(({id}) => state.route.screen === 'review' && id === state.route.video) ? 'unknown' : 'waiting';
+    grid.hidden = kind !== 'none';
+    notice.hidden = kind === 'none';
+    if (kind === noticed) return;
+    noticed = kind;
+    if (kind === 'unknown') {
+      notice.replaceChildren(emptyState({
+        icon: 'film', title: 'This video is not in the library', text: 'It may have been removed, or the address belongs to another data folder.',
+        actions: [h('a', {class: 'btn btn-primary', href: '#/'}, 'Go to the library')],
+      }));
+    } else if (kind === 'waiting') {
+      notice.replaceChildren(waiting('The review is opened', {signal: ended.signal}));
+    }
+  }
+
+  return {
+    element,
+    update(state) {
+      notify(state);
+      for (const part of parts) part.update(state);
+    },
+    destroy() {
+      ended.abort();
+      for (const part of parts) part.destroy();
+      element.remove();
+    },
+  };
+}

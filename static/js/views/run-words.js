@@ -1,0 +1,59 @@
+// @ts-check
+/** Runs in words. Pure functions. */
+
+import {count, figure, moment, plural, timeLeft} from './format.js';
+
+/** @typedef {import('../types.js').Run} Run */
+
+/** @type {Record<Run['state'], string>} */
+const STATES = {queued: 'waiting', running: 'running', complete: 'complete', failed: 'failed', cancelled: 'cancelled', interrupted: 'interrupted'};
+
+/** @type {Record<Run['state'], string>} */
+const TONES = {queued: '', running: 'badge-accent', complete: 'badge-good', failed: 'badge-bad', cancelled: 'badge-warn', interrupted: 'badge-warn'};
+
+/** @param {Run} run @returns {string} one line for lists */
+export function runTitle(run) {
+  const name = run.name || (run.kind === 'whatif' ? 'What-if' : run.kind === 'imported' ? 'Imported' : `Run, ${run.preset}`);
+  const state = run.state === 'complete' ? '' : run.state === 'running' ? ` (${runPercent(run)})` : ` (${STATES[run.state]})`;
+  return `${name} · ${moment(run.created)}${state}`;
+}
+
+/** @param {Run} run @returns {string} */
+export function runState(run) {
+  return STATES[run.state];
+}
+
+/** @param {Run} run @returns {string} class of a badge */
+export function runTone(run) {
+  return TONES[run.state];
+}
+
+/** @param {Run} run @returns {number} 0..1 */
+export function runPart(run) {
+  if (run.state === 'complete') return 1;
+  return run.frames_total ? Math.min(1, run.frames_done / run.frames_total) : 0;
+}
+
+/** @param {Run} run @returns {string} `42 %` */
+export function runPercent(run) {
+  return `${Math.floor(runPart(run) * 100)} %`;
+}
+
+/** @param {Run} run @returns {string} what a person waits for */
+export function runProgress(run) {
+  if (run.state === 'queued') return 'Waits for a free worker.';
+  if (run.state === 'running') {
+    const done = `${count(run.frames_done)} of ${count(run.frames_total)} frames`;
+    const speed = run.rate ? `${figure(run.rate)} fps` : 'starting';
+    return [done, speed, timeLeft(run.remaining)].filter(Boolean).join(' · ');
+  }
+  if (run.state === 'complete') return [run.tracks === null ? '' : plural(run.tracks, 'track'), run.rate ? `${figure(run.rate)} fps` : ''].filter(Boolean).join(' · ');
+  if (run.state === 'failed') return run.error ?? 'The run failed without saying why; the terminal of the server has more.';
+  if (run.state === 'cancelled') return `Cancelled after ${count(run.frames_done)} frames. It can go on from there.`;
+  return `Interrupted after ${count(run.frames_done)} frames. It can go on from there.`;
+}
+
+/** @param {Run} run @returns {string} `tau = 25, n = 3` */
+export function runChanges(run) {
+  return Object.entries(run.parameters).map(([name, value]) => `${name} = ${Array.isArray(value) ? value.join(' ') : String(value)}`).join(', ');
+}

@@ -1,0 +1,85 @@
+// @ts-check
+/** The frame of every screen: top bar, banners, the screen that the route names, dialogs, notices. */
+
+import {createBanners} from './banners.js';
+import {createCompare} from './compare.js';
+import {createDialogs} from './dialogs/layer.js';
+import {h} from './dom.js';
+import {createLibrary} from './library.js';
+import {createReview} from './review.js';
+import {createToasts} from './toasts.js';
+import {createTopBar} from './topbar.js';
+import {applyTheme, remember} from './preferences.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../page-types.js').View} View */
+
+/** @type {Record<import('../types.js').Route['screen'], {title: string, create: (app: App) => View}>} */
+const SCREENS = {
+  library: {title: 'Library', create: createLibrary},
+  review: {title: 'Review', create: createReview},
+  compare: {title: 'Compare', create: createCompare},
+};
+
+/**
+ * @param {App} app
+ * @returns {View}
+ */
+export function createShell(app) {
+  const bar = createTopBar(app);
+  const banners = createBanners(app);
+  const dialogs = createDialogs(app);
+  const toasts = createToasts(app);
+  const main = h('main', {class: 'screen', id: 'main', tabIndex: -1});
+  const element = h('div', {class: 'shell'}, bar.element, banners.element, main, dialogs.element, toasts.element);
+  /** @type {{name: string, view: View}|null} */
+  let screen = null;
+  /** @type {State['theme']|null} */
+  let theme = null;
+  const system = matchMedia('(prefers-color-scheme: dark)');
+  const follow = () => theme && applyTheme(theme);
+  system.addEventListener('change', follow);
+
+  /** @param {State} state */
+  function showTheme(state) {
+    if (state.theme === theme) return;
+    if (theme !== null) remember('theme', state.theme);
+    theme = state.theme;
+    applyTheme(theme);
+  }
+
+  /** @param {State} state */
+  function showScreen(state) {
+    const name = state.route.screen;
+    if (screen?.name !== name) {
+      const first = screen === null;
+      screen?.view.destroy();
+      const view = SCREENS[name].create(app);
+      main.replaceChildren(view.element);
+      screen = {name, view};
+      // A screen reader and the Tab key begin in the new screen; at the first one the browser's own start is right.
+      if (!first) main.focus({preventScroll: true});
+    }
+    screen.view.update(state);
+    const title = state.route.screen === 'review' && state.review ? state.review.video.name : SCREENS[name].title;
+    if (document.title !== `${title} – tsr`) document.title = `${title} – tsr`;
+  }
+
+  return {
+    element,
+    update(state) {
+      showTheme(state);
+      bar.update(state);
+      banners.update(state);
+      showScreen(state);
+      dialogs.update(state);
+    },
+    destroy() {
+      system.removeEventListener('change', follow);
+      screen?.view.destroy();
+      for (const part of [bar, banners, dialogs, toasts]) part.destroy();
+      element.remove();
+    },
+  };
+}

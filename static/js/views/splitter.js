@@ -1,0 +1,75 @@
+// @ts-check
+/** A line between two areas that pointer and keyboard move. The size is a CSS variable of the container, in per cent. */
+
+import {h} from './dom.js';
+import {recall, remember} from './preferences.js';
+
+/**
+ * @param {object} options
+ * @param {string} options.label          what it resizes
+ * @param {'vertical'|'horizontal'} options.orientation   of the line
+ * @param {HTMLElement} options.container  carries the variable
+ * @param {string} options.variable       `--side`
+ * @param {string} options.name           under which the size is remembered
+ * @param {number} options.initial        share of the container that the area after the line has, per cent
+ * @param {number} options.low
+ * @param {number} options.high
+ * @param {() => void} [options.onChange]
+ * @returns {HTMLElement}
+ */
+export function splitter({label, orientation, container, variable, name, initial, low, high, onChange}) {
+  const vertical = orientation === 'vertical';
+  const stored = Number(recall(name) ?? NaN);
+  let size = Number.isFinite(stored) ? stored : initial;
+  const element = h('div', {
+    class: `splitter splitter-${orientation}`, role: 'separator', tabIndex: 0, 'aria-label': label,
+    'aria-orientation': orientation, 'aria-valuemin': low, 'aria-valuemax': high,
+  });
+
+  /** @param {number} next */
+  function set(next) {
+    size = Math.min(high, Math.max(low, next));
+    container.style.setProperty(variable, `${size}%`);
+    element.setAttribute('aria-valuenow', String(Math.round(size)));
+    onChange?.();
+  }
+
+  /** @param {PointerEvent} event */
+  function move(event) {
+    const area = container.getBoundingClientRect();
+    const share = vertical ? (area.right - event.clientX) / area.width : (area.bottom - event.clientY) / area.height;
+    set(share * 100);
+  }
+
+  element.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0) return;
+    event.preventDefault();
+    element.setPointerCapture(event.pointerId);
+    element.classList.add('dragged');
+    element.addEventListener('pointermove', move);
+  });
+  for (const kind of ['pointerup', 'pointercancel']) {
+    element.addEventListener(kind, () => {
+      element.removeEventListener('pointermove', move);
+      element.classList.remove('dragged');
+      remember(name, size.toFixed(1));
+    });
+  }
+  element.addEventListener('dblclick', () => {
+    set(initial);
+    remember(name, size);
+  });
+  element.addEventListener('keydown', (event) => {
+    const step = event.shiftKey ? 5 : 1;
+    const [more, less] = vertical ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
+    const next = event.key === more ? size + step : event.key === less ? size - step : event.key === 'Home' ? low : event.key === 'End' ? high : null;
+    if (next === null) return;
+    // The arrows also step frames; while the line has the focus they belong to it.
+    event.preventDefault();
+    event.stopPropagation();
+    set(next);
+    remember(name, size.toFixed(1));
+  });
+  set(size);
+  return element;
+}

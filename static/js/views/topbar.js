@@ -1,0 +1,113 @@
+// @ts-check
+/** The top bar: product, video and run, whether everything is saved, theme, help. */
+
+import {formatRoute} from '../model/route.js';
+import {openDialog, setTheme} from '../store/actions/page.js';
+import {fill, h, setAttribute, setText} from './dom.js';
+import {icon} from './icons.js';
+import {runTitle} from './run-words.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../types.js').State} State */
+
+const THEMES = /** @type {const} */ ({auto: ['light', 'Theme: as the system'], light: ['dark', 'Theme: light'], dark: ['auto', 'Theme: dark']});
+
+/**
+ * @param {App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createTopBar(app) {
+  const {store} = app;
+  const videos = h('select', {class: 'select topbar-video', 'aria-label': 'Video', onchange: () => {
+    location.hash = formatRoute({screen: 'review', video: videos.value, run: null, frame: null, track: null});
+  }});
+  const runs = h('select', {class: 'select topbar-run', 'aria-label': 'Run', onchange: () => {
+    const route = store.get().route;
+    if (route.screen === 'review') location.hash = formatRoute({...route, run: runs.value, track: null});
+  }});
+  const manage = h('button', {class: 'btn', type: 'button', title: 'Start a run, see the runs of this video, remove them', onclick: () => {
+    const {route} = store.get();
+    if (route.screen === 'review') store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: route.video}}));
+  }}, icon('run'), 'Runs');
+  const compare = h('button', {class: 'btn', type: 'button', title: 'Compare this run with another, with its corrections or with ground truth', onclick: () => {
+    const {route, review} = store.get();
+    if (route.screen === 'review') store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: route.video, run: review?.run?.id ?? route.run}}));
+  }}, icon('compare'), 'Compare');
+  const chooser = h('div', {class: 'topbar-chooser row', hidden: true}, videos, runs, manage, compare);
+  const saved = h('span', {class: 'saved', role: 'status'});
+  const theme = h('button', {class: 'btn btn-quiet btn-icon', type: 'button', onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0]))});
+  const help = h('button', {
+    class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Help and keys (F1)', title: 'Help and keys (F1)',
+    onclick: () => store.dispatch((state) => openDialog(state, {kind: 'help'})),
+  }, icon('help'));
+  const element = h('header', {class: 'topbar'},
+    h('a', {class: 'brand', href: '#/', title: 'To the library'},
+      h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', null, 'tsr review')),
+    h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, h('a', {class: 'nav-link', href: '#/'}, 'Library')),
+    chooser,
+    h('div', {class: 'grow'}), saved, theme, help);
+  /** @type {Partial<State>} */
+  let last = {};
+
+  return {
+    element,
+    update(state) {
+      if (state.videos !== last.videos || state.runs !== last.runs || state.route !== last.route || state.review?.run !== last.review?.run) {
+        showChooser(state, chooser, videos, runs);
+        setAttribute(element.querySelector('.nav-link') ?? element, 'aria-current', state.route.screen === 'library' ? 'page' : null);
+      }
+      if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.route !== last.route) showSaved(state, saved);
+      if (state.theme !== last.theme) {
+        fill(theme, icon(state.theme === 'dark' ? 'moon' : state.theme === 'light' ? 'sun' : 'contrast'));
+        theme.title = THEMES[state.theme][1];
+        theme.setAttribute('aria-label', THEMES[state.theme][1]);
+      }
+      last = state;
+    },
+    destroy: () => element.remove(),
+  };
+}
+
+/**
+ * @param {State} state
+ * @param {HTMLElement} chooser
+ * @param {HTMLSelectElement} videos
+ * @param {HTMLSelectElement} runs
+ */
+function showChooser(state, chooser, videos, runs) {
+  const {route} = state;
+  chooser.hidden = route.screen !== 'review';
+  if (route.screen !== 'review') return;
+  options(videos, (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]), route.video);
+  const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
+  options(runs, own.map((run) => [run.id, runTitle(run)]), state.review?.run?.id ?? route.run ?? '');
+  runs.hidden = own.length === 0;
+}
+
+/**
+ * @param {HTMLSelectElement} select
+ * @param {[string, string][]} pairs   value, text
+ * @param {string} chosen
+ */
+function options(select, pairs, chosen) {
+  const same = select.options.length === pairs.length && pairs.every(([value, text], at) => select.options[at].value === value && select.options[at].text === text);
+  // An open list must not change under the pointer for nothing.
+  if (!same) fill(select, ...pairs.map(([value, text]) => h('option', {value}, text)));
+  if (select.value !== chosen) select.value = chosen;
+}
+
+/**
+ * @param {State} state
+ * @param {HTMLElement} saved
+ */
+function showSaved(state, saved) {
+  const unsaved = state.review?.unsaved.length ?? 0;
+  const offline = state.connection === 'offline';
+  const kind = offline ? 'offline' : unsaved ? 'unsaved' : 'saved';
+  saved.hidden = state.route.screen !== 'review' && !offline;
+  const text = offline ? unsaved ? `Offline, ${unsaved} to save` : 'Offline' : unsaved ? `Saving ${unsaved} …` : 'All saved';
+  if (saved.dataset.kind === kind && saved.textContent === text) return;
+  saved.dataset.kind = kind;
+  fill(saved, icon(kind === 'offline' ? 'offline' : kind === 'unsaved' ? 'refresh' : 'saved'), h('span', null, text));
+  setText(saved.querySelector('span') ?? saved, text);
+}

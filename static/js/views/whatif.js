@@ -1,0 +1,70 @@
+// @ts-check
+/** What a what-if changed: tracks gained, lost, switched, relabelled; each opens its frame. */
+
+import {formatRoute} from '../model/route.js';
+import {h} from './dom.js';
+import {count} from './format.js';
+
+/** @typedef {import('../types.js').Run} Run */
+/** @typedef {import('../types.js').Label} Label */
+/** @typedef {{key: string, text: string, frame: number, track: number, own: boolean}} Change */
+
+const KINDS = /** @type {const} */ ([
+  ['gained', 'Gained', 'Tracks that the replay has and the run has not.'],
+  ['lost', 'Lost', 'Tracks of the run that the replay has not.'],
+  ['switched', 'Switched', 'Tracks of the run that the replay breaks into several.'],
+  ['relabelled', 'Relabelled', 'Tracks that get another class.'],
+]);
+
+/**
+ * The entries of one kind, in words.
+ *
+ * @param {Run} run     a complete what-if
+ * @param {'gained'|'lost'|'switched'|'relabelled'} kind
+ * @param {readonly Label[]} labels
+ * @returns {Change[]}   own: the track is the what-if's, not the run's
+ */
+export function changesOf(run, kind, labels) {
+  /** @type {Record<string, any>[]} */
+  const entries = run.summary.difference?.[kind] ?? [];
+  /** @param {number|null} id */
+  const name = (id) => id === null ? 'no class' : labels.find((label) => label.id === id)?.name ?? `class ${id}`;
+  return entries.map((entry, at) => {
+    const text = kind === 'switched' ? `into ${entry.parts.length} parts at frame ${count(entry.frame)}`
+      : kind === 'relabelled' ? `${name(entry.before)} → ${name(entry.after)}`
+      : `${name(entry.class_id)}, frames ${count(entry.frame)}–${count(entry.last)}`;
+    return {key: `${kind}${at}`, text, frame: entry.frame, track: entry.track, own: kind === 'gained' || kind === 'relabelled'};
+  });
+}
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @param {Run} run
+ * @param {{close?: () => void}} [options]
+ * @returns {HTMLElement}
+ */
+export function changeList(app, run, {close} = {}) {
+  const {labels} = app.store.get();
+  const counts = run.summary.difference?.counts ?? {};
+  const total = KINDS.reduce((sum, [kind]) => sum + (counts[kind] ?? 0), 0);
+  if (total === 0) return h('p', {class: 'muted'}, 'Nothing changes: the same tracks, with the same classes.');
+  /** @param {Change} change */
+  function open(change) {
+    close?.();
+    // Entries of the replay open it as the run, those of the run open the run; the other one lies over it.
+    const shown = change.own ? run.id : run.parent_id ?? run.id;
+    const second = change.own ? run.parent_id : run.id;
+    app.store.dispatch((state) => state.review ? {...state, review: {...state.review, second, secondOverlays: {}}} : state);
+    location.hash = formatRoute({screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}`});
+  }
+  return h('div', {class: 'changes'}, ...KINDS.map(([kind, title, text]) => {
+    const changes = changesOf(run, kind, labels);
+    const all = counts[kind] ?? changes.length;
+    return h('details', {class: 'details changes-kind', open: changes.length > 0 && changes.length <= 40},
+      h('summary', {title: text}, title, h('span', {class: `badge ${all ? 'badge-accent' : ''}`}, count(all))),
+      h('ul', {class: 'changes-list'}, ...changes.map((change) => h('li', null, h('button', {class: 'change-row', type: 'button', onclick: () => open(change)},
+        h('span', {class: 'mono'}, `#${change.track}`), h('span', {class: 'truncate grow'}, change.text), h('span', {class: 'muted small'}, `frame ${count(change.frame)}`))))),
+      all > changes.length && h('p', {class: 'muted small'}, `The first ${count(changes.length)} of ${count(all)}.`),
+      all === 0 && h('p', {class: 'muted small'}, 'None.'));
+  }));
+}

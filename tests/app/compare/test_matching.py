@@ -1,0 +1,141 @@
+"""Matching and figures, against the engine's own slower evaluation and against cases done by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.compare.figures import confusion, figures
+from app.compare.matching import match
+from app.evidence.tables import BoxTable
+from tsr_engine.evaluation.tracking import evaluate_video, summarise
+from tsr_engine.evaluation.tracking_rows import Results, Truth
+
+Row = tuple[int, int, float, float, float, int, bool]
+"""Frame, track, left, top, side, class, ignore."""
+
+
+def table(rows: Sequence[Row], letter: str) -> BoxTable:
+    ordered = sorted(rows, key=lambda row: row[:2])
+    tracks = sorted({row[1] for row in ordered})
+    boxes = np.array([[x, y, x + s, y + s] for _, _, x, y, s, _, _ in ordered], np.float64).reshape(-1, 4)
+    return BoxTable(
+        frame=np.array([row[0] for row in ordered], np.int64),
+        track=np.array([tracks.index(row[1]) for row in ordered], np.int64),
+        boxes=boxes,
+        class_id=np.array([row[5] for row in ordered], np.int64),
+        ignore=np.array([row[6] for row in ordered], np.bool_),
+        source=np.zeros(len(ordered), np.int64),
+        keys=tuple(f"{letter}{track}" for track in tracks),
+    )
+
+
+def as_truth(boxes: BoxTable) -> Truth:
+    n = len(boxes)
+    return Truth(boxes.frame, boxes.track, boxes.boxes, boxes.class_id, np.ones(n), boxes.ignore)
+
+
+def as_results(boxes: BoxTable) -> Results:
+    n = len(boxes)
+    return Results(boxes.frame, boxes.track, boxes.boxes, boxes.class_id, np.ones(n), ("detected",) * n)
+
+
+place = st.tuples(
+    st.integers(0, 7), st.integers(0, 3), st.integers(0, 12), st.integers(0, 12), st.integers(12, 40), st.integers(0, 3)
+)
+
+
+def rows_of(drawn: list[tuple[int, ...]], ignore: bool) -> list[Row]:
+    unique = {(f, t): (f, t, float(x), float(y), float(s), c, ignore and c == 3) for f, t, x, y, s, c in drawn}
+    # A track has one class, as the engine's results have.
+    label = {t: c for (_, t), (*_, c, _) in unique.items()}
+    return [(f, t, x, y, s, c if ignore else label[t], skip) for f, t, x, y, s, c, skip in unique.values()]
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(place, max_size=40), st.lists(place, max_size=40))
+def test_figures_equal_those_of_the_engine(one: list[tuple[int, ...]], two: list[tuple[int, ...]]) -> None:
+    reference, candidate = table(rows_of(one, True), "t"), table(rows_of(two, False), "m")
+    found = match(reference, candidate)
+    report = evaluate_video("x", as_truth(reference), as_results(candidate), 8)
+    summary = summarise([report])
+    got = figures(reference, candidate, found)
+    assert len(found.reference) == len(report.errors)
+    assert len(found.false) == report.false_rows
+    assert got["coverage"].value == pytest.approx(summary.coverage)
+    assert got["eq7"].value == pytest.approx(summary.mean_error)
+    assert got["switches"].value == summary.switches
+    assert got["fragmentation"].value == summary.fragments
+    assert got["ids_per_sign"].value == pytest.approx(summary.ids_per_sign)
+    assert got["signs_found"].value == pytest.approx(summary.detection_rate)
+    assert got["signs_classified"].value == pytest.approx(summary.classified_of_detected)
+    assert got["false_tracks"].value == summary.false_tracks
+    cells = confusion(reference, candidate, found).cells
+    assert sum(cell.count for cell in cells) == len(found.reference) + len(found.missed) + len(found.false)
+
+
+def line(track: int, frames: range, x: float, label: int = 14, side: float = 30.0, ignore: bool = False) -> list[Row]:
+    return [(k, track, x, 10.0, side, label, ignore) for k in frames]
+
+
+def test_every_figure_opens_its_places() -> None:
+    reference = table([*line(1, range(10), 0.0), *line(2, range(5, 15), 100.0, 13)], "t")
+    candidate = table(
+        [
+            *line(1, range(4), 0.0),  # the first sign, lost for two frames, then found again under another name
+            *line(4, range(6, 10), 1.0),
+            *line(7, range(5, 15), 100.0, 17),  # the second sign under another class
+            *line(9, range(20, 23), 50.0),  # nothing
+        ],
+        "m",
+    )
+    found = match(reference, candidate)
+    got = figures(reference, candidate, found)
+    assert got["precision"].of == (18, 21)
+    assert (got["precision"].frames, got["precision"].lasts, got["precision"].tracks) == ([20], [22], ["m9"])
+    assert got["recall"].of == (18, 20)
+    assert (got["recall"].frames, got["recall"].lasts, got["recall"].tracks) == ([4], [5], ["t1"])
+    assert (got["fragmentation"].value, got["fragmentation"].frames) == (1.0, [4])
+    assert (got["switches"].value, got["switches"].frames, got["switches"].tracks) == (1.0, [6], ["m4"])
+    assert (got["ids_per_sign"].value, got["ids_per_sign"].frames) == (1.5, [6])
+    assert got["false_tracks"].tracks == ["m9"]
+    assert got["signs_classified"].of == (1, 2)
+    assert got["signs_classified"].tracks == ["t2"]
+    assert got["eq7"].frames[:4] == [6, 7, 8, 9]
+    assert got["eq7"].value == pytest.approx(4 * (1 / 30) / 18)
+    table_of = {
+        (c.reference, c.candidate): (c.count, c.frames, c.tracks) for c in confusion(reference, candidate, found).cells
+    }
+    assert table_of == {
+        (14, 14): (8, [0, 6], ["t1", "t1"]),
+        (13, 17): (10, [5], ["t2"]),
+        (14, None): (2, [4], ["t1"]),
+        (None, 14): (3, [20], ["m9"]),
+    }
+
+
+def test_a_box_on_an_ignored_one_is_neither_right_nor_wrong() -> None:
+    reference = table([*line(1, range(3), 0.0), *line(2, range(3), 100.0, ignore=True)], "t")
+    candidate = table([*line(1, range(3), 0.0), *line(2, range(3), 105.0, side=10.0)], "m")
+    got = figures(reference, candidate, match(reference, candidate))
+    assert got["precision"].of == (3, 3)
+    assert got["recall"].of == (3, 3)
+    assert got["false_tracks"].value == 0
+
+
+def test_nothing_against_nothing_has_no_figures() -> None:
+    empty = table([], "t")
+    got = figures(empty, empty, match(empty, empty))
+    assert {name for name, figure in got.items() if figure.value is None} == {
+        "precision",
+        "recall",
+        "eq7",
+        "coverage",
+        "ids_per_sign",
+        "signs_found",
+        "signs_classified",
+    }

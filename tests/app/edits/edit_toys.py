@@ -1,0 +1,65 @@
+"""Toy tracks and random commands that make sense often enough, for the tests of edits."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+from app.edits.documents import TrackDoc, engine_doc
+
+SPANS = {1: (0, 20), 2: (15, 40), 3: (50, 70)}
+"""Engine tracks: first and last frame."""
+
+
+def machine(track: int, frame: int) -> tuple[float, float, float, float] | None:
+    """The engine's box of a toy track; every seventh frame is missing."""
+    first, last = SPANS[track]
+    if not first <= frame <= last or frame % 7 == 6:
+        return None
+    return (100.0 * track + frame, 10.0, 100.0 * track + frame + 20, 30.0)
+
+
+def beginning() -> dict[str, TrackDoc]:
+    """Documents of the toy tracks as the engine left them."""
+    return {f"m{t}": engine_doc(t, *span) for t, span in SPANS.items()}
+
+
+def a_box(rng: random.Random) -> list[float]:
+    """A box with edges that binary fractions hold exactly."""
+    x, y = rng.randrange(0, 800) / 4, rng.randrange(0, 400) / 4
+    return [x, y, x + rng.randrange(1, 99) / 2, y + rng.randrange(1, 99) / 2]
+
+
+def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
+    """A random command; some make no sense."""
+    alive = [key for key, doc in docs.items() if not doc.gone] or ["m1"]
+    key = rng.choice(alive if rng.random() < 0.95 else [*docs, "m9"])
+    frame = rng.randrange(0, 75)
+    on: dict[str, Any] = {"frame": frame, "key": key}
+    notes = [note.id for note in docs[key].notes] if key in docs else []
+    note = rng.choice([*notes, "nowhere"])
+    screen = {"box": a_box(rng)} if rng.random() < 0.5 else {}
+    choices: list[dict[str, Any]] = [
+        {"name": "create_track", "frame": frame, "key": f"hmade{serial:04d}", "box": a_box(rng), "class_id": 14},
+        {"name": "set_box", **on, "box": a_box(rng)},
+        {"name": "set_box", **on, "box": a_box(rng)},
+        {"name": "add_key", **on, "box": a_box(rng)},
+        {"name": "relabel_track", **on, "class_id": rng.choice([None, 3, 42])},
+        {"name": "relabel_box", **on, "class_id": rng.choice([None, 7]), **screen},
+        {"name": "merge", **on, "others": rng.sample(alive, min(len(alive), rng.choice([1, 2])))},
+        {"name": "merge", **on, "others": [rng.choice(alive)]},
+        {"name": "split", **on, "new_key": f"hpart{serial:04d}"},
+        {"name": "delete_from", **on},
+        {"name": "delete_track", **on},
+        {"name": "remove_key", **on, "frame": rng.choice(docs[key].frames() or [frame]) if key in docs else frame},
+        {"name": "interpolate", **on, "first": rng.randrange(0, 40), "last": rng.randrange(30, 75), "value": True},
+        {"name": "interpolate", **on, "first": 0, "last": 74, "value": rng.random() < 0.5},
+        {"name": "set_occluded", **on, "value": rng.random() < 0.7, **screen},
+        {"name": "set_outside", **on, "value": rng.random() < 0.7, **screen},
+        {"name": "set_not_a_sign", **on, "value": rng.random() < 0.5},
+        {"name": "set_review", **on, "review": rng.choice(["open", "accepted", "rejected", "needs_work"])},
+        {"name": "add_note", **on, "note_id": f"n{serial}", "text": "<b>look</b>"},
+        {"name": "edit_note", **on, "note_id": note, "text": "again"},
+        {"name": "remove_note", **on, "note_id": note},
+    ]
+    return rng.choice(choices)

@@ -1,0 +1,156 @@
+"""What commands do: golden cases, and what must hold for every sequence."""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+from edit_toys import SPANS, a_command, beginning, machine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
+
+from app.edits.apply import CommandError, apply_command, touched_keys
+from app.edits.commands import Command
+from app.edits.documents import TrackDoc
+from app.edits.effective import Effective, box_at, effective_track
+
+ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
+GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "edits" / "random.json").read_text())["cases"]
+
+
+def shown(doc: TrackDoc, frame: int) -> Effective | None:
+    return box_at(doc, frame, machine)
+
+
+def near(a: Effective | None, b: Effective | None) -> bool:
+    """The same up to where the box comes from: a line that is cut gets a key frame there."""
+    if a is None or b is None:
+        return a is b
+    return a.box == pytest.approx(b.box) and a.occluded == b.occluded
+
+
+def do(docs: dict[str, TrackDoc], **command: Any) -> dict[str, TrackDoc]:
+    return {**docs, **apply_command(docs, ADAPTER.validate_python(command), "ann", "now")}
+
+
+def walk(seed: int, length: int) -> dict[str, TrackDoc]:
+    rng, docs = random.Random(seed), beginning()
+    for step in range(length):
+        try:
+            docs = do(docs, **a_command(rng, docs, step))
+        except CommandError:
+            continue
+    return docs
+
+
+@pytest.mark.parametrize("case", GOLDEN, ids=lambda case: case["name"])
+def test_golden(case: dict[str, Any]) -> None:
+    docs = {key: TrackDoc.model_validate(doc) for key, doc in case["docs"].items()}
+    command = ADAPTER.validate_python(case["command"])
+    if "error" in case:
+        with pytest.raises(CommandError) as caught:
+            apply_command(docs, command, **case["person"])
+        assert str(caught.value) == case["error"]
+        return
+    changed = apply_command(docs, command, **case["person"])
+    assert {key: doc.model_dump(mode="json") for key, doc in changed.items()} == case["expected"]
+    assert set(changed) <= set(touched_keys(command))
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 10**6), length=st.integers(0, 12), frame=st.integers(1, 74))
+def test_split_and_delete_keep_what_was_shown(seed: int, length: int, frame: int) -> None:
+    docs = walk(seed, length)
+    for key, doc in docs.items():
+        if doc.gone:
+            continue
+        cut = do(docs, name="delete_from", key=key, frame=frame)[key]
+        for f in range(76):
+            assert near(shown(cut, f), shown(doc, f) if f < frame else None), (key, f)
+        try:
+            parts = do(docs, name="split", key=key, frame=frame, new_key="hlater1")
+        except CommandError:
+            continue
+        for f in range(76):
+            assert near(shown(parts[key], f), shown(doc, f) if f < frame else None), (key, f)
+            assert near(shown(parts["hlater1"], f), shown(doc, f) if f >= frame else None), (key, f)
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 10**6), length=st.integers(0, 12))
+def test_merge_keeps_what_both_showed(seed: int, length: int) -> None:
+    docs = walk(seed, length)
+    alive = [key for key, doc in docs.items() if not doc.gone]
+    for key in alive:
+        for other in alive:
+            if key == other:
+                continue
+            merged = do(docs, name="merge", key=key, others=[other], frame=0)
+            assert merged[other].gone
+            assert merged[other].merged_into == key
+            for f in range(76):
+                mine, theirs, now = (shown(d, f) for d in (docs[key], docs[other], merged[key]))
+                has = any(s.first <= f <= s.last for s in docs[key].segments)
+                if mine is not None:
+                    assert near(now, mine), (key, other, f)
+                elif not has:
+                    assert near(now, theirs), (key, other, f)
+
+
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**6), length=st.integers(0, 12))
+def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
+    import numpy as np
+
+    def whole(track: int) -> Any:
+        rows = [(f, box) for f in range(*SPANS[track]) if (box := machine(track, f)) is not None]
+        last = SPANS[track][1]
+        if (box := machine(track, last)) is not None:
+            rows.append((last, box))
+        return np.array([f for f, _ in rows]), np.array([box for _, box in rows])
+
+    for doc in walk(seed, length).values():
+        got = effective_track(doc, whole)
+        want = [(f, one) for f in range(76) if (one := shown(doc, f)) is not None]
+        assert got.frame.tolist() == [f for f, _ in want]
+        assert got.boxes.tolist() == [list(one.box) for _, one in want]
+        assert got.occluded.tolist() == [one.occluded for _, one in want]
+
+
+def test_joining_a_track_that_left_does_not_hide_the_other() -> None:
+    docs = do(beginning(), name="set_outside", key="m1", frame=18, value=True)
+    docs = do(docs, name="merge", key="m1", others=["m3"], frame=60)
+    assert shown(docs["m1"], 17) is not None
+    assert shown(docs["m1"], 19) is None
+    assert shown(docs["m1"], 60) is not None
+
+
+BOX = [0.0, 0.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("broken", "field"),
+    [
+        ({"box": [1, 0, 1, 1]}, "box"),
+        ({"box": [0, 0, float("nan"), 1]}, "box"),
+        ({"box": [0, 0, float("inf"), 1]}, "box"),
+        ({"box": [0, 0, 1e9, 1]}, "box"),
+        ({"box": ["0", 0, 1, 1]}, "box"),
+        ({"box": [0, 0, 1]}, "box"),
+        ({"frame": -1}, "frame"),
+        ({"frame": 1.5}, "frame"),
+        ({"frame": True}, "frame"),
+        ({"key": "m-1"}, "key"),
+        ({"key": "../etc"}, "key"),
+        ({"surprise": 1}, "surprise"),
+        ({"name": "explode"}, None),
+    ],
+)
+def test_malformed_commands_name_the_field(broken: dict[str, Any], field: str | None) -> None:
+    with pytest.raises(ValidationError) as caught:
+        ADAPTER.validate_python({"name": "set_box", "frame": 1, "key": "m1", "box": BOX, **broken})
+    assert field is None or any(field in error["loc"] for error in caught.value.errors())

@@ -1,0 +1,107 @@
+"""Tracks and lanes, against a slow and plain count over the engine's own records."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from itertools import groupby
+from typing import Any
+
+import pytest
+
+from tsr_engine.errors import TsrError
+
+CODES = {"detected": 0, "predicted": 1, "relocalised": 2}
+
+
+def alive(home: Any) -> dict[int, list[tuple[int, Any]]]:
+    with home.reader() as reader:
+        confirmed = [track.track_id for track in reader.tracks() if track.confirmed]
+        return {i: [(k, t) for k, t in reader.track(i) if t.state != "dead"] for i in confirmed}
+
+
+def test_track_columns_say_what_the_records_say(home: Any) -> None:
+    columns = json.loads(home.evidence.tracks(home.run_id))
+    records = alive(home)
+    assert columns["id"] == sorted(records)
+    assert len(records) >= 2
+    assert columns["complete"] is True
+    assert columns["tau"] == 3.0
+    for place, track in enumerate(columns["id"]):
+        frames = records[track]
+        sources = Counter(t.source for _, t in frames)
+        assert columns["first"][place] == frames[0][0]
+        assert columns["last"][place] == frames[-1][0]
+        assert columns["frames"][place] == len(frames)
+        assert columns["detected"][place] == sum(t.detection is not None for _, t in frames)
+        assert columns["relocalised"][place] == sources["relocalised"]
+        last = [t.recognition for _, t in frames if t.recognition is not None][-1]
+        assert columns["class_id"][place] == last.class_id
+        assert columns["share"][place] == pytest.approx(last.share, abs=1e-4)
+        assert columns["runner_up"][place] == last.runner_up
+        expected = last.votes[last.runner_up] / last.votes.sum()
+        assert columns["runner_up_share"][place] == pytest.approx(expected, abs=1e-4)
+        assert 0 <= columns["doubt"][place] <= 1
+    with home.reader() as reader:
+        rejected = Counter(t.track_id for f in reader.frames() for t in f.tracks if t.gate and not t.gate.confident)
+    assert columns["rejected"] == [rejected[track] for track in columns["id"]]
+    assert sum(columns["rejected"]) > 0
+
+
+def test_lanes_are_runs_of_equal_source(home: Any) -> None:
+    lanes = json.loads(home.evidence.lanes(home.run_id))
+    expected = []
+    for track, frames in sorted(alive(home).items()):
+        numbered = enumerate((k, CODES[t.source]) for k, t in frames)
+        for (_, source), group in groupby(numbered, key=lambda pair: (pair[1][0] - pair[0], pair[1][1])):
+            run = [k for _, (k, _) in group]
+            expected.append((track, run[0], run[-1], source))
+    assert list(zip(*(lanes[name] for name in ("track", "first", "last", "source")), strict=True)) == expected
+    assert len({source for *_, source in expected}) >= 2
+
+
+def test_a_run_that_has_stored_nothing_has_no_tracks_yet(home: Any) -> None:
+    run = home.add_run(state="queued", folder="runs/nothing")
+    assert json.loads(home.evidence.tracks(run)) == {
+        **{name: [] for name in json.loads(home.evidence.tracks(home.run_id)) if name not in ("tau", "complete")},
+        "tau": 3.0,
+        "complete": False,
+    }
+    assert json.loads(home.evidence.lanes(run))["track"] == []
+    assert home.evidence.overlays(run, 0, 5) == []
+
+
+def test_a_growing_run_shows_each_new_chunk(toy_homes: Any, tmp_path: Any) -> None:
+    from tsr_engine.evidence import EvidenceWriter
+
+    home = toy_homes.make_home(tmp_path)
+    growing = home.add_run(state="running")
+    try:
+        with home.reader() as reader:
+            frames, header = list(reader.frames()), reader.header
+        with EvidenceWriter.create(home.settings.home / "runs" / growing, header) as writer:
+            seen = []
+            for frame in frames:
+                writer.append(frame)
+                if frame.ordinal in (31, 63):
+                    columns = json.loads(home.evidence.tracks(growing))
+                    seen.append((columns["complete"], sum(columns["frames"])))
+        with home.database.write() as session:
+            session.get(toy_homes.Run, growing).state = "complete"
+        columns = json.loads(home.evidence.tracks(growing))
+        seen.append((columns["complete"], sum(columns["frames"])))
+        assert [done for done, _ in seen] == [False, False, True]
+        assert seen[0][1] < seen[1][1] <= seen[2][1]
+        assert sum(columns["frames"]) == sum(json.loads(home.evidence.tracks(home.run_id))["frames"])
+    finally:
+        home.evidence.close()
+        home.database.close()
+
+
+def test_a_damaged_store_is_told_in_one_sentence(toy_homes: Any, tmp_path: Any) -> None:
+    home = toy_homes.make_home(tmp_path, 20)
+    (home.folder / "run.json").write_text("{")
+    with pytest.raises(TsrError, match="damaged"):
+        home.evidence.tracks(home.run_id)
+    home.evidence.close()
+    home.database.close()

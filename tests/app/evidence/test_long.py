@@ -1,0 +1,69 @@
+"""A drive of an hour and a half: the whole-run answers stay quick. Limits are several times what was measured."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.evidence.service import EvidenceService
+from app.settings import Settings
+from app.storage.database import Database
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.video import open_video
+
+
+def seconds(call: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    call()
+    return time.perf_counter() - began
+
+
+def test_a_small_one_is_evidence_like_any_other(long_runs: Any, tmp_path: Path) -> None:
+    made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
+    with EvidenceReader(made.folder) as reader:
+        frames = list(reader.frames())
+        tracks = list(reader.tracks())
+    assert len(frames) == 200
+    assert len(tracks) == 6
+    assert all(track.confirmed for track in tracks)
+    for track in tracks:
+        rows = [t for f in frames for t in f.tracks if t.track_id == track.track_id]
+        assert len(rows) == track.frames
+        assert sum(row.detection is not None for row in rows) == track.detected_frames
+        assert rows[-1].recognition is not None
+        assert rows[-1].recognition.class_id == track.class_id
+        assert rows[-1].recognition.share == track.share
+    for frame in frames:
+        for row in frame.tracks:
+            if row.detection is not None:
+                assert frame.detections.boxes[row.detection].tolist() == row.box.tolist()
+    with open_video(tmp_path / "long_drive.mp4") as video:
+        assert len(video.confirm()) == 200
+
+
+@pytest.mark.slow
+def test_whole_run_answers_of_132400_frames(long_runs: Any, tmp_path: Path) -> None:
+    began = time.perf_counter()
+    made = long_runs.make_long_run(tmp_path)
+    assert time.perf_counter() - began < 120
+    settings = Settings(home=tmp_path)
+    database = Database(settings.database)
+    evidence = EvidenceService(settings, database)
+    try:
+        cold = seconds(lambda: (evidence.tracks(made.run_id), evidence.lanes(made.run_id)))
+        warm = seconds(lambda: (evidence.tracks(made.run_id), evidence.lanes(made.run_id)))
+        assert len(json.loads(evidence.tracks(made.run_id))["id"]) == 5000
+        window = seconds(lambda: evidence.overlays(made.run_id, 60_000, 60_255))
+        flips = seconds(lambda: evidence.flips(made.run_id, 20.0))
+    finally:
+        evidence.close()
+        database.close()
+    assert cold < 4.0
+    assert warm < 0.3
+    assert window < 0.5
+    assert flips < 0.5

@@ -1,0 +1,75 @@
+"""Readers are kept, few, and never of a file that was replaced."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.evidence.pool import ReaderPool
+
+
+def test_a_reader_serves_one_request_after_the_other(home: Any) -> None:
+    pool = ReaderPool()
+    with pool.reading(home.folder) as first, pool.reading(home.folder) as second:
+        assert first is not second
+    with pool.reading(home.folder) as third:
+        assert third in (first, second)
+    pool.close()
+
+
+def test_a_replaced_store_is_opened_anew(home: Any, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(home.folder, folder)
+    pool = ReaderPool()
+    with pool.reading(folder) as before:
+        pass
+    shutil.rmtree(folder)
+    shutil.copytree(home.folder, folder)
+    with pool.reading(folder) as after:
+        assert after is not before
+        assert len(after) == 75
+    pool.close()
+
+
+def test_few_readers_are_kept(home: Any, tmp_path: Path) -> None:
+    pool = ReaderPool(runs=2, idle=1)
+    folders = []
+    for name in "abc":
+        folders.append(tmp_path / name)
+        shutil.copytree(home.folder, folders[-1])
+        with pool.reading(folders[-1]), pool.reading(folders[-1]):
+            pass
+    assert [len(pool._kept[folder]) for folder in folders[1:]] == [1, 1]
+    assert folders[0] not in pool._kept
+    pool.close()
+    assert not pool._kept
+
+
+def test_a_reader_that_failed_is_not_kept(home: Any) -> None:
+    pool = ReaderPool()
+    with pytest.raises(KeyError), pool.reading(home.folder):
+        raise KeyError
+    assert not pool._kept.get(home.folder)
+    pool.close()
+
+
+def test_many_threads_at_once(home: Any) -> None:
+    failures: list[BaseException] = []
+
+    def ask(k: int) -> None:
+        try:
+            for i in range(10):
+                assert len(home.evidence.overlays(home.run_id, (k + i) % 40, (k + i) % 40 + 9)) == 10
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=ask, args=(k,)) for k in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failures

@@ -1,0 +1,35 @@
+"""Jobs done in this process, at once: what a worker would do, without one."""
+
+from __future__ import annotations
+
+from app.context import Context
+from app.jobs.outcome import report_failure
+from app.jobs.tasks import TaskContext, task_of
+from tsr_engine.errors import TsrError
+
+__all__ = ["work_off"]
+
+
+def work_off(context: Context, *kinds: str) -> None:
+    """Do all waiting jobs, or those of some kinds."""
+    while True:
+        with context.database.read() as session:
+            waiting = context.jobs.waiting(session)
+        for job_id in waiting:
+            with context.database.write() as session:
+                job = context.jobs.claim(session, job_id)
+            assert job is not None
+            if kinds and job.kind not in kinds:
+                with context.database.write() as session:
+                    context.jobs.release(session, job.id, job.token)
+                continue
+            task = TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: False)
+            try:
+                task_of(job.kind)(task)
+                with context.database.write() as session:
+                    context.jobs.finish(session, job.id, job.token, "done")
+            except TsrError as error:
+                report_failure(task, str(error))
+            break
+        else:
+            return

@@ -1,0 +1,60 @@
+"""A server on a real port, in a thread of this process: for what a test client inside the process cannot show."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import uvicorn
+from toy_server import Server
+
+__all__ = ["Live", "live"]
+
+
+class Live:
+    """A served application."""
+
+    def __init__(self, server: Server) -> None:
+        self.server = server
+        self.listener = socket.socket()
+        self.listener.bind(("127.0.0.1", 0))
+        self.port: int = self.listener.getsockname()[1]
+        self.url = f"http://127.0.0.1:{self.port}"
+        config = uvicorn.Config(
+            server.app, log_level="critical", timeout_graceful_shutdown=2, lifespan="on", ws="none", http="h11"
+        )
+        self.uvicorn = uvicorn.Server(config)
+        self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listener]}, daemon=True)
+
+    def start(self) -> None:
+        """Serve; returns when requests are answered."""
+        self.thread.start()
+        until = time.monotonic() + 30
+        while not self.uvicorn.started:
+            assert self.thread.is_alive(), "the server has ended at once"
+            assert time.monotonic() < until, "the server does not start"
+            time.sleep(0.01)
+
+    def stop(self) -> float:
+        """Shut down as Ctrl-C does; returns the seconds that took."""
+        began = time.monotonic()
+        self.uvicorn.should_exit = True
+        self.thread.join(20)
+        assert not self.thread.is_alive(), "the server does not end"
+        self.listener.close()
+        return time.monotonic() - began
+
+
+@contextmanager
+def live(server: Server) -> Iterator[Live]:
+    """The application on a port of its own."""
+    made = Live(server)
+    made.start()
+    try:
+        yield made
+    finally:
+        if made.thread.is_alive():
+            made.stop()

@@ -1,0 +1,210 @@
+"""The OpenAPI document is true: requests that follow it and requests that break it, on a home with a real run.
+
+``TSR_FUZZ=N`` tries N random requests a route and phase instead of the few that fit into every test run.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import jsonschema_rs
+import pytest
+import requests
+import schemathesis
+import toy_home
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis.errors import Unsatisfiable
+from live_server import Live, live
+from schemathesis.checks import load_all_checks
+from schemathesis.config import GenerationConfig, ProjectConfig, ProjectsConfig, SchemathesisConfig
+from schemathesis.core.failures import FailureGroup
+from schemathesis.generation import GenerationMode
+from schemathesis.schemas import BaseSchema
+from schemathesis.specs.openapi.checks import positive_data_acceptance
+from schemathesis.specs.openapi.checks import response_schema_conformance as _BY_US
+from toy_server import SECRET, Server
+
+_MOST = int(os.environ.get("TSR_FUZZ", "0"))
+_DESTROYS = ("DELETE",)
+_ENDLESS = ("follow_events",)
+_STRICTER = frozenset(
+    {
+        "add_video",  # the path must be absolute
+        "browse",  # the path must be one
+        "upload_video",  # the bytes must be a video's
+        "start_run",  # parameters are the engine's
+        "start_whatif",
+        "get_overlays",  # last is not before first, nor far behind
+        "get_truth_boxes",
+        "put_truth",  # the body must be the CSV
+        "edit",  # x1 < x2, the track must exist ...
+        "adopt_edits",  # from another run of the same video
+    }
+)
+"""Routes with rules that JSON Schema cannot say."""
+_ID = re.compile("[0-9a-f]{32}")
+_NAMED = {"run_id": _ID, "truth_id": _ID, "video_id": re.compile("[0-9a-f]{64}")}
+_TRUTH = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n0,1,10,20,30,40,14,1,0\n"
+_SMALL = {"track_id": 9, "ordinal": 75, "frame": 75, "first": 75, "last": 75}
+"""Numbers that the generator draws from the whole range; most of a random request's should exist."""
+
+
+@dataclass
+class Served:
+    """A server on a port, and the names of what it holds."""
+
+    live: Live
+    names: dict[str, str]
+
+    def get(self, path: str) -> requests.Response:
+        """An answer to somebody who is allowed in."""
+        return requests.get(self.live.url + path, headers={"Authorization": f"Bearer {SECRET}"}, timeout=30)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """A server on a home with one imported video and one complete run."""
+    home = toy_home.make_home(tmp_path_factory.mktemp("fuzz"))
+    other = home.add_run(folder=f"runs/{home.run_id}", name="Run 2", parent_id=None)
+    home.evidence.close()
+    home.database.close()
+    server = Server(home.settings.home, roots=(home.video.parent,))
+    with live(server) as made:
+        path = f"/api/videos/{home.video_id}/truths/drawn"
+        answer = requests.put(
+            made.url + path, data=_TRUTH, headers={"Authorization": f"Bearer {SECRET}", "Content-Type": "text/csv"}
+        )
+        names = {"run_id": home.run_id, "video_id": home.video_id, "truth_id": answer.json()["id"], "from_run": other}
+        yield Served(made, names)
+
+
+@pytest.fixture(scope="module")
+def document(served: Served) -> BaseSchema:
+    """The server's own document."""
+    project = ProjectConfig(headers={"Authorization": f"Bearer {SECRET}"}, generation=GenerationConfig(no_shrink=True))
+    raw = served.get("/api/openapi.json").json()
+    load_all_checks()
+    return schemathesis.openapi.from_dict(raw, config=SchemathesisConfig(projects=ProjectsConfig(default=project)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mode", list(GenerationMode), ids=lambda mode: mode.value)
+def test_every_route_keeps_its_word(served: Served, document: BaseSchema, mode: GenerationMode) -> None:
+    failures: list[str] = []
+    tried = 0
+    for found in document.get_all_operations():
+        operation = found.ok()
+        name = operation.definition.raw["operationId"]
+        if name in _ENDLESS:
+            continue
+
+        @settings(
+            max_examples=_MOST or 12,
+            deadline=None,
+            derandomize=not _MOST,
+            suppress_health_check=list(HealthCheck),
+            database=None,
+            phases=[Phase.generate],
+        )
+        @given(case=operation.as_strategy(generation_mode=mode))
+        def keeps(case: schemathesis.Case) -> None:
+            nonlocal tried
+            tried += 1
+            made_real(case, served.names)
+            if case.operation.definition.raw["operationId"] == "edit" and mode is GenerationMode.POSITIVE:
+                on_real_tracks(case, served)
+            left_out = [_BY_US, *([positive_data_acceptance] if name in _STRICTER else [])]
+            response = case.call_and_validate(base_url=served.live.url, timeout=60, excluded_checks=left_out)
+            check_body(document.raw_schema, operation.definition.raw, response)
+            if response.status_code >= 400:
+                error = response.json()["error"]
+                assert set(error) == {"code", "message", "field", "details"}
+                assert error["message"].strip().endswith((".", "?")), error["message"]
+
+        try:
+            keeps()
+        except Unsatisfiable:  # a route without parameters: nothing about it can be wrong
+            assert mode is GenerationMode.NEGATIVE
+        except (FailureGroup, AssertionError) as failure:
+            failures.append(f"{operation.label}: {failure}\n{told(failure)}")
+    assert not failures, "\n\n".join(failures)
+    assert tried > 200
+
+
+def check_body(document: Any, operation: Any, response: Any) -> None:
+    """A JSON answer is what the document says. (Schemathesis would turn ``prefixItems`` into something invalid.)"""
+    content = operation["responses"][str(response.status_code)].get("content", {})
+    if "application/json" not in content:
+        return
+    schema = {**content["application/json"]["schema"], "components": document["components"]}
+    validator = jsonschema_rs.Draft202012Validator(schema)
+    wrong = [f"{list(e.instance_path)}: {e.message}" for e in validator.iter_errors(response.json())]
+    assert not wrong, (operation["operationId"], wrong[:3])
+
+
+def told(failure: BaseException) -> str:
+    """The single complaints of a group."""
+    return "\n".join(f"  {one}" for one in getattr(failure, "exceptions", ()))
+
+
+def made_real(case: schemathesis.Case, names: dict[str, str]) -> None:
+    """Let what was drawn in the right form name something that is there, so that more than 404 is tried."""
+    for name, form in _NAMED.items():
+        drawn = str((case.path_parameters or {}).get(name, ""))
+        if form.fullmatch(drawn) and case.method not in _DESTROYS and int(drawn[-1], 16) < 14:
+            case.path_parameters[name] = names[name]
+    for side in ("reference", "candidate"):
+        if re.fullmatch(f"(run|annotation|truth):{_ID.pattern}", str((case.query or {}).get(side))):
+            kind = case.query[side].partition(":")[0]
+            case.query[side] = f"{kind}:{names['truth_id' if kind == 'truth' else 'run_id']}"
+    if isinstance(case.body, dict) and _ID.fullmatch(str(case.body.get("from_run"))):
+        case.body["from_run"] = names["from_run"]
+    for place in (case.path_parameters, case.query):
+        for name, most in _SMALL.items():
+            if place and type(place.get(name)) is int and place[name] >= 0:
+                place[name] %= most
+
+
+def on_real_tracks(case: schemathesis.Case, served: Served) -> None:
+    """Let most commands be about tracks that exist, with the revisions that they have."""
+    run = case.path_parameters["run_id"]
+    command = case.body.get("command") if isinstance(case.body, dict) else None
+    if run != served.names["run_id"] or not isinstance(command, dict) or "key" not in command:
+        return
+    tracks = served.get(f"/api/runs/{run}/tracks").json()["id"]
+    docs = served.get(f"/api/runs/{run}/annotation").json()["docs"]
+    known = {f"m{track}": 0 for track in tracks} | {doc["key"]: doc["revision"] for doc in docs}
+    names = sorted(known)
+    if command["name"] != "create_track":
+        command["key"] = names[len(case.body["op_id"]) % len(names)]
+    if "others" in command:
+        command["others"] = names[: 1 + len(command["others"])]
+    if command.get("box"):
+        left, top, right, bottom = (float(edge) % 300 for edge in command["box"])
+        command["box"] = [left, top, max(left, right) + 1, max(top, bottom) + 1]
+    if "frame" in command:
+        command["frame"] %= 75
+    case.headers["If-Match"] = ", ".join(f'"{key}:{revision}"' for key, revision in known.items())
+
+
+def test_the_document_names_every_route(served: Served) -> None:
+    paths = served.get("/api/openapi.json").json()["paths"]
+    assert len(paths) > 30
+    for path, methods in paths.items():
+        for method, operation in methods.items():
+            assert "operationId" in operation, (method, path)
+            for status, answer in operation["responses"].items():
+                if status.startswith(("4", "5")):
+                    schema = answer["content"]["application/json"]["schema"]
+                    assert schema == {"$ref": "#/components/schemas/ErrorAnswer"}, (method, path, status)
+
+
+def test_the_home_is_whole_afterwards(served: Served) -> None:
+    """After all this the run is as it was, and nothing half written lies about."""
+    run = served.get(f"/api/runs/{served.names['run_id']}").json()
+    assert run["state"] == "complete"
+    assert not list((served.live.server.settings.home / "uploads").glob(".*.part"))

@@ -1,0 +1,198 @@
+"""Nobody gets in: credentials, names, origins, bodies, headers."""
+
+from __future__ import annotations
+
+import pytest
+from toy_server import SECRET, Server
+
+from app.security.guard import cookie_name
+from app.settings import load_settings
+from tsr_engine.errors import UsageError
+
+RUN, VIDEO = "0" * 32, "0" * 64
+DOORS = (
+    "/api/session",
+    "/api/videos",
+    f"/api/videos/{VIDEO}/frames/0",
+    f"/api/videos/{VIDEO}/thumbnail",
+    "/api/events",
+    f"/api/runs/{RUN}/annotation",
+    "/api/openapi.json",
+    "/api/labels/1.png",
+    "/nothing",
+)
+
+
+@pytest.mark.parametrize("path", DOORS)
+def test_without_a_credential_everything_is_401_and_says_nothing(server: Server, path: str) -> None:
+    answer = server.stranger().get(path)
+    assert answer.status_code == 401
+    assert answer.json()["error"]["code"] == "unauthorised"
+    for wrong in ("Bearer wrong", f"Basic {SECRET}", "Bearer", f"Bearer {SECRET}x", "Bearer \xfc"):
+        headers = {"Authorization": wrong.encode("latin-1")}
+        assert server.stranger().get(path, headers=headers).status_code == 401
+
+
+def test_a_link_opens_the_page_once(server: Server) -> None:
+    path = server.client.post("/api/session/links").json()["path"]
+    browser = server.stranger()
+    first = browser.get(path)
+    assert first.status_code == 303
+    assert first.headers["location"] == "/"
+    cookie = first.headers["set-cookie"].lower()
+    assert "httponly" in cookie
+    assert "samesite=strict" in cookie
+    assert SECRET not in cookie
+    assert browser.get("/api/session").status_code == 200
+    assert server.stranger().get(path).status_code == 401
+    assert server.stranger().get("/login/guess").status_code == 401
+
+
+def test_the_cookie_outlives_a_restart(server: Server) -> None:
+    name = cookie_name(80)
+    headers = {"Cookie": f"{name}={server.context.tokens.cookie}"}
+    again = Server(server.settings.home)
+    assert again.stranger().get("/api/session", headers=headers).status_code == 200
+    assert again.stranger().get("/api/session", headers={"Cookie": f"{name}=x; {name}"}).status_code == 401
+    again.context.close()
+
+
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1.evil.example", "evil.example", "localhost.evil", "127.0.0.1:80@evil", "", "127.0.0.1:x", "[::1"]
+)
+def test_a_foreign_host_is_refused_on_every_path(server: Server, host: str) -> None:
+    for path in ("/", "/api/session", "/static/index.html"):
+        answer = server.client.get(path, headers={"Host": host})
+        assert answer.status_code == 400, path
+        assert answer.json()["error"]["code"] == "bad_host"
+
+
+def test_our_own_names_are_accepted(server: Server) -> None:
+    for host in ("127.0.0.1", "localhost", "LOCALHOST:8765", "127.0.0.1:1", "[::1]:9"):
+        assert server.client.get("/api/session", headers={"Host": host}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "http://127.0.0.1:9999"},
+        {"Origin": ""},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_other_pages_change_nothing(server: Server, headers: dict[str, str]) -> None:
+    for method, path in (
+        ("POST", "/api/session/links"),
+        ("DELETE", f"/api/videos/{VIDEO}"),
+        ("PUT", "/api/uploads/a.mp4"),
+        ("POST", f"/api/runs/{RUN}/cancel"),
+    ):
+        answer = server.client.request(method, path, headers=headers)
+        assert answer.status_code == 403, (method, path)
+        assert answer.json()["error"]["code"] == "bad_origin"
+    assert server.client.post("/api/session/links", headers={"Origin": "http://127.0.0.1"}).status_code == 201
+
+
+def test_sockets_pass_the_same_door(server: Server) -> None:
+    from starlette.websockets import WebSocketDisconnect
+
+    for extra in ({}, {"Origin": "http://evil.example", "Authorization": f"Bearer {SECRET}"}):
+        headers = {"Host": "127.0.0.1", **extra}
+        with (
+            pytest.raises(WebSocketDisconnect) as refused,
+            server.stranger().websocket_connect("/viser", headers=headers),
+        ):
+            pass
+        assert refused.value.code in (4401, 4403)
+
+
+def test_every_answer_carries_the_headers(server: Server) -> None:
+    for answer in (
+        server.client.get("/api/session"),
+        server.stranger().get("/api/session"),
+        server.client.get("/"),
+        server.client.get("/api/nothing"),
+    ):
+        policy = answer.headers["content-security-policy"]
+        assert "default-src 'self'" in policy
+        assert "unsafe-inline" not in policy
+        assert "frame-ancestors 'none'" in policy
+        assert answer.headers["x-content-type-options"] == "nosniff"
+    assert server.client.get("/api/session").headers["cache-control"] == "no-store"
+
+
+def test_large_bodies_are_refused_announced_or_not(server: Server) -> None:
+    limit = server.settings.body_max_kb * 1024
+    assert server.client.post("/api/videos", content=b"x" * (limit + 1)).status_code == 413
+
+    def chunks() -> object:
+        for _ in range(limit // 65536 + 2):
+            yield b"x" * 65536
+
+    answer = server.client.post("/api/videos", content=chunks(), headers={"Content-Type": "application/json"})
+    assert answer.status_code == 413
+    assert answer.json()["error"]["code"] == "too_large"
+
+
+def test_failures_have_one_shape(server: Server) -> None:
+    cases = [
+        ("GET", "/api/nothing", None, 404),
+        ("PATCH", "/api/videos", None, 405),
+        ("POST", "/api/videos", b"{", 422),
+        ("POST", "/api/videos", b'{"path": 3}', 422),
+        ("POST", "/api/videos", b'{"path": "/a", "more": 1}', 422),
+        ("GET", f"/api/videos/{VIDEO}", None, 404),
+        ("GET", "/api/videos/../../etc/passwd", None, 404),
+        ("GET", f"/api/videos/{VIDEO}/frames/-1", None, 422),
+        ("GET", f"/api/videos/{VIDEO}/frames/99999999999999999999", None, 422),
+        ("GET", f"/api/runs/{RUN}", None, 404),
+        ("GET", "/api/runs/%00", None, 422),
+    ]
+    for method, path, body, status in cases:
+        answer = server.client.request(method, path, content=body, headers={"Content-Type": "application/json"})
+        assert answer.status_code == status, (method, path, answer.text)
+        error = answer.json()["error"]
+        assert set(error) == {"code", "message", "field", "details"}
+        assert error["message"].endswith(".")
+
+
+def test_numbers_that_are_none_are_refused(server: Server) -> None:
+    for text in ("NaN", "Infinity", "-Infinity", "1e999"):
+        body = '{"op_id": "12345678", "author": "a", "command": {"name": "set_box", "frame": 1, "key": "m1", '
+        body += f'"box": [{text}, 1, 2, 3]}}}}'
+        answer = server.client.post(
+            f"/api/runs/{RUN}/edits", content=body.encode(), headers={"Content-Type": "application/json"}
+        )
+        assert answer.status_code == 422, text
+        assert "box" in answer.json()["error"]["field"]
+
+
+def test_an_unexpected_failure_leaks_nothing(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> None:
+        raise RuntimeError("a secret detail")
+
+    monkeypatch.setattr(type(server.context.videos), "views", lambda _: fail())
+    answer = server.client.get("/api/videos")
+    assert answer.status_code == 500
+    assert "secret detail" not in answer.text
+    assert "Traceback" not in answer.text
+    assert answer.json()["error"]["code"] == "internal"
+
+
+def test_the_page_stays_inside_its_folder(server: Server) -> None:
+    for path in (
+        "/static/../app/main.py",
+        "/static/%2e%2e/app/main.py",
+        "/static/..%2fapp/main.py",
+        "/static//etc/passwd",
+    ):
+        assert server.client.get(f"/static/{path}").status_code in (400, 404), path
+
+
+def test_an_open_address_needs_a_secret() -> None:
+    with pytest.raises(UsageError, match="TSR_TOKEN"):
+        load_settings(host="0.0.0.0")
+    assert load_settings(host="0.0.0.0", token=SECRET).host == "0.0.0.0"

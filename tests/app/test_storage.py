@@ -1,0 +1,156 @@
+"""The database: migrations, waiting for each other, a full disk, a newer version's file."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.runtime.migration import MigrationContext
+from sqlalchemy.exc import OperationalError
+from toy_server import SECRET, Server
+
+from app.events import EventBus
+from app.storage.database import Database, storage_failure
+from app.storage.models import Base, Event
+from tsr_engine.errors import StorageError
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Database:
+    made = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    made.migrate()
+    return made
+
+
+def test_migrations_make_what_the_models_say(database: Database) -> None:
+    with database.engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+        assert connection.exec_driver_sql("PRAGMA synchronous").scalar() == 2  # FULL
+        assert connection.exec_driver_sql("PRAGMA foreign_keys").scalar() == 1
+    database.close()
+
+
+def test_migrating_twice_changes_nothing(database: Database, tmp_path: Path) -> None:
+    database.migrate(tmp_path / "backups")
+    assert not (tmp_path / "backups").exists()
+    database.close()
+
+
+def test_a_newer_database_is_refused(database: Database) -> None:
+    with database.write() as session:
+        session.connection().exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
+    with pytest.raises(StorageError, match="newer version"):
+        database.migrate()
+    database.close()
+
+
+def test_an_older_database_is_copied_before_it_changes(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    database.migrate()
+    database._copy(tmp_path / "backups")  # what a migration from an older revision does first
+    copy = next((tmp_path / "backups").iterdir())
+    with sqlite3.connect(copy) as connection:
+        assert connection.execute("SELECT version_num FROM alembic_version").fetchone() is not None
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    connection.close()
+    database.close()
+
+
+def test_writers_wait_for_each_other(database: Database) -> None:
+    bus = EventBus()
+
+    def work(number: int) -> None:
+        for _ in range(25):
+            with database.write() as session:
+                seen = bus.newest(session)
+                bus.publish(session, "test", str(number), {"seen": seen})
+
+    threads = [threading.Thread(target=work, args=(n,)) for n in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    with database.read() as session:
+        events = bus.after(session, 0)
+        # each writer saw all that were committed before it: none was lost, none interleaved
+        assert [event.data["seen"] for event in events] == [event.seq - 1 for event in events]
+        assert len(events) == 200
+    database.close()
+
+
+def test_a_failed_transaction_leaves_nothing(database: Database) -> None:
+    def fail() -> None:
+        with database.write() as session:
+            session.add(Event(kind="a", subject="b", data={}))
+            session.flush()
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    with database.read() as session:
+        assert EventBus().newest(session) == 0
+    database.close()
+
+
+def test_a_locked_database_is_told_as_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.storage.database._WAIT_MS", 50)
+    server = Server(tmp_path / "home")
+    with server.client:
+        blocker = sqlite3.connect(tmp_path / "home" / "tsr.sqlite", isolation_level=None, check_same_thread=False)
+        blocker.execute("BEGIN IMMEDIATE")
+        began = time.monotonic()
+        answer = server.client.delete(f"/api/videos/{'0' * 64}")
+        assert answer.status_code == 503, answer.text
+        assert answer.json()["error"]["code"] == "database_busy"
+        assert time.monotonic() - began < 5
+        assert server.client.get("/api/videos").status_code == 200  # reading goes on
+        blocker.execute("ROLLBACK")
+        blocker.close()
+        assert server.client.delete(f"/api/videos/{'0' * 64}").status_code == 404
+
+
+def test_a_full_disk_is_told_and_reading_goes_on(server: Server) -> None:
+    context = server.context
+    with context.database.engine.connect() as connection:
+        pages = connection.exec_driver_sql("PRAGMA page_count").scalar()
+    # SQLite's own limit on the file stands in for the disk: the same error, without filling a real one
+    from sqlalchemy import event
+
+    @event.listens_for(context.database.engine, "begin")
+    def limit(connection: object) -> None:
+        connection.exec_driver_sql(f"PRAGMA max_page_count = {pages}")  # type: ignore[attr-defined]
+
+    context.database.engine.dispose()
+
+    def fill() -> None:
+        for _ in range(100):
+            with context.database.write() as session:
+                context.events.publish(session, "test", "x", {"text": "y" * 4000})
+
+    with pytest.raises(OperationalError) as full:
+        fill()
+    failure = storage_failure(full.value)
+    assert failure is not None
+    assert failure.status == 507
+    assert server.client.get("/api/videos").json() == {"videos": []}
+    event.remove(context.database.engine, "begin", limit)
+    context.database.engine.dispose()
+    with context.database.write() as session:
+        context.events.publish(session, "test", "x", {})
+
+
+def test_a_folder_has_one_secret(tmp_path: Path) -> None:
+    from app.security.tokens import home_token
+
+    first = home_token(tmp_path)
+    assert home_token(tmp_path) == first
+    assert (tmp_path / "token").stat().st_mode & 0o077 == 0
+    (tmp_path / "token").write_text("short")
+    with pytest.raises(StorageError, match="at least 16"):
+        home_token(tmp_path)
+    assert len(SECRET) >= 16

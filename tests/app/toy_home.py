@@ -1,0 +1,94 @@
+"""A data folder with one tracked toy video, for tests of what is read from evidence."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import uuid
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from app.events import EventBus
+from app.evidence.service import EvidenceService
+from app.jobs.queue import JobQueue
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from app.videos.table import pack
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.runs import RunRequest, track_video
+
+
+def _load_toys() -> ModuleType:
+    if "toys_of_home" not in sys.modules:
+        spec = importlib.util.spec_from_file_location("toys_of_home", Path(__file__).parents[1] / "pipeline_toys.py")
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules["toys_of_home"] = module
+        spec.loader.exec_module(module)
+    return sys.modules["toys_of_home"]
+
+
+toys = _load_toys()
+
+
+@dataclass
+class ToyHome:
+    """The folder, and the services that tests of evidence need."""
+
+    settings: Settings
+    database: Database
+    events: EventBus
+    jobs: JobQueue
+    evidence: EvidenceService
+    video_id: str
+    run_id: str
+    video: Path
+
+    @property
+    def folder(self) -> Path:
+        """The run's evidence."""
+        return self.settings.home / "runs" / self.run_id
+
+    def reader(self) -> EvidenceReader:
+        """The run."""
+        return EvidenceReader(self.folder)
+
+    def add_run(self, **values: Any) -> str:
+        """One more row of the table ``runs``."""
+        run_id = uuid.uuid4().hex
+        given = {"id": run_id, "video_id": self.video_id, "kind": "engine", "name": "Other", "state": "complete"}
+        given |= {"folder": f"runs/{run_id}", "preset": "default", "parameters": {"tau": 3.0}, "summary": {}}
+        with self.database.write() as session:
+            session.add(Run(**(given | values)))
+        return run_id
+
+
+def make_home(folder: Path, frames: int = 75) -> ToyHome:
+    """Track the toy drive and put it into a data folder."""
+    settings = Settings(home=folder / "home", roots=(folder,), sample=False, token="t" * 24)
+    settings.home.mkdir(parents=True)
+    video = toys.write_drive(folder / "drive.mp4", frames)
+    digest = video_sha256(video)
+    database = Database(settings.database)
+    database.migrate()
+    events = EventBus()
+    run_id = uuid.uuid4().hex
+    with open_video(video) as file:
+        table = file.confirm()
+    report = track_video(RunRequest(video, toys.PARAMS, settings.home / "runs" / run_id), toys.components(toys.PARAMS))
+    with database.write() as session:
+        row = Video(id=digest, name="drive.mp4", path=str(video), size=video.stat().st_size, state="ready")
+        row.width, row.height, row.frames, row.frame_table = toys.WIDTH, toys.HEIGHT, len(table), pack(table)
+        row.warnings = []
+        session.add(row)
+    home = ToyHome(
+        settings, database, events, JobQueue(events), EvidenceService(settings, database), digest, run_id, video
+    )
+    home.add_run(id=run_id, folder=f"runs/{run_id}", name="Run 1", frames_done=frames, tracks=len(report.tracks))
+    return home

@@ -1,0 +1,35 @@
+"""A server in this process, on a data folder of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fastapi import FastAPI
+from starlette.testclient import TestClient
+
+from app.context import Context
+from app.main import create_app
+from app.settings import Settings
+
+SECRET = "a secret of the tests, long enough"
+
+
+class Server:
+    """The application and a client that may do everything."""
+
+    def __init__(self, home: Path, **settings: object) -> None:
+        values = {"home": home, "roots": (home,), "sample": False, "workers": 0, "token": SECRET, "author": "ada"}
+        self.settings = Settings(**{**values, **settings})  # type: ignore[arg-type]
+        self.app: FastAPI = create_app(self.settings)
+        self.client = TestClient(self.app, base_url="http://127.0.0.1", raise_server_exceptions=False)
+        self.client.headers["Authorization"] = f"Bearer {SECRET}"
+
+    @property
+    def context(self) -> Context:
+        """The parts of the server."""
+        context: Context = self.app.state.context
+        return context
+
+    def stranger(self) -> TestClient:
+        """A client without credentials."""
+        return TestClient(self.app, base_url="http://127.0.0.1", raise_server_exceptions=False, follow_redirects=False)

@@ -1,0 +1,46 @@
+"""What is decoded around the frame on screen."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from app.videos.encoded import EncodedCache
+from app.videos.reel import ClosedReelError, Reel, around
+from tsr_engine.io.video import open_video
+
+
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+@pytest.mark.parametrize("ordinal", [0, 7, 8, 30, 49])
+def test_frames_around_exist_once_and_lie_where_the_viewer_goes(ordinal: int, direction: int) -> None:
+    frames = list(around(ordinal, direction, 50))
+    assert len(set(frames)) == len(frames)
+    assert all(0 <= k < 50 and k != ordinal for k in frames)
+    assert direction == 0 or all((k > ordinal) == (direction > 0) for k in frames)
+    if direction >= 0 and ordinal < 49:
+        assert frames[0] == ordinal + 1
+    if direction < 0 and ordinal:
+        assert ordinal - 1 in frames
+
+
+def test_going_back_fills_what_comes_next_and_a_small_cache_ends(corpus: ModuleType, tmp_path: Path) -> None:
+    path = corpus.make(corpus.RECIPES["b_frames"], tmp_path, "b").path
+    with open_video(path) as file:
+        table = file.confirm()
+    for most, held in ((2**20, True), (1, False)):
+        cache = EncodedCache(most)
+        reel = Reel("v", open_video(path, table=table), table, cache, ())
+        reel.get(40, reel.snap(None), "jpeg")
+        reel.get(39, reel.snap(None), "jpeg")
+        pause = threading.Event()
+        for _ in range(300):
+            if ("v", 24, 96, "jpeg") in cache or not held:
+                break
+            pause.wait(0.01)
+        assert (("v", 24, 96, "jpeg") in cache) == held
+        reel.close()
+        with pytest.raises(ClosedReelError):
+            reel.read(0)

@@ -1,0 +1,156 @@
+"""Frame k of every awkward file: what the page gets is what the engine sees, told by the bar code in the pixels."""
+
+from __future__ import annotations
+
+import random
+import threading
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from import_now import work_off
+from toy_server import Server
+
+from app.videos.encoded import EncodedCache
+from tsr_engine.io.video import open_video
+
+KINDS = ("constant", "variable", "b_frames", "open_gop", "edit_list", "rotated_90", "odd_size")
+
+
+def _file(corpus: ModuleType, kind: str, folder: Path) -> Any:
+    folder.mkdir(parents=True, exist_ok=True)
+    if kind == "edit_list":
+        return corpus.with_edit_list(corpus.make(corpus.RECIPES["b_frames"], folder, "b"), folder / "e.mp4", 12, 30)
+    return corpus.make(corpus.RECIPES[kind], folder, kind)
+
+
+def _add(server: Server, path: Path) -> str:
+    answer = server.client.post("/api/videos", json={"path": str(path)})
+    assert answer.status_code == 201, answer.text
+    work_off(server.context, "import")
+    video: str = answer.json()["id"]
+    assert server.client.get(f"/api/videos/{video}").json()["state"] == "ready"
+    return video
+
+
+def _picture(server: Server, video: str, k: int, query: str = "") -> np.ndarray:
+    answer = server.client.get(f"/api/videos/{video}/frames/{k}{query}")
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["x-frame-ordinal"] == str(k)
+    picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    return picture
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_frame_is_the_one_that_was_asked_for(server: Server, corpus: ModuleType, kind: str) -> None:
+    if kind not in (*corpus.RECIPES, "edit_list"):
+        pytest.fail(f"the corpus has no {kind}: {sorted(corpus.RECIPES)}")
+    made = _file(corpus, kind, server.settings.home)
+    video = _add(server, made.path)
+    table = server.client.get(f"/api/videos/{video}/table").json()
+    assert table["frames"] == len(made.codes)
+    order = list(range(len(made.codes)))
+    random.Random(1).shuffle(order)
+    steps = [*order[:20], *range(10, 0, -1), *range(5)]
+    with open_video(made.path) as engine:
+        for k in steps:
+            picture = _picture(server, video, k)
+            assert corpus.read_code(picture) == made.codes[k], f"frame {k}"
+            seen = engine.read(k).picture
+            assert picture.shape == seen.shape
+            assert np.abs(picture.astype(int) - seen).mean() < 12  # JPEG's own loss
+    # the page computes times from the run-length table: they are the file's own
+    pts, base = table["first_pts"], table["time_base"]
+    times = [pts]
+    for step, count in table["steps"]:
+        for _ in range(count):
+            times.append(times[-1] + step)
+    seconds = [t * base[0] / base[1] for t in times]
+    assert seconds == pytest.approx([float(t) for t in made.times], abs=1e-6)
+
+
+def test_widths_and_formats(server: Server, corpus: ModuleType) -> None:
+    made = _file(corpus, "constant", server.settings.home)
+    video = _add(server, made.path)
+    own = _picture(server, video, 3)
+    assert _picture(server, video, 3, "?width=4000").shape == own.shape  # never enlarged
+    webp = server.client.get(f"/api/videos/{video}/frames/3?format=webp")
+    assert webp.headers["content-type"] == "image/webp"
+    assert webp.content[8:12] == b"WEBP"
+    again = server.client.get(f"/api/videos/{video}/frames/3", headers={"If-None-Match": '"x"'})
+    assert again.status_code == 200
+    tag = again.headers["etag"]
+    assert server.client.get(f"/api/videos/{video}/frames/3", headers={"If-None-Match": tag}).status_code == 304
+    assert "immutable" in again.headers["cache-control"]
+    assert server.client.get(f"/api/videos/{video}/frames/{len(made.codes)}").status_code == 404
+
+
+def test_many_readers_at_once_get_their_own_frames(server: Server, corpus: ModuleType) -> None:
+    made = _file(corpus, "b_frames", server.settings.home)
+    video = _add(server, made.path)
+    wrong: list[tuple[int, int]] = []
+
+    def read(seed: int) -> None:
+        rng = random.Random(seed)
+        for _ in range(25):
+            k = rng.randrange(len(made.codes))
+            served = server.context.frames.picture(video, k, None, "jpeg")
+            code = corpus.read_code(cv2.imdecode(np.frombuffer(served.data, np.uint8), cv2.IMREAD_COLOR))
+            if code != made.codes[k]:
+                wrong.append((k, code))
+
+    threads = [threading.Thread(target=read, args=(n,)) for n in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_stepping_hits_the_cache(server: Server, corpus: ModuleType) -> None:
+    video = _add(server, _file(corpus, "b_frames", server.settings.home).path)
+    frames = server.context.frames
+    frames.picture(video, 5, None, "jpeg")
+    reel = frames._open[video]
+    for _ in range(200):
+        if (video, 12, reel.snap(None), "jpeg") in frames._cache:
+            break
+        threading.Event().wait(0.01)
+    assert (video, 12, reel.snap(None), "jpeg") in frames._cache, "nothing was decoded ahead"
+
+
+def test_the_cache_is_bounded() -> None:
+    cache = EncodedCache(1000)
+    for k in range(50):
+        cache.put(k, b"x" * 100)
+    assert cache.size <= 1000
+    assert cache.get(49) is not None
+    assert cache.get(0) is None
+    cache.put(49, b"y")
+    assert cache.get(49) == b"y"
+    cache.put("large", b"z" * 5000)
+    assert cache.get("large") is not None
+    assert cache.size == 5000
+
+
+def test_a_file_that_changed_or_went_is_told(server: Server, corpus: ModuleType) -> None:
+    made = _file(corpus, "constant", server.settings.home)
+    video = _add(server, made.path)
+    content = made.path.read_bytes()
+    made.path.write_bytes(content + b"\0")
+    answer = server.client.get(f"/api/videos/{video}/frames/0")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (409, "file_changed")
+    assert server.client.post(f"/api/videos/{video}/runs", json={}).status_code == 202
+    made.path.unlink()
+    assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 404
+    assert server.client.get(f"/api/videos/{video}").json()["missing"] is True
+    # it turns up elsewhere: the same video, with everything that belongs to it
+    moved = server.settings.home / "moved.mp4"
+    moved.write_bytes(content)
+    assert server.client.post("/api/videos", json={"path": str(moved)}).json()["id"] == video
+    assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 200
+    assert server.client.get(f"/api/videos/{video}").json()["runs"] == 1

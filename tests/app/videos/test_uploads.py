@@ -1,0 +1,206 @@
+"""Uploads and paths: what is refused, and that nothing is left behind."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import hashlib
+import os
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from import_now import work_off
+from starlette.requests import ClientDisconnect
+from toy_server import SECRET, Server
+
+
+@pytest.fixture
+def clip(corpus: ModuleType, tmp_path: Path) -> Path:
+    return corpus.make(corpus.RECIPES["constant"], tmp_path, "clip").path
+
+
+def _left(server: Server) -> list[str]:
+    return sorted(path.name for path in (server.settings.home / "uploads").glob("*"))
+
+
+def _code(answer: Any) -> tuple[int, str]:
+    body = answer.json()
+    assert set(body) == {"error"}
+    assert set(body["error"]) == {"code", "message", "field", "details"}
+    return answer.status_code, body["error"]["code"]
+
+
+def test_an_upload_becomes_a_video_and_goes_with_it(server: Server, clip: Path) -> None:
+    content = clip.read_bytes()
+    answer = server.client.put("/api/uploads/Drive 1.MP4", content=content)
+    assert answer.status_code == 201, answer.text
+    video = answer.json()
+    assert (video["id"], video["name"]) == (hashlib.sha256(content).hexdigest(), "Drive 1.MP4")
+    work_off(server.context, "import")
+    assert server.client.get(f"/api/videos/{video['id']}/frames/3").status_code == 200
+    assert server.client.get(f"/api/videos/{video['id']}/thumbnail").content[:2] == b"\xff\xd8"
+    # The same bytes under another name are the same video and take no more space.
+    assert server.client.put("/api/uploads/other.mov", content=content).json()["id"] == video["id"]
+    assert _left(server) == [f"{video['id']}.mp4"]
+    assert server.client.delete(f"/api/videos/{video['id']}").status_code == 204
+    assert _left(server) == []
+    assert server.client.get("/api/videos").json() == {"videos": []}
+
+
+def test_removing_leaves_a_file_that_was_added_by_path(server: Server, clip: Path) -> None:
+    place = server.settings.home / "mine.mp4"
+    place.write_bytes(clip.read_bytes())
+    video = server.client.post("/api/videos", json={"path": str(place)}).json()["id"]
+    # Uploading what lies here already keeps the person's own file as the video's.
+    assert server.client.put("/api/uploads/copy.mp4", content=clip.read_bytes()).json()["path"] == str(place)
+    work_off(server.context, "import")
+    assert server.client.delete(f"/api/videos/{video}").status_code == 204
+    assert place.read_bytes() == clip.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "expected"),
+    [
+        ("page.html", b"x", (415, "unsupported_media")),
+        ("x.mp4", b"<html>" + bytes(200), (415, "unsupported_media")),
+        ("x.mp4", b"#EXTM3U\n", (415, "unsupported_media")),
+        ("x.mp4", b"", (422, "invalid")),
+        (".x.mp4", b"x", (422, "invalid")),
+        ("a%5Cb.mp4", b"x", (422, "invalid")),
+        ("a%00b.mp4", b"x", (422, "invalid")),
+        ("a%E2%80%AEb.mp4", b"x", (422, "invalid")),
+    ],
+)
+def test_wrong_uploads_leave_nothing(server: Server, name: str, content: bytes, expected: tuple[int, str]) -> None:
+    assert _code(server.client.put(f"/api/uploads/{name}", content=content)) == expected
+    assert _left(server) == []
+
+
+def test_too_large_with_and_without_a_length(tmp_path: Path, clip: Path) -> None:
+    server = Server(tmp_path / "small", upload_max_mb=1)
+    content = clip.read_bytes() + bytes(2**20)
+    with server.client:
+        assert _code(server.client.put("/api/uploads/x.mp4", content=content)) == (413, "too_large")
+        pieces = (content[k : k + 65536] for k in range(0, len(content), 65536))
+        assert _code(server.client.put("/api/uploads/x.mp4", content=pieces)) == (413, "too_large")
+        assert _left(server) == []
+
+
+def test_a_full_disk_is_told_and_leaves_nothing(server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("app.api.videos.os.fsync", full)
+    assert _code(server.client.put("/api/uploads/x.mp4", content=clip.read_bytes())) == (507, "storage_full")
+    assert _left(server) == []
+    assert server.client.get("/api/videos").json() == {"videos": []}
+
+
+def test_a_browser_that_goes_away_leaves_nothing(server: Server, clip: Path) -> None:
+    messages = [
+        {"type": "http.request", "body": clip.read_bytes()[:3000], "more_body": True},
+        {"type": "http.disconnect"},
+    ]
+    sent: list[Any] = []
+    seen: list[list[str]] = []
+
+    async def receive() -> Any:
+        seen.append(_left(server))
+        return messages.pop(0) if messages else {"type": "http.disconnect"}
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    scope = {
+        "type": "http",
+        "http_version": "1.1",
+        "method": "PUT",
+        "scheme": "http",
+        "path": "/api/uploads/x.mp4",
+        "raw_path": b"/api/uploads/x.mp4",
+        "query_string": b"",
+        "root_path": "",
+        "headers": [(b"host", b"127.0.0.1"), (b"authorization", f"Bearer {SECRET}".encode())],
+        "client": ("127.0.0.1", 1),
+        "server": ("127.0.0.1", 80),
+    }
+    with contextlib.suppress(ClientDisconnect):
+        asyncio.run(server.app(scope, receive, send))  # type: ignore[arg-type]
+    assert any(seen), "the upload had begun"
+    assert _left(server) == []
+    assert server.client.get("/api/videos").json() == {"videos": []}
+
+
+@pytest.mark.parametrize(
+    ("path", "status"),
+    [
+        ("/etc/passwd", 403),
+        ("/etc/no-such-file", 403),
+        ("{home}/../outside.mp4", 403),
+        ("{home}/link.mp4", 403),
+        ("{home}/folder/x.mp4", 403),
+        ("{home}2/x.mp4", 403),
+        ("//host/share/x.mp4", 422),
+        ("\\\\host\\share\\x.mp4", 422),
+        ("relative.mp4", 422),
+        ("{home}/a\0b.mp4", 422),
+        ("{home}/a\u202eb.mp4", 422),
+        ("{home}/a\nb.mp4", 422),
+        ("{home}/" + "x" * 300 + ".mp4", 422),
+        ("{home}/absent.mp4", 404),
+        ("{home}/text.mp4", 422),
+    ],
+)
+def test_paths(server: Server, clip: Path, path: str, status: int) -> None:
+    home = server.settings.home
+    (home.parent / "outside.mp4").write_bytes(clip.read_bytes())
+    (home / "link.mp4").symlink_to(home.parent / "outside.mp4")
+    (home / "folder").symlink_to("/etc")
+    (home / "text.mp4").write_text("hello")
+    assert _code(server.client.post("/api/videos", json={"path": path.replace("{home}", str(home))}))[0] == status
+
+
+def test_browse_stays_inside_and_skips_what_nobody_can_name(server: Server, clip: Path) -> None:
+    home = server.settings.home
+    for name in ("b.mp4", "A.MOV", ".hidden.mp4", "notes.txt", "odd\u202e.mp4"):
+        (home / name).write_bytes(b"x")
+    Path(os.fsdecode(os.fsencode(home) + b"/bad\xff.mp4")).write_bytes(b"x")
+    (home / "out").symlink_to("/etc")
+    (home / "drives").mkdir()
+    listing = server.client.get("/api/browse", params={"path": str(home)}).json()
+    assert [video["name"] for video in listing["videos"]] == ["A.MOV", "b.mp4"]
+    assert "drives" in listing["folders"]
+    assert "out" not in listing["folders"]
+    assert listing["parent"] is None
+    assert server.client.get("/api/browse", params={"path": str(home / "out")}).status_code == 403
+    assert server.client.get("/api/browse", params={"path": str(home / "b.mp4")}).status_code == 422
+    inner = server.client.get("/api/browse", params={"path": str(home / "drives")}).json()
+    assert (inner["parent"], inner["videos"]) == (str(home), [])
+
+
+def test_a_hostile_file_fails_its_import_only(server: Server, corpus: ModuleType, clip: Path) -> None:
+    bad = corpus.cut(type("Clip", (), {"path": clip}), server.settings.home / "cut.mp4", 0.5)
+    video = server.client.post("/api/videos", json={"path": str(bad)}).json()["id"]
+    assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 409
+    work_off(server.context, "import")
+    shown = server.client.get(f"/api/videos/{video}").json()
+    assert shown["state"] == "failed"
+    assert "cut short" in shown["error"]
+    assert _code(server.client.get(f"/api/videos/{video}/frames/0")) == (409, "not_ready")
+
+
+def test_other_bytes_of_the_same_size_are_another_video(server: Server, clip: Path) -> None:
+    place = server.settings.home / "x.mp4"
+    place.write_bytes(clip.read_bytes())
+    video = server.client.post("/api/videos", json={"path": str(place)}).json()["id"]
+    work_off(server.context, "import")
+    os.utime(place, ns=(1, 1))  # touched, yet the same bytes
+    assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 200
+    content = bytearray(place.read_bytes())
+    content[-1] ^= 1
+    place.write_bytes(content)
+    os.utime(place, ns=(2, 2))
+    assert _code(server.client.get(f"/api/videos/{video}/frames/0")) == (409, "file_changed")

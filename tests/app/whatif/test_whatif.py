@@ -1,0 +1,192 @@
+"""What-ifs: what may be asked, what comes out, and that the whole path works on a bundled drive."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.errors import Conflict, Invalid, NotFound
+from app.events import EventBus
+from app.jobs.queue import JobQueue
+from app.jobs.tasks import Stopped, TaskContext
+from app.storage.models import Event, Job, Run
+from app.whatif.difference import difference
+from app.whatif.service import WhatIfService
+from app.whatif.task import replay_into, run_whatif
+from tsr_engine.evidence import EvidenceReader, differences
+from tsr_engine.params.replayable import is_replayable
+from tsr_engine.replay import ReplayReport
+
+
+def service(home: Any) -> WhatIfService:
+    return WhatIfService(home.database, home.events, home.jobs)
+
+
+def again(home: Any, toys: Any, folder: Path, *settings: tuple[str, object]) -> ReplayReport:
+    params, report = toys.PARAMS.with_settings(settings), ReplayReport()
+    with home.reader() as reader:
+        steps = list(replay_into(folder, reader, params, toys.components(params), report))
+    assert steps == list(range(1, 76))
+    return report
+
+
+def test_replayed_evidence_is_evidence_without_pixels(home: Any, toy_homes: Any, tmp_path: Path) -> None:
+    report = again(home, toy_homes.toys, tmp_path / "again", ("tau", 3.0))
+    assert report.identical == 75
+    with EvidenceReader(tmp_path / "again") as new, home.reader() as old:
+        assert new.state == "complete"
+        assert not new.header.keep_pixels
+        assert list(new.frame_table()) == list(old.frame_table())
+        for a, b in zip(new.frames(), old.frames(pixels=False), strict=True):
+            assert list(differences(a, b, ignore=frozenset({"timings", "regions"}))) == []
+        assert list(new.tracks()) == list(old.tracks())
+
+
+def test_a_what_if_that_is_made_again_replaces_itself(home: Any, toy_homes: Any, tmp_path: Path) -> None:
+    for tau in (3.5, 4.0):
+        again(home, toy_homes.toys, tmp_path / "twice", ("tau", tau))
+    with EvidenceReader(tmp_path / "twice") as reader:
+        assert reader.header.parameters["gate"]["tau"] == 4.0
+        assert len(reader) == 75
+
+
+def test_lost_tracks_are_told_with_a_frame_to_open(home: Any, toy_homes: Any, tmp_path: Path) -> None:
+    report = again(home, toy_homes.toys, tmp_path / "lost", ("birth_score", 50.0))
+    found = difference(report)
+    assert found["counts"] == {"gained": 0, "lost": 2, "switched": 0, "relabelled": 0}
+    with home.reader() as reader:
+        tracks = {track.track_id: track for track in reader.tracks() if track.confirmed}
+    assert [entry["track"] for entry in found["lost"]] == sorted(tracks)
+    for entry in found["lost"]:
+        track = tracks[entry["track"]]
+        assert (entry["frame"], entry["class_id"]) == (track.first_frame, track.class_id)
+    json.dumps(found, allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("asked", "field", "words"),
+    [
+        ({"min_width": 20.0}, "parameters.min_width", "cannot change min_width"),
+        ({"detector.min_width": 20.0}, "parameters.detector.min_width", "new run"),
+        ({"use_camera_shift": False}, "parameters.use_camera_shift", "cannot change"),
+        ({"tau": -1}, "parameters.tau", "greater than 0"),
+        ({"nope": 1}, "parameters.nope", "no parameter"),
+        ({"tau": 3.0}, "parameters", "nothing would change"),
+    ],
+)
+def test_what_cannot_be_asked(home: Any, asked: dict[str, Any], field: str, words: str) -> None:
+    with pytest.raises(Invalid, match=words) as caught:
+        service(home).start(home.run_id, asked)
+    assert caught.value.field == field
+    with home.database.read() as session:
+        assert session.query(Job).count() == 0
+        assert session.query(Run).filter(Run.kind == "whatif").count() == 0
+
+
+def test_no_run_or_one_that_goes_on(home: Any) -> None:
+    with pytest.raises(NotFound):
+        service(home).start("0" * 32, {"tau": 4})
+    running = home.add_run(state="running")
+    with pytest.raises(Conflict, match="still running"):
+        service(home).start(running, {"tau": 4})
+    imported = home.add_run(kind="imported")
+    with pytest.raises(Conflict, match="imported"):
+        service(home).start(imported, {"tau": 4})
+
+
+def test_a_what_if_of_a_what_if_replays_the_run_with_both_changes(toy_homes: Any, tmp_path: Path) -> None:
+    home = toy_homes.make_home(tmp_path, 20)
+    first = service(home).start(home.run_id, {"tau": 4.0})
+    assert (first.name, first.parent_id, first.kind, first.state) == ("tau = 4", home.run_id, "whatif", "queued")
+    second = service(home).start(first.id, {"search_radius": 30}, "wider")
+    assert second.parent_id == home.run_id
+    assert second.parameters == {"tau": 4.0, "search_radius": 30}
+    assert second.name == "wider"
+    with home.database.read() as session:
+        assert [(job.kind, job.subject) for job in session.query(Job).order_by(Job.order)] == [
+            ("whatif", first.id),
+            ("whatif", second.id),
+        ]
+        assert session.query(Event).filter(Event.kind == "run").count() == 2
+    home.evidence.close()
+    home.database.close()
+
+
+def test_only_steps_before_tracking_are_fixed() -> None:
+    assert not is_replayable("detector.min_width")
+    assert not is_replayable("tracking.shift_scale")
+    assert is_replayable("tracking.motion")
+    assert is_replayable("gate.tau")
+
+
+@pytest.mark.slow
+def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
+    from app.evidence.service import EvidenceService
+    from app.runs.task import track
+    from app.settings import Settings
+    from app.storage.database import Database
+    from app.storage.models import Video
+    from sample_videos import SHIPPED
+    from tsr_engine.io.video_probe import video_sha256
+
+    settings = Settings(home=tmp_path, sample=False)
+    database, events = Database(settings.database), EventBus()
+    database.migrate()
+    jobs = JobQueue(events)
+    path = SHIPPED[0].video
+    digest = video_sha256(path)
+    with database.write() as session:
+        session.add(
+            Video(id=digest, name=path.name, path=str(path), size=path.stat().st_size, state="ready", frames=300)
+        )
+        session.flush()
+        session.add(Run(id="a" * 32, video_id=digest, folder="runs/a", name="Run 1", first=20, stop=70))
+        session.flush()
+        jobs.submit(session, "track", "a" * 32)
+    leaving = {"now": False}
+
+    def work(task: Any) -> None:
+        with database.write() as session:
+            job = jobs.claim(session, jobs.waiting(session)[0])
+        assert job is not None
+        given = TaskContext(settings, database, events, jobs, job, lambda: leaving["now"])
+        try:
+            task(given)
+        except Stopped:
+            with database.write() as session:
+                jobs.release(session, job.id, job.token)
+            raise
+        with database.write() as session:
+            jobs.finish(session, job.id, job.token, "done")
+
+    work(track)
+    asked = WhatIfService(database, events, jobs).start("a" * 32, {"birth_score": 1.0, "confirm_hits": 5})
+    work(run_whatif)
+    with database.read() as session:
+        run = session.get_one(Run, asked.id)
+    assert (run.state, run.frames_done, run.frames_total) == ("complete", 50, 50)
+    assert set(run.summary["difference"]["counts"]) == {"gained", "lost", "switched", "relabelled"}
+    assert run.summary["identical_frames"] < 50
+    evidence = EvidenceService(settings, database)
+    columns = json.loads(evidence.tracks(asked.id))
+    assert len(columns["id"]) == run.tracks
+    # Pictures of a what-if's crops are those of the run that it replays.
+    lane = evidence.track(asked.id, columns["id"][0])
+
+    def no_picture(video: str, frame: int) -> Any:
+        raise AssertionError("the run that it replays has the pixels")
+
+    assert evidence.crop(asked.id, lane.id, lane.frame[0], 64, "result", no_picture)[:4] == b"\x89PNG"
+    evidence.close()
+    leaving["now"] = True
+    WhatIfService(database, events, jobs).start("a" * 32, {"tau": 30.0})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("app.whatif.task._TELL", 0.0)
+        with pytest.raises(Stopped):
+            work(run_whatif)
+    leaving["now"] = False
+    work(run_whatif)
+    database.close()

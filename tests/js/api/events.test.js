@@ -1,0 +1,90 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {createParser, openStream} from '../../../static/js/api/events.js';
+
+/** @param {string} text @param {number} size @returns {string[]} */
+const pieces = (text, size) => Array.from({length: Math.ceil(text.length / size)}, (_, at) => text.slice(at * size, (at + 1) * size));
+
+test('messages come out whole, however the text is cut and whichever line ends it has', () => {
+  for (const end of ['\n', '\r\n', '\r']) {
+    const text = ['id: 5', 'event: change', 'data: {"a":', 'data: 1}', '', ': beat', '', 'id: 6', 'data: x', '', ''].join(end);
+    for (const size of [1, 2, 3, 7, 100]) {
+      /** @type {any[]} */
+      const seen = [];
+      const parse = createParser((message) => seen.push(message));
+      pieces(text, size).forEach(parse);
+      parse('\n');
+      assert.deepEqual(seen, [{id: '5', event: 'change', data: '{"a":\n1}'}, {id: '6', event: 'message', data: 'x'}], `${JSON.stringify(end)} by ${size}`);
+    }
+  }
+});
+
+/** @param {number} seq */
+const change = (seq) => `id: ${seq}\nevent: change\ndata: {"seq":${seq},"kind":"run","subject":"r","data":{}}\n\n`;
+
+/**
+ * Connections that each give some text and then break; afterwards the server is silent.
+ * @param {(string|number)[]} script   text, or the status of a refusal
+ */
+async function play(script) {
+  const seen = /** @type {number[]} */ ([]);
+  const asked = /** @type {(string|null)[]} */ ([]);
+  const states = /** @type {string[]} */ ([]);
+  const waits = /** @type {number[]} */ ([]);
+  let resets = 0;
+  let denied = 0;
+  /** @type {() => void} */
+  let finish = () => {};
+  const finished = new Promise((resolve) => {
+    finish = () => resolve(undefined);
+  });
+  const fetch = /** @type {any} */ (async (/** @type {string} */ _, /** @type {RequestInit} */ init) => {
+    asked.push(new Headers(init.headers).get('Last-Event-ID'));
+    const next = script.shift();
+    if (next === undefined) {
+      finish();
+      return new Promise(() => {});
+    }
+    return typeof next === 'number' ? new Response('', {status: next}) : new Response(next);
+  });
+  const stream = openStream({
+    fetch, onEvent: (event) => seen.push(event.seq), onConnection: (state) => states.push(state), onReset: () => (resets += 1), onDenied: () => (denied += 1),
+    wait: async (ms) => {
+      waits.push(ms);
+    },
+  });
+  await finished;
+  stream.close();
+  return {seen, asked, states, waits, resets, denied};
+}
+
+test('a broken stream goes on after the last number, without gap and without double', async () => {
+  const found = await play([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${change(4)}${change(5)}`, `id: 5\nevent: hello\ndata: {}\n\n${change(5)}${change(6)}`]);
+  assert.deepEqual(found.seen, [4, 5, 6]);
+  assert.deepEqual(found.asked, [null, '5', '6']);
+  assert.deepEqual(found.states, ['online', 'offline', 'online', 'offline']);
+});
+
+test('an event before the number zero is not lost: the first hello counts', async () => {
+  const found = await play(['id: 0\nevent: hello\ndata: {}\n\n', change(1)]);
+  assert.deepEqual(found.asked, [null, '0', '1']);
+  assert.deepEqual(found.seen, [1]);
+});
+
+test('half a message of a broken connection is dropped', async () => {
+  const found = await play([`id: 1\nevent: hello\ndata: {}\n\n${change(2)}id: 3\nevent: change\ndata: {"seq":3,`, change(3)]);
+  assert.deepEqual(found.seen, [2, 3]);
+});
+
+test('refusals wait longer each time; the number after a reset counts from there', async () => {
+  const found = await play([503, 503, 503, `id: 40\nevent: reset\ndata: {}\n\n${change(41)}`]);
+  assert.deepEqual(found.waits.slice(0, 3), [500, 1000, 2000]);
+  assert.equal(found.resets, 1);
+  assert.deepEqual(found.seen, [41]);
+});
+
+test('a lost credential is told apart from a lost server', async () => {
+  const found = await play([401, 'id: 1\nevent: hello\ndata: {}\n\n']);
+  assert.equal(found.denied, 1);
+});

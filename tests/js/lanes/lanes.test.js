@@ -1,0 +1,135 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { detailColumns, placeAt } from '../../../static/js/model/detail_columns.js';
+import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/model/gate_lane.js';
+import { hashBits } from '../../../static/js/model/hash_bits.js';
+import { packIntervals } from '../../../static/js/model/interval_packing.js';
+import { CORRECTED, barAt, buildDensity, buildLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
+import { sentencesOf, short } from '../../../static/js/model/plain_words.js';
+import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
+import { trackEntries } from '../../../static/js/model/track_entries.js';
+import { emptyDoc } from '../../../static/js/model/documents.js';
+import { drive, laneOf } from '../harness/synthetic.js';
+
+const { tracks, lanes } = drive(20000, 800);
+const entries = trackEntries(tracks, {});
+const index = buildLaneIndex(entries, lanes, {});
+
+test('bars of a row never overlap, and first-fit needs as many rows as bars lie over each other', () => {
+  const packed = packIntervals([0, 5, 20, 6], [10, 12, 30, 8], 2);
+  assert.deepEqual([...packed.row], [0, 1, 0, 2]);
+  for (let r = 0; r < index.rows; r += 1) {
+    for (let b = index.rowStart[r] + 1; b < index.rowStart[r + 1]; b += 1) assert.ok(index.first[b] > index.last[b - 1]);
+  }
+});
+
+test('every track has its bar, found again at its row and frame', () => {
+  assert.equal(index.barOf.size, 800);
+  for (const entry of entries) {
+    const bar = index.barOf.get(entry.key) ?? -1;
+    assert.equal(barAt(index, index.row[bar], entry.first, 0), bar);
+    assert.equal(barAt(index, index.row[bar], entry.last + 0.9, 0), bar);
+  }
+  assert.equal(barAt(index, index.rows, 5, 0), -1);
+});
+
+test('pieces of a bar cover it without a gap', () => {
+  for (let b = 0; b < index.count; b += 1) {
+    let at = index.first[b];
+    for (let p = index.pieceStart[b]; p < index.pieceStart[b + 1]; p += 1) {
+      assert.equal(index.pieceFirst[p], at);
+      at = index.pieceLast[p] + 1;
+    }
+    assert.equal(at, index.last[b] + 1);
+  }
+});
+
+test('key frames of a document are diamonds, and their boxes corrected pieces up to the next', () => {
+  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
+  const first = tracks.first[0];
+  const doc = { ...emptyDoc({ track: 1, first, last: tracks.last[0] }), keys: { [first + 2]: key, [first + 8]: key } };
+  const edited = buildLaneIndex(trackEntries(tracks, { m1: doc }), lanes, { m1: doc });
+  const bar = edited.barOf.get('m1') ?? -1;
+  assert.deepEqual([...edited.keyFrame.slice(edited.keyStart[bar], edited.keyStart[bar + 1])], [first + 2, first + 8]);
+  const corrected = [];
+  for (let p = edited.pieceStart[bar]; p < edited.pieceStart[bar + 1]; p += 1) if (edited.pieceSource[p] === CORRECTED) corrected.push([edited.pieceFirst[p], edited.pieceLast[p]]);
+  assert.deepEqual(corrected, [[first + 2, first + 7], [first + 8, first + 8]]);
+});
+
+test('density: coarse levels keep the largest value of what they join', () => {
+  const density = buildDensity(entries, 20000);
+  assert.ok(density.most >= 2);
+  for (let level = 1; level < density.tracks.length; level += 1) assert.equal(Math.max(...density.tracks[level]), density.most);
+  assert.equal(levelFor(density, 1), 0);
+  assert.equal(levelFor(density, 1e9), density.tracks.length - 1);
+});
+
+test('zoom keeps the frame under the pointer, and the span within the drive', () => {
+  const span = zoomAround({ first: 100, last: 300 }, 150, 0.5, 1000);
+  assert.ok(Math.abs(toX(span, 150, 800) - toX({ first: 100, last: 300 }, 150, 800)) < 1e-9);
+  assert.deepEqual(zoomAround(span, 150, 1e9, 1000), { first: 0, last: 1000 });
+  assert.equal(zoomAround(span, 150, 1e-9, 1000).last - zoomAround(span, 150, 1e-9, 1000).first, 8);
+  assert.deepEqual(panBy({ first: 100, last: 300 }, 1e6, 1000), { first: 800, last: 1000 });
+  assert.equal(toFrame(span, toX(span, 123, 800), 800), 123);
+  const same = { first: 0, last: 10 };
+  assert.equal(reveal(same, 9, 100), same);
+  const moved = reveal(same, 50, 100);
+  assert.ok(moved.first <= 50 && moved.last >= 51);
+});
+
+test('ticks are round, labels have the digits that they need', () => {
+  assert.equal(tickStep(1, 100), 100);
+  assert.equal(tickStep(1.1, 100), 200);
+  assert.equal(timeLabel(3723.4, 10), '1:02:03');
+  assert.equal(timeLabel(59.99, 0.1), '1:00.0');
+  assert.equal(timeLabel(0.04, 0.04), '0:00.04');
+});
+
+test('a dragged tau turns over exactly the verdicts between the two', () => {
+  const lane = laneOf(tracks, 0);
+  lane.l_positive = [null, 5, 12, 14.9, 15, 80, 1e9];
+  lane.confident = [null, true, true, true, false, false, false];
+  lane.frame = lane.frame.slice(0, 7);
+  assert.deepEqual(countFlips(lane, 15), { verdicts: 6, toConfident: 0, toRejected: 0, total: 0 });
+  assert.deepEqual(countFlips(lane, 10), { verdicts: 6, toConfident: 0, toRejected: 2, total: 2 });
+  assert.deepEqual(countFlips(lane, 81), { verdicts: 6, toConfident: 2, toRejected: 0, total: 2 });
+  const domain = logDomain(lane, 15);
+  assert.deepEqual(domain, { low: 1, high: 1e5 });
+  assert.equal(logPlace(0, domain), 0);
+  assert.equal(logValue(logPlace(15, domain), domain), 15);
+});
+
+test('columns: a step that did not take place is NaN, votes are cumulative', () => {
+  const lane = laneOf(tracks, 1);
+  const columns = detailColumns(lane);
+  assert.ok(Number.isNaN(columns.series.l_positive[0]));
+  assert.ok(columns.votes[1] > columns.votes[0]);
+  assert.equal(placeAt(columns.frame, lane.frame[3]), 3);
+  assert.equal(placeAt(columns.frame, lane.frame[0] - 1), -1);
+});
+
+test('events are sentences without the track that the inspector names already', () => {
+  const lane = laneOf(tracks, 2);
+  lane.events = [{ frame: lane.frame[5], kind: 'relocalised', text: `Prediction of track ${lane.id} rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left.` }];
+  lane.confident.fill(true);
+  lane.confident[5] = false;
+  lane.confident[7] = false;
+  lane.l_positive[7] = 40;
+  lane.symmetry[7] = 5;
+  lane.symmetry_magnitude[7] = 0.2;
+  lane.hash_distance[7] = 4;
+  lane.position_distance[7] = 2;
+  lane.source[7] = 1;
+  const told = sentencesOf(lane);
+  assert.deepEqual(told.map((one) => one.kind), ['born', 'relocalised', 'rejected', 'ended']);
+  assert.equal(told[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
+  assert.equal(told[2].text, 'prediction rejected, L = 40 ≥ 15, symmetry 0.2 is low; nothing better was found near it');
+  assert.equal(short(1e9), 'very large');
+  assert.equal(short(null), '–');
+});
+
+test('hash bits, the highest first', () => {
+  assert.deepEqual([...hashBits('8000000000000001')].flatMap((bit, i) => (bit ? [i] : [])), [0, 63]);
+  assert.throws(() => hashBits('12'), RangeError);
+});

@@ -1,0 +1,66 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { readFileSync, readdirSync } from 'node:fs';
+import { test } from 'node:test';
+
+import { CommandError, applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
+import { OPEN_END, emptyDoc, lineAt } from '../../../static/js/model/documents.js';
+import { boxAt, keyFramesOf, nextKey, prevKey, spanOf } from '../../../static/js/model/effective.js';
+
+const FOLDER = new URL('../../golden/edits/', import.meta.url);
+
+for (const file of readdirSync(FOLDER)) {
+  const golden = JSON.parse(readFileSync(new URL(file, FOLDER), 'utf8'));
+  /** @type {(track: number, frame: number) => import('../../../static/js/types.js').Box|null} */
+  const machine = (track, frame) => {
+    const [first, last] = golden.spans[track];
+    if (frame < first || frame > last || frame % 7 === 6) return null;
+    return [100 * track + frame, 10, 100 * track + frame + 20, 30];
+  };
+  for (const { name, docs, command, person, expected, error, shown } of golden.cases) {
+    test(`${file}: ${name}`, () => {
+      const before = structuredClone(docs);
+      if (error) {
+        assert.throws(() => applyCommand(docs, command, person), { name: 'CommandError', message: error });
+        return;
+      }
+      const answer = applyCommand(docs, command, person);
+      const changed = Object.fromEntries(answer.changed.map((key) => [key, answer.docs[key]]));
+      assert.deepEqual(changed, expected);
+      assert.deepEqual(docs, before, 'what came in was changed');
+      assert.ok(answer.changed.every((key) => touchedKeys(command).includes(key)));
+      for (const [key, frame, want] of shown) {
+        const got = boxAt(answer.docs[key], frame, machine);
+        const flat = got && [got.box, got.origin, got.occluded, got.class_id];
+        assert.deepEqual(flat, want, `${key} at ${frame}`);
+      }
+    });
+  }
+}
+
+test('an engine track without a document is taken from the spans of the command', () => {
+  const spans = [{ track: 4, first: 2, last: 9 }];
+  const command = { name: /** @type {const} */ ('delete_from'), frame: 5, key: 'm4', spans };
+  const { docs, changed } = applyCommand({}, command, { author: 'a', time: '' });
+  assert.deepEqual(changed, ['m4']);
+  assert.deepEqual(docs.m4.segments, [{ track: 4, first: 2, last: 4 }]);
+});
+
+test('a command for a track that is not there is refused with a sentence', () => {
+  const command = { name: /** @type {const} */ ('delete_track'), frame: 5, key: 'm4' };
+  assert.throws(() => applyCommand({}, command, { author: 'a', time: '' }), CommandError);
+});
+
+test('span, key frames and neighbours', () => {
+  const open = emptyDoc({ track: 4, first: 2, last: 9 }, true);
+  assert.equal(open.segments[0].last, OPEN_END);
+  assert.deepEqual(spanOf(open, () => 30), { first: 2, last: 30 });
+  const key = { box: /** @type {[number, number, number, number]} */ ([0, 0, 1, 1]), occluded: false, outside: false, interpolate: true, class_id: null };
+  const doc = { ...emptyDoc({ track: 4, first: 2, last: 9 }), keys: { 20: { ...key, box: /** @type {[number, number, number, number]} */ ([10, 0, 11, 1]) }, 10: key } };
+  assert.deepEqual(spanOf(doc), { first: 2, last: 20 });
+  assert.deepEqual(keyFramesOf(doc), [10, 20]);
+  assert.equal(nextKey(doc, 10), 20);
+  assert.equal(prevKey(doc, 10), null);
+  assert.deepEqual(lineAt(doc, 15), [5, 0, 6, 1]);
+  assert.equal(spanOf({ ...doc, gone: true }), null);
+});

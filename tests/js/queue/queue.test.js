@@ -1,0 +1,71 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { NO_FILTER, nextInQueue, queueCounts, queueOf, queueOrder } from '../../../static/js/model/queue.js';
+import { trackEntries } from '../../../static/js/model/track_entries.js';
+import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
+import { drive } from '../harness/synthetic.js';
+
+const LABELS = [{ id: 1, name: 'Yield', picture: '' }, { id: 2, name: 'Stop', picture: '' }];
+
+/**
+ * @param {object} [docs]
+ * @param {object} [filter]
+ * @param {string|null} [selected]
+ * @returns {any} three tracks: doubt 0.1, 0.9, 0.5
+ */
+function state(docs = {}, filter = {}, selected = null) {
+  const tracks = { ...drive(1000, 3).tracks, id: [1, 2, 3], doubt: [0.1, 0.9, 0.5], class_id: [1, 2, 1], first: [30, 20, 10], last: [40, 30, 20], score: [3, 2, 1], reasons: [[], ['It is short: 11 frames.'], []] };
+  return { labels: LABELS, review: { tracks, docs, filter: { ...NO_FILTER, ...filter }, selected } };
+}
+const doc = (/** @type {number} */ track, /** @type {object} */ change) => ({ ...emptyDoc({ track, first: 10, last: 40 }), ...change });
+
+test('the most doubtful track comes first', () => assert.deepEqual(queueOrder(state()), ['m2', 'm3', 'm1']));
+
+for (const [sort, order] of /** @type {const} */ ([['time', ['m3', 'm2', 'm1']], ['class', ['m3', 'm1', 'm2']], ['score', ['m3', 'm2', 'm1']]])) {
+  test(`order by ${sort}`, () => assert.deepEqual(queueOrder(state({}, { sort })), order));
+}
+
+for (const [filter, order] of /** @type {[object, string[]][]} */ ([[{ class_id: 2 }, ['m2']], [{ least_doubt: 0.4 }, ['m2', 'm3']], [{ text: 'yield' }, ['m3', 'm1']], [{ text: '#3' }, ['m3']], [{ text: 'short' }, ['m2']], [{ text: 'nothing like it' }, []]])) {
+  test(`filter ${JSON.stringify(filter)}`, () => assert.deepEqual(queueOrder(state({}, filter)), order));
+}
+
+test('a person’s label and review state count, not the engine’s', () => {
+  const docs = { m1: doc(1, { class_id: 2, review: 'accepted' }) };
+  assert.deepEqual(queueOrder(state(docs, { class_id: 2 })), ['m2', 'm1']);
+  assert.deepEqual(queueOrder(state(docs, { review: 'open' })), ['m2', 'm3']);
+});
+
+test('deleted tracks are not in the queue, people’s own are', () => {
+  const own = { ...blankDoc('hab'), class_id: 1, keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
+  const docs = { m2: doc(2, { gone: true }), hab: own };
+  assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
+  const entry = trackEntries(state(docs).review.tracks, docs).at(-1);
+  assert.equal(entry?.track, null);
+  assert.deepEqual([entry?.first, entry?.last], [5, 5]);
+});
+
+test('next and previous stop at the ends', () => {
+  assert.equal(nextInQueue(state({}, {}, 'm2'), 1), 'm3');
+  assert.equal(nextInQueue(state({}, {}, 'm1'), 1), null);
+  assert.equal(nextInQueue(state({}, {}, 'm2'), -1), null);
+  assert.equal(nextInQueue(state(), 1), 'm2');
+  assert.equal(nextInQueue({ ...state(), review: null }, 1), null);
+});
+
+test('a track that the filter hides after accepting keeps its place', () => {
+  const docs = { m3: doc(3, { review: 'accepted' }) };
+  assert.equal(nextInQueue(state(docs, { review: 'open' }, 'm3'), 1), 'm1');
+  assert.equal(nextInQueue(state(docs, { review: 'open' }, 'm3'), -1), 'm2');
+});
+
+test('open and needs work are left', () => {
+  const docs = { m1: doc(1, { review: 'accepted' }), m2: doc(2, { review: 'needs_work' }) };
+  assert.deepEqual(queueCounts(trackEntries(state(docs).review.tracks, docs)), { total: 3, open: 1, accepted: 1, rejected: 0, needs_work: 1, left: 2 });
+});
+
+test('tracks without a score come last, and the order is total', () => {
+  const entries = trackEntries(state().review.tracks, {});
+  entries[0].score = Number.NaN;
+  assert.equal(queueOf(entries, { ...NO_FILTER, sort: 'score' }, LABELS).at(-1)?.key, 'm1');
+});

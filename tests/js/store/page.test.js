@@ -1,0 +1,45 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {formatRoute, parseRoute} from '../../../static/js/model/route.js';
+import * as actions from '../../../static/js/store/actions/page.js';
+import {initialState} from '../../../static/js/store/initial.js';
+
+/** @param {string} id @param {object} [more] */
+const video = (id, more = {}) => /** @type {any} */ ({id, name: id, ...more});
+/** @param {string} id @param {object} [more] */
+const run = (id, more = {}) => /** @type {any} */ ({id, video_id: 'v', ...more});
+
+test('a changed video takes its place, a new one comes first, an unloaded list stays unloaded', () => {
+  assert.equal(actions.putVideo(initialState(), video('a')).videos, null);
+  const state = actions.setVideos(initialState(), [video('a'), video('b')]);
+  assert.deepEqual(actions.putVideo(state, video('b', {state: 'ready'})).videos?.map(({id, state: now}) => [id, now]), [['a', undefined], ['b', 'ready']]);
+  assert.deepEqual(actions.putVideo(state, video('c')).videos?.map(({id}) => id), ['c', 'a', 'b']);
+});
+
+test('runs of a video that is not loaded are not made up from one event', () => {
+  const empty = initialState();
+  assert.equal(actions.putRun(empty, run('r')), empty);
+  const state = actions.setRuns(empty, 'v', [run('r')]);
+  assert.deepEqual(actions.putRun(state, run('s')).runs.v.map(({id}) => id), ['s', 'r']);
+  assert.deepEqual(actions.dropRun(state, 'r').runs.v, []);
+  assert.deepEqual(actions.dropVideo(actions.setVideos(state, [video('v')]), 'v').runs, {});
+});
+
+test('a banner replaces the one of its id; what changes nothing is the same state', () => {
+  const state = actions.showBanner(actions.showBanner(initialState(), {id: 'x', tone: 'info', text: '1'}), {id: 'x', tone: 'error', text: '2'});
+  assert.deepEqual(state.banners.map(({text}) => text), ['2']);
+  assert.equal(actions.hideBanner(state, 'y'), state);
+  assert.equal(actions.setConnection(state, 'online'), state);
+  assert.equal(actions.closeDialog(state), state);
+});
+
+test('routes survive the way into the address and back', () => {
+  const id = 'a'.repeat(64);
+  const other = 'b'.repeat(32);
+  for (const route of /** @type {import('../../../static/js/types.js').Route[]} */ ([
+    {screen: 'library'}, {screen: 'review', video: id, run: null, frame: null, track: null},
+    {screen: 'review', video: id, run: other, frame: 0, track: 'h-1/ä?&'}, {screen: 'compare', a: `run:${other}`, b: `truth:${other}`},
+  ])) assert.deepEqual(parseRoute(formatRoute(route)), route);
+  for (const hash of ['', '#', '#/review/xyz', '#/compare?a=run:1', '#/review/%', '#/compare?a=%E0%A4%A', '#/nothing']) assert.deepEqual(parseRoute(hash), {screen: 'library'}, hash);
+});

@@ -1,0 +1,128 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {arrange} from '../../../static/js/views/library.js';
+import {arrangeConfusion} from '../../../static/js/views/compare-confusion.js';
+import {runOfSide} from '../../../static/js/views/compare-places.js';
+import {describe as describeDoc} from '../../../static/js/views/dialogs/conflict.js';
+import {groupOperations} from '../../../static/js/views/dialogs/help.js';
+import {findLabels} from '../../../static/js/views/dialogs/relabel.js';
+import {bytes, clock, figure, percent, timeLeft} from '../../../static/js/views/format.js';
+import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
+import {changesOf} from '../../../static/js/views/whatif.js';
+
+/** @param {Partial<import('../../../static/js/types.js').Parameter>} [more] @returns {import('../../../static/js/types.js').Parameter} */
+const parameter = (more = {}) => ({section: 'gate', name: 'tau', type: 'number', default: 15, low: 0, high: 100, choices: null, description: 'largest L that is confident', replayable: true, presets: {paper: 10}, ...more});
+
+const LABELS = ['speed limit 20 km/h', 'speed limit 30 km/h', 'speed limit 80 km/h', 'end of speed limit 80 km/h', 'no overtaking', 'stop'].map((name, id) => ({id, name, picture: ''}));
+
+test('typed values are checked against type and range', () => {
+  assert.deepEqual(parseValue(parameter(), ' 2.5e1 '), {value: 25});
+  assert.deepEqual(parseValue(parameter(), '.5'), {value: 0.5});
+  for (const [text, word] of [['', 'number'], ['NaN', 'number'], ['Infinity', 'number'], ['0x10', 'number'], ['-1', 'below 0'], ['101', 'above 100']]) {
+    const result = parseValue(parameter(), text);
+    assert.ok('error' in result && result.error.toLowerCase().includes(word), `${text}: ${JSON.stringify(result)}`);
+  }
+  assert.ok('error' in parseValue(parameter({type: 'integer'}), '2.5'));
+  assert.deepEqual(parseValue(parameter({default: null}), ''), {value: null});
+  assert.deepEqual(parseValue(parameter({type: 'text', default: [1, 2]}), '1, 2 3'), {value: [1, 2, 3]});
+  assert.ok('error' in parseValue(parameter({type: 'choice', choices: ['a', 'b']}), 'c'));
+  assert.deepEqual(parseValue(parameter({type: 'boolean'}), 'false'), {value: false});
+});
+
+test('a preset departs from the default only where it says so', () => {
+  assert.equal(presetValue(parameter(), 'paper'), 10);
+  assert.equal(presetValue(parameter(), 'default'), 15);
+  assert.equal(presetValue(parameter({presets: {paper: null}}), 'paper'), null);
+});
+
+test('parameters are found by name and by meaning, names first', () => {
+  const all = [parameter({name: 'delta', description: 'like tau, of the classifier'}), parameter()];
+  assert.deepEqual(findParameters(all, 'tau').map(({name}) => name), ['tau', 'delta']);
+  assert.deepEqual(findParameters(all, 'CONFIDENT gate').map(({name}) => name), ['tau']);
+});
+
+test('classes are found by number, by beginnings, by parts', () => {
+  /** @param {string} text */
+  const ids = (text) => findLabels(LABELS, text).map(({id}) => id);
+  assert.equal(ids('2')[0], 2);
+  assert.deepEqual(ids('80'), [2, 3]);
+  assert.deepEqual(ids('sp 80'), [2, 3]);
+  assert.deepEqual(ids('st'), [5]);
+  assert.deepEqual(ids('overt'), [4]);
+  assert.deepEqual(ids('zebra'), []);
+  assert.equal(ids(' ').length, LABELS.length);
+});
+
+test('the library finds by every word and sorts as asked', () => {
+  const base = {size: 1, state: 'ready', runs: 0, created: '2026-01-01T00:00:00', review: {tracks: 0, reviewed: 0}, duration: 1};
+  const videos = /** @type {any[]} */ ([
+    {...base, id: 'a', name: 'drive 10.mp4', path: '/x/drive 10.mp4', created: '2026-01-03T00:00:00'},
+    {...base, id: 'b', name: 'drive 9.mp4', path: '/x/drive 9.mp4', review: {tracks: 9, reviewed: 1}, created: '2026-01-02T00:00:00'},
+    {...base, id: 'c', name: 'Town.mkv', path: '/y/Town.mkv', duration: 60},
+  ]);
+  /** @param {string} text @param {string} sort */
+  const ids = (text, sort) => arrange(videos, text, sort).map(({id}) => id).join('');
+  assert.equal(ids('', 'newest'), 'abc');
+  assert.equal(ids('DRIVE', 'name'), 'ba');
+  assert.equal(ids('', 'open')[0], 'b');
+  assert.equal(ids('', 'longest')[0], 'c');
+  assert.equal(ids('drive /y', 'name'), '');
+});
+
+test('help groups keep the order and search keys too', () => {
+  const operation = {tooltip: '', available: () => true, disabled: () => null, run: () => {}};
+  const operations = [
+    {...operation, id: 'a', label: 'Next frame', keys: ['F'], group: 'Move'},
+    {...operation, id: 'b', label: 'Undo', keys: ['Ctrl+Z'], group: 'Edit'},
+    {...operation, id: 'c', label: 'Previous frame', keys: ['D'], group: 'Move'},
+  ];
+  assert.deepEqual(groupOperations(operations, '').map(([group, found]) => [group, found.length]), [['Move', 2], ['Edit', 1]]);
+  assert.deepEqual(groupOperations(operations, 'ctrl+z').map(([, [found]]) => found.id), ['b']);
+});
+
+test('a confusion matrix has its rows and columns in order, no class last', () => {
+  /** @param {number|null} reference @param {number|null} candidate @param {number} count */
+  const cell = (reference, candidate, count) => ({reference, candidate, count, frames: [], lasts: [], tracks: []});
+  const found = arrangeConfusion({classes: [4, 13], cells: [cell(4, 4, 9), cell(4, null, 2), cell(null, 13, 1)]});
+  assert.deepEqual(found.rows, [4, null]);
+  assert.deepEqual(found.columns, [4, 13, null]);
+  assert.equal(found.cell(4, null)?.count, 2);
+  assert.equal(found.cell(4, 13), undefined);
+  assert.equal(found.most, 9);
+});
+
+test('a place of ground truth opens the other side, without its track', () => {
+  const found = /** @type {any} */ ({reference: 'truth:t', candidate: 'run:r'});
+  assert.deepEqual(runOfSide(found, 'reference'), {run: 'r', own: false});
+  assert.deepEqual(runOfSide(found, 'candidate'), {run: 'r', own: true});
+  assert.deepEqual(runOfSide({...found, reference: 'annotation:q'}, 'reference'), {run: 'q', own: true});
+});
+
+test('two versions of a track differ where they do', () => {
+  /** @type {import('../../../static/js/types.js').TrackDoc} */
+  const doc = {key: 'm3', revision: 2, class_id: 2, review: 'accepted', not_a_sign: false, segments: [{track: 3, first: 4, last: 9}], keys: {}, notes: [{id: 'n', frame: 4, text: '<img onerror=x>', author: 'A', time: ''}], gone: false, merged_into: null};
+  const words = describeDoc(doc, LABELS);
+  assert.equal(words.Class, 'speed limit 80 km/h');
+  assert.equal(words.Frames, '4–9');
+  assert.equal(words.Notes, 'A: <img onerror=x>');
+  assert.equal(describeDoc({...doc, gone: true, merged_into: 'm1'}, LABELS).State, 'merged into m1');
+  assert.equal(describeDoc(undefined, LABELS).State, 'not there');
+});
+
+test('what a replay changed is said in words, with the frame to open', () => {
+  const run = /** @type {any} */ ({summary: {difference: {
+    gained: [{track: 9, frame: 10, last: 30, class_id: 5}], switched: [{track: 3, parts: [3, 8], frame: 44}], relabelled: [{track: 2, before: null, after: 0, frame: 7}],
+  }}});
+  assert.deepEqual(changesOf(run, 'gained', LABELS).map(({text, frame, own}) => [text, frame, own]), [['stop, frames 10–30', 10, true]]);
+  assert.match(changesOf(run, 'switched', LABELS)[0].text, /2 parts at frame 44/);
+  assert.equal(changesOf(run, 'relabelled', LABELS)[0].text, 'no class → speed limit 20 km/h');
+  assert.deepEqual(changesOf(run, 'lost', LABELS), []);
+});
+
+test('numbers read as people write them', () => {
+  assert.deepEqual([bytes(0), bytes(999), bytes(1500), bytes(3_700_000), bytes(250e9)], ['0 bytes', '999 bytes', '1.5 kB', '3.7 MB', '250 GB']);
+  assert.deepEqual([clock(0), clock(12.4), clock(3723), clock(null)], ['0:00', '0:12', '1:02:03', '–']);
+  assert.deepEqual([timeLeft(3), timeLeft(24), timeLeft(130), timeLeft(7200)], ['a few seconds left', 'about 25 s left', 'about 2 min left', 'about 2.0 h left']);
+  assert.deepEqual([figure(0.16044), figure(132400), figure(null), percent(0.5432), percent(1)], ['0.16', '132,400', '–', '54.3 %', '100 %']);
+});

@@ -1,0 +1,95 @@
+"""One verdict judged again comes to the stored one, and says what it rested on."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.pipeline.inspection import inspect_gate, stored_pixels
+from tsr_engine.runs import RunRequest, track_video
+
+
+def load_toys() -> ModuleType:
+    path = Path(__file__).with_name("pipeline_toys.py")
+    spec = importlib.util.spec_from_file_location("toys_of_inspection", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["toys_of_inspection"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+toys = load_toys()
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("inspection")
+    video = toys.write_drive(folder / "drive.mp4", 75)
+    track_video(RunRequest(video, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
+    return folder / "run"
+
+
+def test_every_stored_verdict_comes_out_again_bit_by_bit(run: Path) -> None:
+    compared = 0
+    with EvidenceReader(run) as reader:
+        for frame in reader.frames(pixels=False):
+            for track in frame.tracks:
+                found = inspect_gate(
+                    reader, toys.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
+                )
+                if track.gate is None:
+                    assert found is None
+                    continue
+                assert found is not None
+                assert found.verdict == track.gate
+                assert found.symmetry.magnitude == track.gate.symmetry_magnitude
+                assert (found.crop_hash ^ found.mean_hash).bit_count() == track.gate.hash_distance
+                compared += 1
+    assert compared > 40
+
+
+def test_symmetry_weights_are_one_a_pair(run: Path) -> None:
+    seen = 0
+    with EvidenceReader(run) as reader:
+        for frame in reader.frames(pixels=False):
+            for track in frame.tracks:
+                found = inspect_gate(
+                    reader, toys.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
+                )
+                if found is None:
+                    continue
+                weights, symmetry = found.symmetry.weights, found.symmetry
+                assert weights.shape == (len(symmetry.pairs),)
+                assert ((weights > 0) & (weights <= 1)).all()
+                if symmetry.features:
+                    assert symmetry.magnitude == pytest.approx(np.sqrt(min(1.0, weights.sum() / symmetry.features)))
+                seen += len(weights)
+    assert seen > 50
+
+
+def test_a_frame_that_is_not_there(run: Path) -> None:
+    with EvidenceReader(run) as reader:
+        with pytest.raises(EvidenceError, match="no frame 99"):
+            inspect_gate(reader, toys.PARAMS, 1, 99, lambda k: stored_pixels(reader, k))
+        with pytest.raises(EvidenceError, match="no frame 99"):
+            stored_pixels(reader, 99)
+
+
+def test_any_question_may_be_asked_but_nothing_changed(run: Path) -> None:
+    with EvidenceReader(run) as reader:
+        assert reader.query("SELECT count(*) FROM frames WHERE frame >= ?", (5,)) == [(70,)]
+        with pytest.raises(EvidenceError, match="readonly"):
+            reader.query("DELETE FROM frames")
+        frame = next(f for f in reader.frames() if f.regions)
+        kept = reader.regions(frame.ordinal)
+        assert [(r.x, r.y) for r in kept] == [(r.x, r.y) for r in frame.regions]
+        assert all(np.array_equal(a.pixels, b.pixels) for a, b in zip(kept, frame.regions, strict=True))

@@ -1,0 +1,138 @@
+"""One verdict of the gate once more, from stored evidence, with everything that it rested on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.evidence.regions import StoredPixels
+from tsr_engine.gating.gate import Gate
+from tsr_engine.gating.perceptual_hash import HashMemory, hash_bits, hash_picture
+from tsr_engine.gating.symmetry import Symmetry
+from tsr_engine.geometry.boxes import to_cxcywh
+from tsr_engine.params import Params
+from tsr_engine.pipeline.core import is_seen, worth_looking_at
+from tsr_engine.protocols import PixelSource
+from tsr_engine.recognition.crops import crop_bounds
+from tsr_engine.records import FloatArray, GateVerdict, Picture, TrackFrame
+
+__all__ = ["Inspection", "inspect_gate", "stored_pixels"]
+
+
+@dataclass(frozen=True, slots=True)
+class Inspection:
+    """What the gate saw of one prediction.
+
+    Attributes:
+        verdict: recomputed; equals the stored one where the pixels are those of the run.
+        crop: the judged crop, BGR, with its margin.
+        border: columns and rows of margin on each side of the crop.
+        symmetry: the mirror axis; its pairs are in px of the crop without its margin.
+        memory: the track's earlier looks as they were when the verdict fell.
+        crop_hash: the crop's 64 bits, first bit highest.
+        mean_hash: the memory's 64 bits.
+    """
+
+    verdict: GateVerdict
+    crop: Picture
+    border: tuple[int, int]
+    symmetry: Symmetry
+    memory: HashMemory
+    crop_hash: int
+    mean_hash: int
+
+
+def stored_pixels(reader: EvidenceReader, frame: int) -> StoredPixels:
+    """The pixels that evidence keeps of a frame.
+
+    Raises:
+        EvidenceError: there is no such frame.
+    """
+    head = reader.query("SELECT width, height FROM frames WHERE frame = ?", (frame,))
+    if not head:
+        raise EvidenceError(f"{reader.folder} holds no frame {frame}. Choose one of the run's own frames.")
+    return StoredPixels(head[0][0], head[0][1], reader.regions(frame))
+
+
+def inspect_gate(
+    reader: EvidenceReader, params: Params, track_id: int, frame: int, pixels: Callable[[int], PixelSource]
+) -> Inspection | None:
+    """Judge one stored prediction again.
+
+    The memory of looks is rebuilt from the track's first frame on, exactly as the run had it.
+
+    Args:
+        reader: the run.
+        params: the run's own parameters.
+        track_id: the track.
+        frame: ordinal of the frame.
+        pixels: the pixels of a frame by ordinal.
+
+    Returns:
+        None where the gate did not judge that track in that frame.
+
+    Raises:
+        EvidenceError: the evidence lacks the frames that are needed.
+    """
+    gate = Gate(params.gate)
+    memory, previous = HashMemory.empty(), None
+    size, shift = _size(reader, frame)
+    for ordinal, track in _until(reader, track_id, frame):
+        if ordinal == frame:
+            if track.gate is None or track.prediction is None or previous is None or not memory.count:
+                return None
+            return _judge(gate, pixels(frame), track.prediction.box, previous, memory, shift)
+        previous = track.box
+        if worth_looking_at(track.box, *size) and is_seen(track.source, track.gate):
+            memory = gate.remember(memory, _cut(pixels(ordinal), track.box, gate.margin))
+    return None
+
+
+def _until(reader: EvidenceReader, track_id: int, frame: int) -> Iterator[tuple[int, TrackFrame]]:
+    for ordinal, track in reader.track(track_id):
+        if ordinal > frame:
+            return
+        yield ordinal, track
+
+
+def _size(reader: EvidenceReader, frame: int) -> tuple[tuple[int, int], tuple[float, float]]:
+    rows = reader.query("SELECT width, height, shift_x, shift_y FROM frames WHERE frame = ?", (frame,))
+    if not rows:
+        raise EvidenceError(f"{reader.folder} holds no frame {frame}. Choose one of the run's own frames.")
+    width, height, x, y = rows[0]
+    return (width, height), (np.nan if x is None else x, np.nan if y is None else y)
+
+
+def _judge(
+    gate: Gate,
+    pixels: PixelSource,
+    box: FloatArray,
+    previous: FloatArray,
+    memory: HashMemory,
+    shift: tuple[float, float],
+) -> Inspection:
+    crop = _cut(pixels, box, gate.margin)
+    centre, before = to_cxcywh(box), to_cxcywh(previous)
+    verdict = gate.judge(crop, memory, centre[:2], before[:2], float(centre[2:].mean()), shift)
+    return Inspection(
+        verdict=verdict,
+        crop=crop,
+        border=gate.border(crop),
+        symmetry=gate.symmetry(crop),
+        memory=memory,
+        crop_hash=_number(hash_bits(hash_picture(crop))),
+        mean_hash=_number(hash_bits(memory.mean)),
+    )
+
+
+def _number(bits: NDArray[np.bool_]) -> int:
+    return int.from_bytes(np.packbits(bits).tobytes(), "big")
+
+
+def _cut(pixels: PixelSource, box: FloatArray, margin: float) -> Picture:
+    return pixels.crop(*crop_bounds(box, margin))
