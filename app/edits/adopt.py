@@ -114,11 +114,13 @@ def _deleted(
         result.not_needed.append(key)
         return
     name = f"m{twin}"
+    if name in present and present[name].gone:
+        result.not_needed.append(key)
+        return
     if name in taken:
-        if not (name in present and present[name].gone):
-            result.conflicts.append(
-                (key, f"It was deleted, but its track {name} in this run carries edits.", new.span(twin)[0])
-            )
+        result.conflicts.append(
+            (key, f"It was deleted, but its track {name} in this run carries edits.", new.span(twin)[0])
+        )
         return
     taken.add(name)
     gone = TrackDoc(key=name, segments=(_whole(twin, new),), gone=True)

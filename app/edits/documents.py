@@ -137,6 +137,10 @@ class TrackDoc(Model):
         x1, y1, x2, y2 = (p + share * (q - p) for p, q in zip(a, b, strict=True))
         return x1, y1, x2, y2
 
+    def same(self, other: TrackDoc) -> bool:
+        """Equal but for the revision."""
+        return self.model_copy(update={"revision": other.revision}) == other
+
     def empty(self) -> bool:
         """Nothing of the track is left in any frame."""
         return not self.segments and not any(key.box is not None and not key.outside for key in self.keys.values())

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.api.responses import Model
+from app.edits.documents import TrackDoc
 from app.storage.models import Edit
 
-__all__ = ["Target", "stacks", "target"]
+__all__ = ["Target", "adopted_keys", "stacks", "target"]
 
 
 class Target(Model):
@@ -44,3 +48,23 @@ def target(session: Session, stack: list[str]) -> Target | None:
         return None
     edit = session.scalars(select(Edit).where(Edit.op_id == stack[-1])).one()
     return Target(op_id=edit.op_id, name=edit.kind, frame=edit.frame, keys=sorted(edit.after))
+
+
+def adopted_keys(session: Session, run_id: str, from_run: str, present: Mapping[str, TrackDoc]) -> set[str]:
+    """Tracks that still are as an adoption from a run, or the undo of one, has left them.
+
+    Args:
+        session: reads the log.
+        run_id: the run that adopts.
+        from_run: the run whose edits come over.
+        present: documents of ``run_id``.
+    """
+    query = select(Edit.op_id, Edit.kind, Edit.command, Edit.reverts, Edit.after).where(Edit.run_id == run_id)
+    adoptions: set[str] = set()
+    left: dict[str, Any] = {}
+    for op_id, kind, command, reverts, after in session.execute(query.order_by(Edit.seq)):
+        if kind == "adopt" and command["from_run"] == from_run:
+            adoptions.add(op_id)
+        if op_id in adoptions or reverts in adoptions:
+            left.update(after)
+    return {key for key, doc in present.items() if key in left and doc.same(TrackDoc.model_validate(left[key]))}

@@ -17,7 +17,7 @@ from app.edits.adopt import Adoption, MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Redo, Undo
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
-from app.edits.history import Target, stacks, target
+from app.edits.history import Target, adopted_keys, stacks, target
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.events import EventBus
 from app.evidence.service import EvidenceService
@@ -170,6 +170,8 @@ class EditService:
     def adopt(self, run_id: str, from_run: str, author: str) -> Adopted:
         """Carry the edits of another run of the same video over to this one; each is an operation of ``author``.
 
+        Again later it brings what is new: tracks that nobody has touched since they came over follow the other run.
+
         Raises:
             NotFound: no such run.
             Invalid: the runs are of different videos, or the same.
@@ -186,18 +188,28 @@ class EditService:
         tracks = _machine(self._evidence.boxes(from_run)), _machine(self._evidence.boxes(run_id))
         with self._database.write() as session:
             self._events.order(session)
+            run = _require_run(session, run_id)
             present = {row.key: _doc(row) for row in session.scalars(_documents(run_id))}
             docs = {row.key: _doc(row) for row in session.scalars(_documents(from_run))}
-            adoption = adopt_documents(docs, *tracks, present)
+            ours = adopted_keys(session, run_id, from_run, present)
+            adoption = adopt_documents(docs, *tracks, {k: doc for k, doc in present.items() if k not in ours})
             for key, documents in adoption.changed.items():
-                self._record_adopted(session, _require_run(session, run_id), from_run, author, key, documents)
+                if not all(name in present and present[name].same(doc) for name, doc in documents.items()):
+                    before = {name: present.get(name) or self._fresh(run, name) for name in documents}
+                    self._record_adopted(session, run, from_run, author, key, before, documents)
             return _adopted(adoption)
 
     def _record_adopted(
-        self, session: Session, run: Run, from_run: str, author: str, key: str, documents: Mapping[str, TrackDoc]
+        self,
+        session: Session,
+        run: Run,
+        from_run: str,
+        author: str,
+        key: str,
+        before: Mapping[str, TrackDoc | None],
+        documents: Mapping[str, TrackDoc],
     ) -> None:
-        fresh = {name: self._fresh(run, name) for name in documents}
-        saved = self._save(session, run.id, fresh, documents)
+        saved = self._save(session, run.id, before, documents)
         row = Edit(
             op_id=uuid4().hex,
             run_id=run.id,
@@ -205,7 +217,7 @@ class EditService:
             kind="adopt",
             command={"name": "adopt", "from_run": from_run, "key": key},
             frame=None,
-            before={name: None if doc is None else doc.model_dump(mode="json") for name, doc in fresh.items()},
+            before={name: None if doc is None else doc.model_dump(mode="json") for name, doc in before.items()},
             after={name: doc.model_dump(mode="json") for name, doc in saved.items()},
         )
         session.add(row)
@@ -355,7 +367,7 @@ def _same(present: TrackDoc | None, left: TrackDoc | None) -> bool:
     """Whether a track still is what an operation left behind, whatever its revision."""
     if left is None:
         return present is None or present.gone
-    return present is not None and present.model_copy(update={"revision": left.revision}) == left
+    return present is not None and present.same(left)
 
 
 def _entry(edit: Edit) -> LogEntry:

@@ -17,10 +17,12 @@ from sqlalchemy.orm import Session
 from app.events import EventBus
 from app.storage.models import Job
 
-__all__ = ["MOST_CRASHES", "Fenced", "JobQueue"]
+__all__ = ["MOST_CRASHES", "STRIDE", "Fenced", "JobQueue"]
 
 MOST_CRASHES = 3
 """A job that kills this many processes at one place is given up."""
+STRIDE = 32
+"""Frames that count as getting on: the engine stores that many at once, and positions are noted now and then only."""
 
 
 class Fenced(Exception):
@@ -117,10 +119,11 @@ class JobQueue:
             job = self.held(session, job_id, token)
         except Fenced:
             return None
-        died_at = job.payload.get("died_at", -1)
         place = -1 if job.position is None else job.position
-        job.crashes = job.crashes + 1 if place == died_at or job.crashes == 0 else 1
-        job.payload = {**job.payload, "died_at": place}
+        furthest = job.payload.get("died_at")
+        further = furthest is not None and place >= furthest + STRIDE
+        job.crashes = 1 if further else job.crashes + 1
+        job.payload = {**job.payload, "died_at": place if further or furthest is None else furthest}
         if job.cancel:
             job.state, job.finished = "cancelled", datetime.now(UTC)
             return job

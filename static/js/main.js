@@ -2,6 +2,7 @@
 /** Puts the page together. */
 
 import { createApi } from './api/client.js';
+import { sentence } from './api/errors.js';
 import { listenToKeys } from './behaviours/keyboard.js';
 import { createEditor } from './editing/editor.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
@@ -9,7 +10,7 @@ import { createFrames } from './frames/frames.js';
 import { formatRoute, parseRoute } from './model/route.js';
 import { allOperations } from './operations/registry.js';
 import { createLoader } from './review/loader.js';
-import { setRoute, setTheme } from './store/actions/page.js';
+import { setRoute, setTheme, showBanner } from './store/actions/page.js';
 import { seek, select } from './store/actions/review.js';
 import { initialState } from './store/initial.js';
 import { createStore } from './store/store.js';
@@ -34,7 +35,7 @@ const editor = createEditor({
 });
 /** @type {App} */
 const app = { store, api, operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, loader: /** @type {any} */ (null) };
-app.loader = createLoader(app, { opened: (run) => void editor.open(run), closed: () => editor.close() });
+app.loader = createLoader(app, { opened: (run) => void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }))), closed: () => editor.close() });
 
 function readRoute() {
   const route = parseRoute(location.hash);
@@ -84,7 +85,10 @@ const live = startLive(app, {
     if (event.kind === 'edit' && review?.run?.id === event.subject) editor.hear(event.data.docs, event.data.op_id);
     if (event.kind === 'run') app.loader.follow(event.data);
   },
-  onReset: () => void app.loader.refresh(),
+  onReset: () => {
+    void app.loader.refresh();
+    void editor.refresh();
+  },
 });
 void live.reload();
 store.dispatch((state) => setTheme(state, rememberedTheme()));

@@ -1,6 +1,7 @@
 // @ts-check
 /** Keys to operations. Typing into a field, an open dialog and the browser's own keys are left alone. */
 
+import { neighbour } from '../operations/boxes.js';
 import { runOperation } from '../operations/registry.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -49,17 +50,11 @@ export function listenToKeys(app, refuse) {
       if (!onPicture && !(free && !name.endsWith('Tab'))) {
         if (!(name === 'Space' && !target?.closest('button, a, [role]')) && name !== 'Escape') return;
       }
-      // with nothing in the frame, Tab leaves the picture as usual
-      if (name.endsWith('Tab') && !hasTracks(app)) return;
+      // behind the last track Tab leaves the picture as usual
+      if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
     }
     if (!operation.available(app.store.get())) return;
     event.preventDefault();
     runOperation(app, operation, refuse);
   }, { signal: app.signal });
-}
-
-/** @param {App} app */
-function hasTracks(app) {
-  const { review } = app.store.get();
-  return Boolean(review?.overlays[review.frame]?.tracks.length || Object.keys(review?.docs ?? {}).length);
 }

@@ -64,15 +64,24 @@ function merge(app) {
   }
 }
 
+/**
+ * The next track in the frame, from left to right; null behind the last one, so that Tab goes on through the page.
+ * @param {State} state
+ * @param {1|-1} direction
+ * @returns {string|null}
+ */
+export function neighbour(state, direction) {
+  const { review } = state;
+  if (!review) return null;
+  const keys = shownTracks(review).map(({ key, box }) => ({ key, x: box[0] })).sort((a, b) => a.x - b.x).map(({ key }) => key);
+  const at = keys.indexOf(review.selected ?? '');
+  return keys[at < 0 ? (direction > 0 ? 0 : keys.length - 1) : at + direction] ?? null;
+}
+
 /** @param {App} app @param {1|-1} direction */
 function cycle(app, direction) {
-  const { review } = app.store.get();
-  if (!review) return;
-  const keys = shownTracks(review).map(({ key, box }) => ({ key, x: box[0] })).sort((a, b) => a.x - b.x).map(({ key }) => key);
-  if (!keys.length) return;
-  const at = keys.indexOf(review.selected ?? '');
-  const next = keys[at < 0 ? (direction > 0 ? 0 : keys.length - 1) : (at + direction + keys.length) % keys.length];
-  app.store.dispatch((state) => select(state, next));
+  const key = neighbour(app.store.get(), direction);
+  if (key !== null) app.store.dispatch((state) => select(state, key));
 }
 
 /** @param {App} app @param {number} dx @param {number} dy */

@@ -60,13 +60,13 @@ function keyStep(app, direction) {
 
 /** @type {import('../page-types.js').Operation[]} */
 export const navigation = [
-  operation({ id: 'previous-frame', label: 'Previous frame', keys: ['D'], icon: 'back', group: GROUP, run: (app) => move(app, -1) }),
+  operation({ id: 'previous-frame', label: 'Previous frame', keys: ['D'], icon: 'step_back', group: GROUP, run: (app) => move(app, -1) }),
   operation({ id: 'play', label: 'Play or pause', keys: ['Space'], icon: 'play', group: GROUP, run: (app) => app.store.dispatch((state) => setPlaying(state, !state.review?.playing)) }),
-  operation({ id: 'next-frame', label: 'Next frame', keys: ['F'], icon: 'forward', group: GROUP, run: (app) => move(app, 1) }),
-  operation({ id: 'back-10', label: 'Back 10 frames', keys: ['V'], icon: 'skip-back', group: GROUP, run: (app) => move(app, -10) }),
-  operation({ id: 'on-10', label: 'On 10 frames', keys: ['C'], icon: 'skip-forward', group: GROUP, run: (app) => move(app, 10) }),
-  operation({ id: 'next-key', label: 'Next key frame', keys: ['R'], icon: 'key-forward', group: GROUP, run: (app) => keyStep(app, 1) }),
-  operation({ id: 'previous-key', label: 'Previous key frame', keys: ['E'], icon: 'key-back', group: GROUP, run: (app) => keyStep(app, -1) }),
+  operation({ id: 'next-frame', label: 'Next frame', keys: ['F'], icon: 'step_forward', group: GROUP, run: (app) => move(app, 1) }),
+  operation({ id: 'back-10', label: 'Back 10 frames', keys: ['V'], icon: 'skip_back', group: GROUP, run: (app) => move(app, -10) }),
+  operation({ id: 'on-10', label: 'On 10 frames', keys: ['C'], icon: 'skip_forward', group: GROUP, run: (app) => move(app, 10) }),
+  operation({ id: 'next-key', label: 'Next key frame', keys: ['R'], icon: 'key_forward', group: GROUP, run: (app) => keyStep(app, 1) }),
+  operation({ id: 'previous-key', label: 'Previous key frame', keys: ['E'], icon: 'key_back', group: GROUP, run: (app) => keyStep(app, -1) }),
   operation({ id: 'first-frame', label: 'First frame', keys: ['Home'], group: GROUP, run: (app) => go(app, 0) }),
   operation({ id: 'last-frame', label: 'Last frame', keys: ['End'], group: GROUP, run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1) }),
   operation({ id: 'next-in-queue', label: 'Next in the queue', keys: ['J'], icon: 'down', group: 'Queue', run: (app) => queueStep(app, 1) }),

@@ -30,7 +30,7 @@ function judge(app, review) {
 export const verdicts = [
   operation({ id: 'accept', label: 'Accept the track', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
   operation({ id: 'reject', label: 'Reject the track', keys: ['X'], icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
-  operation({ id: 'needs-work', label: 'The track needs work', keys: ['W'], icon: 'needs-work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
+  operation({ id: 'needs-work', label: 'The track needs work', keys: ['W'], icon: 'doubt', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
   operation({
     id: 'relabel', label: 'Relabel', keys: ['L'], icon: 'label', group: GROUP, disabled: needsTrack,
     tooltip: 'Choose the class of the track, or of this box alone (L)',
@@ -42,7 +42,7 @@ export const verdicts = [
     },
   }),
   operation({
-    id: 'not-a-sign', label: 'Not a sign', keys: ['Shift+X'], icon: 'not-a-sign', group: GROUP, disabled: needsTrack,
+    id: 'not-a-sign', label: 'Not a sign', keys: ['Shift+X'], icon: 'not_a_sign', group: GROUP, disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       const present = review?.selected ? review.docs[review.selected]?.not_a_sign ?? false : false;

@@ -41,6 +41,12 @@ export const view = [
       toast('Everything is saved.', { tone: 'good' });
     },
   }),
+  operation({
+    id: 'decide-conflict', label: 'Decide on a conflict', keys: [], group: 'History',
+    tooltip: 'Somebody else changed a track first: see both versions and choose one',
+    disabled: (state) => (state.banners.some(({ id }) => id === 'conflict') ? null : 'There is no conflict.'),
+    run: (app) => app.editor.decide(),
+  }),
   ...LAYERS.map((name, at) =>
     operation({
       id: `layer-${name}`, label: LAYER_NAMES[name], keys: [String(at + 1)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${at + 1})`,
@@ -51,7 +57,7 @@ export const view = [
     run: (app) => app.store.dispatch((state) => setViewport(state, { zoom: 0, x: 0, y: 0 })),
   }),
   operation({
-    id: 'actual-size', label: 'One to one', keys: ['Shift+0'], icon: 'one-to-one', group: 'Picture',
+    id: 'actual-size', label: 'One to one', keys: ['Shift+0'], icon: 'one_to_one', group: 'Picture',
     run: (app) => app.store.dispatch((state) => (state.review ? setViewport(state, { ...state.review.viewport, zoom: 1 / (globalThis.devicePixelRatio || 1) }) : state)),
   }),
   operation({

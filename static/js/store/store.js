@@ -11,7 +11,7 @@
  * @param {(run: () => void) => void} [later]   how listeners are put off; tests pass one that they control
  * @returns {Store}
  */
-export function createStore(initial, later = queueMicrotask) {
+export function createStore(initial, later = (run) => void Promise.resolve().then(run)) {
   let state = initial;
   let pending = false;
   /** @type {Set<(state: State) => void>} */

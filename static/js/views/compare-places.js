@@ -5,6 +5,7 @@ import {formatRoute} from '../model/route.js';
 import {fill, h} from './dom.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
+import {showOver} from './second-run.js';
 
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Places} Places */
@@ -36,7 +37,7 @@ export function createPlaces(app, found) {
   function show({title, side, frames, lasts, tracks, places}) {
     const {run, own} = runOfSide(found, side);
     const second = [found.reference, found.candidate].map((name) => name.split(':')).find(([kind, id]) => kind === 'run' && id !== run)?.[1] ?? null;
-    const open = () => app.store.dispatch((state) => state.review && second ? {...state, review: {...state.review, second, secondOverlays: {}}} : state);
+    const open = () => showOver(app, run, second);
     fill(element,
       h('div', {class: 'compare-places-head'}, h('h2', {tabIndex: -1}, title), h('span', {class: 'muted small'}, frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'))),
       h('ol', {class: 'places-list'}, ...frames.map((frame, at) => h('li', null, h('a', {

@@ -137,7 +137,7 @@ function actionsOf(app, video) {
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
     actions.push(h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: null, frame: null, track: null}), 'aria-label': `Review ${video.name}`}, icon('eye'), 'Review'));
-    actions.push(h('button', {class: 'btn', type: 'button', onclick: open, 'aria-label': `Runs of ${video.name}`}, plural(video.runs, 'run')));
+    actions.push(h('button', {class: 'btn', type: 'button', onclick: open, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}`}, plural(video.runs, 'run')));
   } else if (video.state === 'ready') {
     actions.push(h('button', {class: 'btn btn-primary', type: 'button', disabled: video.missing, onclick: open, 'aria-label': `Run the engine on ${video.name}`}, icon('run'), 'Run the engine'));
   } else if (video.state === 'failed' && !video.missing) {

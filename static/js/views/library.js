@@ -68,6 +68,7 @@ export function createLibrary(app) {
   }});
   const uploads = createUploads(app, signal);
   const welcome = createWelcome(app);
+  const welcomePlace = h('div', null, welcome.element);
   const total = h('span', {class: 'muted'});
   const list = h('ul', {class: 'cards', 'aria-label': 'Videos'});
   const notice = h('div', {class: 'library-notice'}, waiting('The videos are loaded', {retry: load, signal}));
@@ -78,7 +79,7 @@ export function createLibrary(app) {
         h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort,
         h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
         h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files),
-      uploads.element, welcome.element, notice, list),
+      uploads.element, welcomePlace, notice, list),
     h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop video files to upload them')));
   uploads.acceptDrops(element);
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
@@ -133,6 +134,7 @@ export function createLibrary(app) {
     const state = last;
     if (!state || state.videos === null) return;
     const found = arrange(state.videos, search.value, sort.value);
+    welcomePlace.hidden = search.value !== '';
     setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${found.length} of ${plural(state.videos.length, 'video')}`);
     reconcile(list, found, ({id}) => id, (video) => {
       const card = createCard(app, video);

@@ -3,6 +3,7 @@
 
 import {formatRoute} from '../model/route.js';
 import {h} from './dom.js';
+import {showOver} from './second-run.js';
 import {count} from './format.js';
 
 /** @typedef {import('../types.js').Run} Run */
@@ -53,8 +54,7 @@ export function changeList(app, run, {close} = {}) {
     close?.();
     // Entries of the replay open it as the run, those of the run open the run; the other one lies over it.
     const shown = change.own ? run.id : run.parent_id ?? run.id;
-    const second = change.own ? run.parent_id : run.id;
-    app.store.dispatch((state) => state.review ? {...state, review: {...state.review, second, secondOverlays: {}}} : state);
+    showOver(app, shown, change.own ? run.parent_id : run.id);
     location.hash = formatRoute({screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}`});
   }
   return h('div', {class: 'changes'}, ...KINDS.map(([kind, title, text]) => {

@@ -128,7 +128,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "set_box": {"box": BOX},
     "relabel_track": {"class_id": 3},
     "relabel_box": {"class_id": 3, "box": BOX},
-    "merge": {"others": ["OTHER"]},
+    "merge": {"others": ["m2"]},
     "split": {"new_key": "hlater01"},
     "delete_from": {},
     "delete_track": {},
@@ -311,9 +311,7 @@ def adopt(page: Page, from_run: str) -> Any:
     return answer.json()
 
 
-def test_edits_go_over_to_another_run_once(
-    http: Server, made: toy_home.ToyHome, ann: Page, tracks: list[str]
-) -> None:
+def test_edits_go_over_to_another_run_once(http: Server, made: toy_home.ToyHome, ann: Page, tracks: list[str]) -> None:
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
     assert adopt(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
     span = http.context.evidence.span(ann.run, int(tracks[0][1:]))
@@ -340,9 +338,15 @@ def test_edits_go_over_to_another_run_once(
     assert [conflict["key"] for conflict in third["conflicts"]] == [tracks[0]]
     assert sorted(third["kept"]) == sorted([tracks[1], "hlater01", "hdrawn01"])
     assert new.docs()[tracks[0]]["class_id"] == 8
-    # an adopted edit can be taken back like any other
-    target = new.annotation()["undo"]["op_id"]
-    assert new.send({"name": "undo", "op_id": target}).status_code == 200
+    # taken back: all is as the adoption has left it
+    assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
+    assert adopt(new, ann.run) == first
+    # an adopted edit can be taken back like any other, and come over once more
+    assert new.send({"name": "undo", "op_id": new.annotation()["undo"]["op_id"]}).status_code == 200
+    taken_back = [key for key, doc in new.docs().items() if doc != docs[key]]
+    assert len(taken_back) == 1
+    assert adopt(new, ann.run) == first
+    assert new.docs() == docs
 
 
 def test_what_is_new_since_the_first_adoption_comes_too(
@@ -354,6 +358,10 @@ def test_what_is_new_since_the_first_adoption_comes_too(
     ann.send(relabel(tracks[1], 4), f'"{tracks[1]}:0"')
     assert sorted(adopt(new, ann.run)["kept"]) == sorted(tracks[:2])
     assert len(new.log()) == 2
+    ann.send(relabel(tracks[1], 5), f'"{tracks[1]}:1"')
+    assert sorted(adopt(new, ann.run)["kept"]) == sorted(tracks[:2])
+    assert new.docs()[tracks[1]]["class_id"] == 5
+    assert len(new.log()) == 3
 
 
 def test_adopting_from_nowhere(http: Server, made: toy_home.ToyHome, ann: Page) -> None:

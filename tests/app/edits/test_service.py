@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import Desk
+from edit_desk import Desk
 from edit_toys import a_command, beginning
 from pydantic import TypeAdapter
 from sqlalchemy import func, select
@@ -170,7 +170,7 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
 CHILD = """
 import sys
 sys.path.insert(0, sys.argv[2])
-from conftest import make_desk
+from edit_desk import make_desk
 from test_service import relabel, send
 desk = make_desk("sqlite:///" + sys.argv[1])
 if len(sys.argv) > 3:

@@ -27,6 +27,17 @@ export function groupOperations(operations, text) {
 }
 
 /**
+ * The tooltip without the key, which stands beside it, and nothing where it only repeats the name.
+ *
+ * @param {Operation} operation
+ * @returns {string}
+ */
+export function explanation({tooltip, label, keys}) {
+  const text = keys.reduce((rest, key) => rest.endsWith(` (${key})`) ? rest.slice(0, -key.length - 3) : rest, tooltip);
+  return text === label ? '' : text;
+}
+
+/**
  * A key as people see it on the keyboard.
  *
  * @param {string} keys   `Ctrl+Shift+Z`
@@ -52,7 +63,7 @@ export function helpDialog({app, close}) {
       h('h3', null, group),
       h('dl', {class: 'help-list'}, ...operations.flatMap((operation) => [
         h('dt', null, ...operation.keys.map(keyHint)),
-        h('dd', null, h('span', {class: 'help-label'}, operation.label), operation.tooltip && operation.tooltip !== operation.label && h('span', {class: 'muted small'}, operation.tooltip)),
+        h('dd', null, h('span', {class: 'help-label'}, operation.label), explanation(operation) && h('span', {class: 'muted small'}, explanation(operation))),
       ])))));
     const total = groups.reduce((sum, [, operations]) => sum + operations.length, 0);
     setText(found, search.value ? total ? `${total} found` : 'Nothing found. Try another word.' : '');

@@ -41,7 +41,11 @@ export function createTauSlider(change, signal) {
     event.preventDefault();
     event.stopPropagation();
     if (event.key === 'Home') change(null);
-    else change(Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3)));
+    else {
+      // The next key may come before the page is painted: it goes on from here.
+      tau = Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3));
+      change(tau);
+    }
   }, { signal });
 
   return {

@@ -36,8 +36,8 @@ export function paintTracks(ctx, index, view, palette, label) {
     ctx.fillRect(0, index.row[chosen] * rowHeight - scroll, width, rowHeight);
   }
   for (let source = 0; source < 4; source += 1) {
-    ctx.fillStyle = palette.source[source];
-    ctx.beginPath();
+    // A texture cannot be read on slivers, and costs most there: while they are the rule, plain colour stands for it.
+    ctx.fillStyle = scale < 0.25 ? palette.sourceColour[source] : palette.source[source];
     for (let r = firstRow; r <= lastRow; r += 1) {
       const top = r * rowHeight - scroll + pad;
       const stop = index.rowStart[r + 1];
@@ -50,12 +50,11 @@ export function paintTracks(ctx, index, view, palette, label) {
           const to = Math.min(width + 2, (index.pieceLast[p] + 1 - span.first) * scale);
           if (to < 0 || from > width || to < painted) continue;
           const right = Math.max(to, from + 1);
-          ctx.rect(from, top, right - from, tall);
+          ctx.fillRect(Math.round(from), top, Math.max(1, Math.round(right) - Math.round(from)), tall);
           if (right - from < 2) painted = Math.floor(right) + 1;
         }
       }
     }
-    ctx.fill();
   }
   paintOutlines(ctx, index, view, palette, chosen, firstRow, lastRow, label);
 }

@@ -1,0 +1,44 @@
+"""An edit service over toy tracks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from app.edits.service import EditService
+from app.events import EventBus
+from app.storage.database import Database
+from app.storage.models import Base, Run, Video
+
+RUN, OTHER = "a" * 32, "b" * 32
+
+
+@dataclass
+class ToyEvidence:
+    """What the service asks of evidence."""
+
+    spans: dict[int, tuple[int, int]] = field(default_factory=lambda: {1: (0, 20), 2: (15, 40), 3: (50, 70)})
+
+    def span(self, _run_id: str, track: int) -> tuple[int, int] | None:
+        return self.spans.get(track)
+
+
+@dataclass
+class Desk:
+    """A service with one complete run."""
+
+    database: Database
+    service: EditService
+    evidence: ToyEvidence
+    run: str = RUN
+
+
+def make_desk(url: str) -> Desk:
+    """A service on a fresh database."""
+    database = Database(url)
+    Base.metadata.create_all(database.engine)
+    with database.write() as session:
+        session.add(Video(id="f" * 64, name="v", path="/v", size=1, warnings=[]))
+        session.flush()
+        session.add(Run(id=RUN, video_id="f" * 64, state="complete", parameters={}, models={}, summary={}))
+    evidence = ToyEvidence()
+    return Desk(database, EditService(database, EventBus(), evidence), evidence)  # type: ignore[arg-type]

@@ -1,0 +1,70 @@
+"""What comparisons read of a corrected run is what a page shows of it, frame by frame."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import numpy as np
+from edit_toys import SPANS, a_command, beginning, machine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import TypeAdapter
+
+from app.compare.annotation import corrected_boxes
+from app.edits.apply import CommandError, apply_command
+from app.edits.commands import Command
+from app.edits.documents import TrackDoc
+from app.edits.effective import box_at
+from app.evidence.tables import BoxTable
+
+ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
+LABELS = {1: 14, 2: 13, 3: 1}
+LAST = 76
+
+
+def table() -> BoxTable:
+    """The toy tracks as a run's boxes."""
+    rows = [(f, t - 1, box, LABELS[t]) for f in range(LAST) for t in SPANS if (box := machine(t, f)) is not None]
+    frame, track, label = (np.array([row[i] for row in rows], np.int64) for i in (0, 1, 3))
+    boxes = np.array([row[2] for row in rows], np.float64)
+    return BoxTable(
+        frame, track, boxes, label, np.zeros(len(rows), bool), frame % 3, tuple(f"m{track}" for track in SPANS)
+    )
+
+
+def some_documents(seed: int, length: int) -> dict[str, TrackDoc]:
+    rng, docs = random.Random(seed), beginning()
+    for step in range(length):
+        command = ADAPTER.validate_python(a_command(rng, docs, step))
+        try:
+            docs |= apply_command(docs, command)
+        except CommandError:
+            continue
+    return docs
+
+
+@settings(max_examples=150, deadline=None)
+@given(seed=st.integers(0, 10**6), length=st.integers(0, 15))
+def test_corrected_boxes_are_what_the_page_shows(seed: int, length: int) -> None:
+    docs = some_documents(seed, length)
+    touched = {key: doc for key, doc in docs.items() if doc != beginning().get(key)}
+    found = corrected_boxes(table(), touched)
+    got = {
+        (found.keys[track], frame): (tuple(box), label)
+        for track, frame, box, label in zip(
+            found.track.tolist(), found.frame.tolist(), found.boxes.tolist(), found.class_id.tolist(), strict=True
+        )
+    }
+    assert len(got) == len(found.frame), "a track has two boxes in a frame"
+    want = {}
+    for key, doc in docs.items():
+        if doc.not_a_sign or doc.review == "rejected":
+            continue
+        pieces = [int(key[1:])] if key.startswith("m") else [s.track for s in doc.segments]
+        engine = LABELS[pieces[0]] if pieces else -1
+        for frame in range(LAST):
+            shown = box_at(doc, frame, machine)
+            if shown is not None:
+                want[key, frame] = (shown.box, engine if shown.class_id is None else shown.class_id)
+    assert got == want

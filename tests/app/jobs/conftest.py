@@ -1,0 +1,49 @@
+"""Homes with an imported clip, and the evidence of a run that nobody disturbed."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+
+from databases import cluster, database, database_url
+from import_now import work_off
+from office import Office, make_office
+
+__all__ = ["cluster", "database", "database_url", "imported", "office", "undisturbed"]
+
+
+@pytest.fixture(scope="session")
+def imported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A home with an imported clip; copied for each test."""
+    home = tmp_path_factory.mktemp("jobs") / "home"
+    make_office(home).context.close()
+    return home
+
+
+@pytest.fixture
+def office(imported: Path, tmp_path: Path) -> Iterator[Office]:
+    """A home of the test's own."""
+    shutil.copytree(imported, tmp_path / "home")
+    made = make_office(tmp_path / "home")
+    yield made
+    made.close()
+    made.context.close()
+
+
+@pytest.fixture(scope="session")
+def undisturbed(imported: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The evidence of a run that nobody disturbed."""
+    home = tmp_path_factory.mktemp("undisturbed") / "home"
+    shutil.copytree(imported, home)
+    made = make_office(home)
+    run_id = made.start()
+    work_off(made.context)
+    assert made.run(run_id).state == "complete"
+    made.context.close()
+    return made.evidence(run_id)

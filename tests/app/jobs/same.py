@@ -1,0 +1,21 @@
+"""Two runs with the same evidence, bit by bit."""
+
+from __future__ import annotations
+
+from itertools import zip_longest
+from pathlib import Path
+
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.evidence.compare import differences
+
+__all__ = ["assert_same"]
+
+
+def assert_same(one: Path, other: Path) -> None:
+    """Fails with the first differences; how long things took is left out."""
+    with EvidenceReader(one) as a, EvidenceReader(other) as b:
+        assert a.state == b.state == "complete"
+        assert list(a.result_rows()) == list(b.result_rows())
+        for x, y in zip_longest(a.frames(), b.frames()):
+            found = list(differences(x, y, ignore=frozenset({"timings"})))
+            assert not found, found[:5]

@@ -1,0 +1,122 @@
+"""``tsr review`` as people start it, killed and started again."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import requests
+from office import FRAMES
+from same import assert_same
+from toy_server import SECRET
+
+from app.jobs.locks import holder
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job
+
+
+class Reviewing:
+    """A running ``tsr review``."""
+
+    def __init__(self, home: Path) -> None:
+        self.home = home
+        environment = {**os.environ, "TSR_TOKEN": SECRET, "TSR_SAMPLE": "false"}
+        start = "import sys; from app.cli.main import run; sys.exit(run())"
+        command = [sys.executable, "-c", start, "review", "--no-browser", "--home", str(home), "--port", "0"]
+        self.process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert "http://127.0.0.1:" in line, line
+        self.url = "http://" + line.split("http://")[1].split("/")[0]
+        self.session = requests.Session()
+        self.session.headers["Authorization"] = f"Bearer {SECRET}"
+
+    def call(self, method: str, path: str, **options: Any) -> Any:
+        """One request; waits until the server listens."""
+        until = time.monotonic() + 20
+        while True:
+            try:
+                answer = self.session.request(method, self.url + path, timeout=10, **options)
+            except requests.ConnectionError:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.05)
+                continue
+            assert answer.status_code < 300, answer.text
+            return answer.json()
+
+    def wait(self, run_id: str, what: Callable[[Any], bool]) -> Any:
+        """Until a run is so."""
+        until = time.monotonic() + 90
+        while not what(run := self.call("GET", f"/api/runs/{run_id}")):
+            assert time.monotonic() < until, run
+            time.sleep(0.1)
+        return run
+
+    def worker(self, run_id: str) -> int:
+        """The process that works on a run."""
+        database = Database(Settings(home=self.home).database)
+        with database.read() as session:
+            job = session.query(Job).filter(Job.subject == run_id).one()
+        database.close()
+        found = holder(self.home, job.id)
+        assert found is not None
+        return found
+
+
+@contextmanager
+def reviewing(home: Path) -> Iterator[Reviewing]:
+    """``tsr review``, ended by Ctrl-C if it still runs."""
+    made = Reviewing(home)
+    try:
+        yield made
+    finally:
+        if made.process.poll() is None:
+            made.process.send_signal(signal.SIGINT)
+        made.process.communicate(timeout=20)
+        made.session.close()
+
+
+def alive(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+@pytest.mark.slow
+def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_goes_on(
+    imported: Path, undisturbed: Path, tmp_path: Path
+) -> None:
+    home = tmp_path / "home"
+    shutil.copytree(imported, home)
+    with reviewing(home) as first:
+        video = first.call("GET", "/api/videos")["videos"][0]["id"]
+        run = first.call("POST", f"/api/videos/{video}/runs", json={"stop": FRAMES})["id"]
+        first.wait(run, lambda r: r["frames_done"] >= 5)
+        worker = first.worker(run)
+        os.kill(first.process.pid, signal.SIGKILL)
+        first.process.wait()
+        until = time.monotonic() + 6
+        while alive(worker):
+            assert time.monotonic() < until, "the worker outlives its server"
+            time.sleep(0.05)
+    with reviewing(home) as second:
+        done = second.wait(run, lambda r: r["state"] not in ("queued", "running"))
+        assert (done["state"], done["frames_done"]) == ("complete", FRAMES), done
+        began = time.monotonic()
+        second.process.send_signal(signal.SIGINT)
+        assert second.process.wait(10) == 0
+        assert time.monotonic() - began < 6
+    assert_same(home / "runs" / run, undisturbed)

@@ -1,0 +1,111 @@
+"""Worker processes that are killed, cancelled, fed with rubbish: the run comes out the same, the others go on."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from office import FRAMES, Office
+from same import assert_same
+
+from app.jobs.locks import is_alive
+
+SEED = int(os.environ.get("TSR_SEED", "0")) or random.randrange(10**6)
+
+
+def kill(office: Office, run_id: str, frames: int) -> int:
+    """End the worker of a run by force once so many frames are done; its process."""
+
+    def there() -> int | None:
+        return office.worker(run_id) if office.run(run_id).frames_done >= frames else None
+
+    worker: int = office.wait(there)
+    os.kill(worker, signal.SIGKILL)
+    return worker
+
+
+@pytest.mark.slow
+def test_a_run_whose_workers_are_killed_is_the_same_run(office: Office, undisturbed: Path) -> None:
+    rng = random.Random(SEED)
+    points = [rng.randrange(0, 20), rng.randrange(20, FRAMES - 3)]
+    print(f"TSR_SEED={SEED} kills at {points}")
+    office.open()
+    run_id = office.start()
+    workers = []
+    for frames in points:
+        workers.append(kill(office, run_id, frames))
+        office.wait(lambda: office.job(run_id).token > len(workers))
+    run = office.ended(run_id)
+    assert len(set(workers)) == 2
+    assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
+    job = office.job(run_id)
+    assert (job.state, job.token) == ("done", 3)
+    assert_same(office.evidence(run_id), undisturbed)
+
+
+@pytest.mark.slow
+def test_a_cancelled_run_stops_and_can_go_on(office: Office, undisturbed: Path) -> None:
+    office.open()
+    run_id = office.start()
+    waiting = office.start()
+    office.context.runs.cancel(waiting)  # not begun: over at once
+    assert office.run(waiting).state == "cancelled"
+    office.wait(lambda: office.run(run_id).frames_done > 3)
+    began = time.monotonic()
+    office.context.runs.cancel(run_id)
+    office.ended(run_id, "cancelled")
+    assert time.monotonic() - began < 4.0
+    assert office.run(run_id).frames_done < FRAMES
+    assert not is_alive(office.context.settings.home, office.job(run_id).id)
+    office.context.runs.resume(run_id)
+    office.ended(run_id)
+    assert_same(office.evidence(run_id), undisturbed)
+    assert office.run(waiting).state == "cancelled"
+
+
+@pytest.mark.slow
+def test_a_server_that_shuts_down_gives_its_jobs_back(office: Office, undisturbed: Path) -> None:
+    office.open()
+    run_id = office.start()
+    office.wait(lambda: office.run(run_id).frames_done > 3)
+    worker = office.worker(run_id)
+    assert worker is not None
+    office.close()
+    job = office.job(run_id)
+    assert (job.state, job.crashes, office.run(run_id).state) == ("queued", 0, "queued")
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+    office.open()
+    office.ended(run_id)
+    assert_same(office.evidence(run_id), undisturbed)
+
+
+@pytest.mark.slow
+def test_what_keeps_dying_is_given_up_and_the_others_go_on(office: Office, tmp_path: Path) -> None:
+    office.open()
+    run_id = office.start()
+    rubbish = tmp_path / "rubbish.mp4"
+    rubbish.write_bytes(b"\x00\x00\x00\x18ftypisom\x00\x00\x02\x00isomiso2" + random.Random(1).randbytes(200_000))
+    bad = office.context.videos.add_path(str(rubbish)).id
+    for _ in range(3):
+        token = office.job(run_id).token
+        kill(office, run_id, 0)
+        office.wait(lambda token=token: office.job(run_id).token > token or office.run(run_id).state == "failed")
+    run = office.ended(run_id, "failed")
+    assert run.error is not None
+    assert "died 3 times before its first frame" in run.error
+    assert run.error.count("\n") == 0
+    view = office.wait(lambda: v if (v := office.context.videos.view(bad)).state != "importing" else None)
+    assert view.state == "failed"
+    assert view.error is not None
+    assert "rubbish.mp4" in view.error
+    assert "Traceback" not in view.error
+    other = office.start(stop=2)
+    assert office.ended(other).frames_done == 2
+    with office.context.database.read() as session:
+        told = [event.data.get("error") for event in office.context.events.after(session, 0) if event.subject == run_id]
+    assert told[-1] == run.error

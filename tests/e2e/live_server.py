@@ -1,0 +1,105 @@
+"""A real server in its own process on a data folder, for tests and screenshots."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from sample_videos import SHIPPED
+
+_LINK = re.compile(r"(http://[^/\s]+)/login/\S+")
+
+
+class LiveServer:
+    """``tsr review`` as a user starts it, on a free port; a context manager.
+
+    Args:
+        home: data folder.
+        roots: folders that videos may be added from; the samples' where it is left out.
+    """
+
+    def __init__(self, home: Path, roots: tuple[Path, ...] = (SHIPPED[0].video.parent,)) -> None:
+        self.home = home
+        self._roots = roots
+        self._process: subprocess.Popen[str] | None = None
+        self.base = ""
+        self._log = home / "server.log"
+
+    def __enter__(self) -> LiveServer:
+        self.start()
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self.stop()
+
+    def start(self, port: int = 0) -> None:
+        """Start and wait until the link is printed."""
+        command = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "review"]
+        command += ["--home", str(self.home), "--port", str(port), "--no-browser"]
+        for root in self._roots:
+            command += ["--root", str(root)]
+        with self._log.open("w") as log:
+            self._process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, text=True)
+        found = None
+        end = time.monotonic() + 60
+        while found is None:
+            if self._process.poll() is not None or time.monotonic() > end:
+                raise RuntimeError(f"The server did not start: {self._log.read_text()}")
+            time.sleep(0.1)
+            found = _LINK.search(self._log.read_text())
+        self.base = found.group(1)
+
+    def stop(self) -> None:
+        """Stop it as Ctrl-C does."""
+        if self._process is not None:
+            self._process.terminate()
+            try:
+                self._process.wait(20)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+            self._process = None
+
+    def kill(self) -> None:
+        """Kill it as a power cut does."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            self._process = None
+
+    def link(self) -> str:
+        """A fresh one-time address of the page."""
+        return self.base + str(self.call("POST", "/session/links")["path"])
+
+    def call(self, method: str, path: str, body: bytes | dict[str, Any] | None = None, type_: str | None = None) -> Any:
+        """One request of the API, with the server's token; the JSON of the answer."""
+        data = json.dumps(body).encode() if isinstance(body, dict) else body
+        request = urllib.request.Request(self.base + "/api" + path, data=data, method=method)
+        request.add_header("Authorization", "Bearer " + (self.home / "token").read_text().strip())
+        if data is not None:
+            request.add_header("Content-Type", type_ or "application/json")
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            text = answer.read()
+        return json.loads(text) if text else None
+
+    def wait_for_run(self, name: str, timeout: float = 240) -> dict[str, Any]:
+        """The video of that name, as soon as its newest run is complete."""
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            videos = self.call("GET", "/videos")["videos"]
+            video = next((one for one in videos if one["name"] == name), None)
+            if video and video["latest_run"]:
+                run = self.call("GET", f"/runs/{video['latest_run']}")
+                if run["state"] == "complete":
+                    return dict(video)
+                if run["state"] == "failed":
+                    raise RuntimeError(f"The run of {name} failed: {run['error']}")
+            time.sleep(0.5)
+        raise RuntimeError(f"{name} had no complete run after {timeout} s")

@@ -1,0 +1,206 @@
+"""Pictures of every screen, for people to look at: ``python -m tests.e2e.screenshots --out DIR``.
+
+A server is started on an empty data folder with the sample drives. Each screen is taken at 1280x720 and 3840x2160,
+light and dark. axe-core (``node_modules``) looks at every screen too; what it finds is printed and is the exit code.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+
+CHROMIUM = Path("/usr/bin/chromium")
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+AXE = Path(__file__).resolve().parents[2] / "node_modules" / "axe-core" / "axe.min.js"
+SIZES = {"1280x720": (1280, 720), "3840x2160": (3840, 2160)}
+
+
+class Scene(NamedTuple):
+    """One picture: its name and what brings the page there."""
+
+    name: str
+    go: Callable[[Page, dict[str, Any]], None]
+
+
+def _open(page: Page, dialog: dict[str, Any]) -> None:
+    page.evaluate(
+        "async dialog => { const page = await import('/static/js/store/actions/page.js');"
+        " tsr.store.dispatch(state => page.openDialog(state, dialog)); }",
+        dialog,
+    )
+    page.locator("dialog[open]").wait_for()
+    page.wait_for_timeout(700)
+
+
+def _address(page: Page, hash_: str) -> None:
+    if page.locator("dialog[open]").count():
+        page.keyboard.press("Escape")
+    page.evaluate("hash => { location.hash = hash }", hash_)
+
+
+def _library(page: Page, _: dict[str, Any]) -> None:
+    _address(page, "#/")
+    page.locator(".card").first.wait_for()
+    page.wait_for_timeout(800)
+
+
+def _review(page: Page, facts: dict[str, Any]) -> None:
+    _address(page, f"#/review/{facts['video']}/{facts['run']}?frame={facts['frame']}&track={facts['track']}")
+    page.wait_for_function("frame => tsr.store.get().review?.shown === frame", arg=facts["frame"])
+    page.wait_for_timeout(1200)
+
+
+def _tab(name: str) -> Callable[[Page, dict[str, Any]], None]:
+    def go(page: Page, facts: dict[str, Any]) -> None:
+        _review(page, facts)
+        page.get_by_role("tab", name=name).click()
+        page.wait_for_timeout(1200)
+
+    return go
+
+
+def _dialog(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Page, dict[str, Any]], None]:
+    def go(page: Page, facts: dict[str, Any]) -> None:
+        _review(page, facts)
+        _open(page, {"kind": kind, "data": data(facts)})
+
+    return go
+
+
+def _compare(page: Page, facts: dict[str, Any]) -> None:
+    _address(page, f"#/compare?a=truth%3A{facts['truth']}&b=run%3A{facts['run']}")
+    page.locator(".figures-table button").first.click()
+    page.wait_for_timeout(500)
+
+
+def _no_match(page: Page, facts: dict[str, Any]) -> None:
+    _library(page, facts)
+    page.get_by_role("searchbox", name="Search videos").fill("no such drive")
+    page.wait_for_timeout(300)
+
+
+def _offline(page: Page, facts: dict[str, Any]) -> None:
+    _review(page, facts)
+    page.evaluate(
+        "async () => { const page = await import('/static/js/store/actions/page.js'); tsr.store.dispatch(state =>"
+        " page.showBanner(page.setConnection(state, 'offline'), {id: 'offline', tone: 'warning',"
+        " text: 'The server cannot be reached. What you change is kept in this page.'})); }"
+    )
+    page.wait_for_timeout(300)
+
+
+def _conflict(facts: dict[str, Any]) -> dict[str, Any]:
+    doc = {"key": facts["track"], "revision": 4, "class_id": 2, "review": "accepted", "not_a_sign": False}
+    doc |= {"segments": [{"track": 1, "first": 4, "last": 90}], "keys": {}, "notes": [], "gone": False}
+    doc |= {"merged_into": None}
+    return {"current": [doc], "yours": [{**doc, "class_id": 5, "review": "open"}]}
+
+
+def _broken(page: Page, _: dict[str, Any]) -> None:
+    _address(page, f"#/compare?a=run%3A{'0' * 32}&b=run%3A{'1' * 32}")
+    page.locator(".empty-error").wait_for()
+
+
+SCENES = (
+    Scene("library", _library),
+    Scene("library-no-match", _no_match),
+    Scene("review-queue", _tab("Queue")),
+    Scene("review-inspector", _tab("Inspector")),
+    Scene("runs", _dialog("run", lambda facts: {"video": facts["video"]})),
+    Scene("add-video", _dialog("add-video", lambda _: {})),
+    Scene("relabel", _dialog("relabel", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
+    Scene("note", _dialog("note", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
+    Scene("what-if", _dialog("whatif", lambda facts: {"run": facts["run"], "initial": {"tau": 5}})),
+    Scene("compare-choose", _dialog("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),
+    Scene("conflict", _dialog("conflict", _conflict)),
+    Scene("help", _dialog("help", lambda _: {})),
+    Scene("compare", _compare),
+    Scene("compare-error", _broken),
+    Scene("offline", _offline),
+)
+
+
+def serious(page: Page) -> list[str]:
+    """What axe-core finds on the page that is serious or worse, one line each.
+
+    The script is evaluated by the test, not loaded by the page, so the page's security policy stays as it is.
+    """
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")["violations"]
+    return [
+        f"{one['impact']}: {one['id']}: {one['help']}: {', '.join(str(node['target'][0]) for node in one['nodes'][:5])}"
+        for one in found
+        if one["impact"] in ("serious", "critical")
+    ]
+
+
+def _facts(server: LiveServer) -> dict[str, Any]:
+    """Wait for the first sample's run and import its truth."""
+    video = server.wait_for_run(SHIPPED[0].video.name)
+    truth = server.call(
+        "PUT", f"/videos/{video['id']}/truths/exact", body=SHIPPED[0].truth.read_bytes(), type_="text/csv"
+    )
+    tracks = server.call("GET", f"/runs/{video['latest_run']}/tracks")
+    at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
+    return {
+        "video": video["id"],
+        "run": video["latest_run"],
+        "truth": truth["id"],
+        "track": f"m{tracks['id'][at]}",
+        "frame": (tracks["first"][at] + tracks["last"][at]) // 2,
+    }
+
+
+def _shoot(
+    browser: Browser, server: LiveServer, facts: dict[str, Any], size: str, theme: str, out: Path
+) -> Iterator[str]:
+    width, height = SIZES[size]
+    context = browser.new_context(
+        viewport={"width": width, "height": height}, color_scheme="dark" if theme == "dark" else "light"
+    )
+    page = context.new_page()
+    problems: list[str] = []
+    page.on("pageerror", lambda error: problems.append(f"error in the page: {error}"))
+    page.goto(server.link())
+    page.wait_for_function("globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
+    for scene in SCENES:
+        scene.go(page, facts)
+        page.screenshot(path=out / f"{scene.name}-{size}-{theme}.png")
+        problems += serious(page) if AXE.is_file() else []
+        yield from (f"{scene.name}, {size}, {theme}: {problem}" for problem in problems)
+        problems.clear()
+    context.close()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Take the pictures; 1 if axe-core or the page's console had something serious to say."""
+    parser = argparse.ArgumentParser(prog="python -m tests.e2e.screenshots", description=__doc__)
+    parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
+    parser.add_argument("--size", choices=sorted(SIZES), action="append", help="only this size; repeatable")
+    chosen = parser.parse_args(arguments)
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    problems: list[str] = []
+    with TemporaryDirectory() as home, LiveServer(Path(home)) as server, sync_playwright() as playwright:
+        facts = _facts(server)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        for size in chosen.size or SIZES:
+            for theme in ("light", "dark"):
+                problems += _shoot(browser, server, facts, size, theme, chosen.out)
+        browser.close()
+    for problem in dict.fromkeys(problems):
+        print(problem, file=sys.stderr)
+    print(f"{len(list(chosen.out.glob('*.png')))} pictures in {chosen.out}")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,154 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { ApiError } from '../../../static/js/api/errors.js';
+import { RUN, createServer, createWorld, setBox } from './world.js';
+
+test('an edit shows at once and counts as unsaved until the server has answered', async () => {
+  const { editor, review, server, outbox } = await createWorld();
+  assert.equal(editor.edit(setBox('m1', 5, 20)), true);
+  assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
+  assert.equal(review().unsaved.length, 1);
+  assert.equal(server.log.length, 0);
+  await editor.settled();
+  assert.equal(review().unsaved.length, 0);
+  assert.equal(review().docs.m1.revision, 1);
+  assert.deepEqual(await outbox.load(RUN), []);
+});
+
+test('many edits of one track in a row are all stored, each on what the one before left', async () => {
+  const { editor, server, review } = await createWorld();
+  for (let k = 0; k < 12; k++) editor.edit(setBox('m1', k, k));
+  await editor.settled();
+  assert.equal(server.docs.m1.revision, 12);
+  assert.equal(Object.keys(review().docs.m1.keys).length, 12);
+});
+
+test('an impossible edit is refused with its reason and nothing is sent', async () => {
+  const { editor, server, toasts, review } = await createWorld();
+  assert.equal(editor.edit({ name: 'remove_key', key: 'm1', frame: 3 }), false);
+  assert.match(toasts[0], /no key frame/);
+  assert.deepEqual([server.log, review().unsaved], [[], []]);
+});
+
+for (const status of [0, 401, 403, 500, 503, 507]) {
+  test(`after ${status || 'silence'} the edit is kept and sent again under the same name`, async () => {
+    const { editor, server, review, outbox } = await createWorld();
+    /** @type {string[]} */
+    const names = [];
+    server.before = (op_id) => {
+      names.push(op_id);
+      if (names.length < 3) throw new ApiError(status, status ? 'busy' : 'offline', 'Not now.');
+    };
+    editor.edit(setBox('m1', 5, 20));
+    assert.equal((await outbox.load(RUN)).length, 1);
+    await editor.settled();
+    assert.equal(new Set(names).size, 1);
+    assert.deepEqual(server.log, ['set_box']);
+    assert.equal(review().unsaved.length, 0);
+  });
+}
+
+test('an answer that is lost does not store the edit twice', async () => {
+  const { editor, server } = await createWorld();
+  let lost = 0;
+  server.after = () => {
+    if (lost++ === 0) throw new ApiError(0, 'offline', 'Gone.');
+  };
+  editor.edit(setBox('m1', 5, 20));
+  await editor.settled();
+  assert.deepEqual(server.log, ['set_box']);
+});
+
+test('a page that dies loses nothing: the next one sends what is left', async () => {
+  const first = await createWorld();
+  first.server.before = () => {
+    throw new ApiError(0, 'offline', 'Gone.');
+  };
+  first.editor.edit(setBox('m1', 5, 20));
+  first.editor.edit(setBox('m1', 6, 30));
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  first.end();
+  first.server.before = () => {};
+  const second = await createWorld(first.server, first.outbox);
+  assert.equal(Object.keys(second.review().docs.m1.keys).length, 2);
+  await second.editor.settled();
+  assert.deepEqual(first.server.log, ['set_box', 'set_box']);
+  assert.match(second.toasts[0], /2 changes of an earlier visit/);
+});
+
+test('a page that dies between two edits of a track does not quarrel with itself', async () => {
+  const first = await createWorld();
+  let calls = 0;
+  first.server.before = () => {
+    if (++calls > 1) throw new ApiError(0, 'offline', 'Gone.');
+  };
+  first.editor.edit(setBox('m1', 5, 20));
+  first.editor.edit(setBox('m1', 6, 30));
+  await new Promise((resolve) => setTimeout(resolve, 10));
+  first.end();
+  first.server.before = () => {};
+  const second = await createWorld(first.server, first.outbox);
+  await second.editor.settled();
+  assert.equal(first.server.docs.m1.revision, 2);
+  assert.equal(second.store.get().dialog, null);
+});
+
+test('an edit made before somebody else saved is never put on top unasked, even if the page has heard of it', async () => {
+  const { editor, server, review, store, outbox } = await createWorld();
+  let down = true;
+  server.before = () => {
+    if (down) throw new ApiError(0, 'offline', 'Gone.');
+  };
+  editor.edit(setBox('m1', 5, 20));
+  editor.edit(setBox('m1', 6, 30));
+  editor.edit(setBox('m2', 60, 5));
+  editor.hear(server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' }), 'theirs');
+  down = false;
+  await editor.settled();
+  const { dialog } = store.get();
+  assert.equal(dialog?.kind, 'conflict');
+  assert.deepEqual(server.log, ['set_box'], 'only the edit of the other track went through');
+  assert.equal(review().unsaved.length, 2, 'both are still there');
+  assert.equal((await outbox.load(RUN)).length, 2);
+  assert.equal(dialog?.data.current[0].review, 'accepted');
+  assert.deepEqual(Object.keys(dialog?.data.yours[0].keys), ['5', '6']);
+
+  dialog?.data.keepMine();
+  await editor.settled();
+  assert.deepEqual(Object.keys(server.docs.m1.keys), ['5', '6']);
+  assert.equal(server.docs.m1.review, 'accepted');
+  assert.equal(review().unsaved.length, 0);
+});
+
+test('the saved version can be taken instead', async () => {
+  const { editor, server, review, store, outbox } = await createWorld();
+  server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
+  editor.edit(setBox('m1', 5, 20));
+  await editor.settled();
+  store.get().dialog?.data.takeTheirs();
+  assert.deepEqual([review().docs.m1.keys, review().docs.m1.review, review().unsaved], [{}, 'accepted', []]);
+  assert.deepEqual(await outbox.load(RUN), []);
+});
+
+test('undo goes to its frame, selects its track and says what it was; fast keys undo one after the other', async () => {
+  const { editor, server, review, toasts } = await createWorld();
+  editor.edit(setBox('m1', 5, 20));
+  editor.edit(setBox('m2', 60, 20));
+  await Promise.all([editor.undo(), editor.undo(), editor.undo()]);
+  assert.deepEqual(server.log, ['set_box', 'set_box', 'undo', 'undo']);
+  assert.deepEqual([review().frame, review().selected], [5, 'm1']);
+  assert.deepEqual(toasts, ['Undone: box corrected in frame 60', 'Undone: box corrected in frame 5']);
+  assert.deepEqual(review().docs.m1.keys, {});
+});
+
+test('going to another run while a request is under way sends the new run\'s edits', async () => {
+  const { editor, server } = await createWorld(createServer());
+  editor.edit(setBox('m1', 5, 20));
+  editor.close();
+  await editor.open('s'.repeat(32));
+  editor.edit(setBox('m2', 60, 20));
+  await editor.settled();
+  assert.ok(server.docs.m2);
+});

@@ -1,0 +1,104 @@
+// @ts-check
+/** A store on the review screen, a server in memory, and an editor between them. */
+import { ApiError } from '../../../static/js/api/errors.js';
+import { createEditor } from '../../../static/js/editing/editor.js';
+import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
+import { applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
+import { emptyDoc } from '../../../static/js/model/documents.js';
+import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+
+/** @typedef {import('../../../static/js/types.js').TrackDoc} TrackDoc */
+
+export const RUN = 'r'.repeat(32);
+
+/** A server that knows revisions, op_ids and one author's undo. */
+export function createServer() {
+  const spans = { m1: { track: 1, first: 0, last: 99 }, m2: { track: 2, first: 50, last: 150 } };
+  /** @type {Record<string, TrackDoc>} */
+  const docs = {};
+  /** @type {Map<string, any>} */
+  const answers = new Map();
+  /** @type {{op_id: string, name: string, frame: number, keys: string[], before: Record<string, TrackDoc>}[]} */
+  const done = [];
+  /** @param {string} key */
+  const present = (key) => docs[key] ?? (key in spans ? emptyDoc(Reflect.get(spans, key)) : undefined);
+  const target = () => {
+    const one = done.at(-1);
+    return one ? { op_id: one.op_id, name: one.name, frame: one.frame, keys: one.keys } : null;
+  };
+  const server = {
+    docs,
+    /** @type {string[]} */
+    log: [],
+    /** @type {(op_id: string) => void} */
+    before: () => {},
+    /** @type {(op_id: string) => void} */
+    after: () => {},
+    /** Somebody else's work. @param {any} command */
+    other(command) {
+      const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (present(key) ? [[key, present(key)]] : [])));
+      const { docs: made, changed } = applyCommand(known, command, { author: 'b', time: '' });
+      for (const key of changed) docs[key] = { ...made[key], revision: (docs[key]?.revision ?? 0) + 1 };
+      return changed.map((key) => docs[key]);
+    },
+    annotation: async () => ({ seq: server.log.length, docs: Object.values(docs), undo: target(), redo: null }),
+    /** @param {string} run @param {any} edit @param {Record<string, number>} revisions */
+    async edit(run, { op_id, command }, revisions) {
+      await Promise.resolve();
+      server.before(op_id);
+      if (!answers.has(op_id)) {
+        /** @type {string[]} */
+        let changed;
+        if (command.name === 'undo') {
+          const last = done.at(-1);
+          if (last === undefined || last.op_id !== command.op_id) throw new ApiError(409, 'not_next', 'That is not next.');
+          done.pop();
+          changed = Object.keys(last.before);
+          for (const key of changed) docs[key] = { ...last.before[key], revision: docs[key].revision + 1 };
+        } else {
+          for (const key of touchedKeys(command)) {
+            const now = present(key)?.revision ?? 0;
+            if (present(key) && revisions[key] === undefined) throw new ApiError(428, 'precondition_required', 'If-Match is missing.');
+            if ((revisions[key] ?? 0) !== now) throw new ApiError(409, 'stale', 'Changed since.', { details: { current: [docs[key]], yours: [] } });
+          }
+          const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (present(key) ? [[key, present(key)]] : [])));
+          const made = applyCommand(known, command, { author: 'a', time: '' });
+          changed = made.changed;
+          done.push({ op_id, name: command.name, frame: command.frame, keys: changed, before: Object.fromEntries(changed.map((key) => [key, present(key) ?? { ...made.docs[key], gone: true }])) });
+          for (const key of changed) docs[key] = { ...made.docs[key], revision: (docs[key]?.revision ?? 0) + 1 };
+        }
+        server.log.push(command.name);
+        answers.set(op_id, { op_id, seq: server.log.length, docs: changed.map((key) => docs[key]), undo: target(), redo: null });
+      }
+      server.after(op_id);
+      return answers.get(op_id);
+    },
+  };
+  return server;
+}
+
+/**
+ * @param {ReturnType<typeof createServer>} [server]
+ * @param {import('../../../static/js/editing/outbox.js').Outbox} [outbox]
+ */
+export async function createWorld(server = createServer(), outbox = createMemoryOutbox()) {
+  const store = createStore(initialState());
+  const video = /** @type {any} */ ({ id: 'v', frames: 200, width: 100, height: 100 });
+  const columns = { id: [1, 2], first: [0, 50], last: [99, 150] };
+  store.dispatch((state) => changeReview(openReview(state, video), { tracks: /** @type {any} */ (columns), run: /** @type {any} */ ({ id: RUN, state: 'complete' }) }));
+  /** @type {string[]} */
+  const toasts = [];
+  const life = new AbortController();
+  let count = 0;
+  const editor = createEditor({
+    store, api: /** @type {any} */ (server), outbox, signal: life.signal, toast: (text) => toasts.push(text), author: () => 'a',
+    pause: () => new Promise((resolve) => setTimeout(resolve, 1)), newId: () => `op-${Math.random()}-${count++}`,
+  });
+  await editor.open(RUN);
+  return { server, outbox, store, editor, toasts, end: () => life.abort(), review: () => /** @type {import('../../../static/js/types.js').ReviewState} */ (store.get().review) };
+}
+
+/** @param {string} key @param {number} frame @param {number} at @returns {any} */
+export const setBox = (key, frame, at) => ({ name: 'set_box', key, frame, box: [at, at, at + 10, at + 10] });

@@ -1,0 +1,91 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { createFrameCache } from '../../../static/js/frames/cache.js';
+
+const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
+
+/** @param {number} most */
+function create(most) {
+  /** @type {Map<number, {answer: (ordinal?: number) => void, aborted: boolean}>} */
+  const asked = new Map();
+  /** @type {number[]} */
+  const closed = [];
+  const api = /** @type {any} */ ({
+    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { signal }) => new Promise((resolve, reject) => {
+      const request = { answer: (ordinal = frame) => resolve({ blob: frame, ordinal }), aborted: false };
+      signal.addEventListener('abort', () => {
+        request.aborted = true;
+        reject(new DOMException('', 'AbortError'));
+      });
+      asked.set(frame, request);
+    }),
+  });
+  const decode = async (/** @type {any} */ frame) => /** @type {any} */ ({ width: 10, height: 10, close: () => closed.push(frame) });
+  return { cache: createFrameCache(api, 'v', { most, decode }), asked, closed };
+}
+
+test('a picture of another ordinal is never handed out', async () => {
+  const { cache, asked } = create(1e6);
+  const loading = cache.load(7);
+  asked.get(7)?.answer(8);
+  await assert.rejects(loading, /Asked for frame 7, got 8/);
+  assert.equal(cache.peek(7), null);
+});
+
+test('memory is bounded, and what was used last stays', async () => {
+  const { cache, asked, closed } = create(400 * 3);
+  for (const frame of [1, 2, 3]) {
+    const loading = cache.load(frame);
+    asked.get(frame)?.answer();
+    await loading;
+  }
+  cache.peek(1);
+  const loading = cache.load(4);
+  asked.get(4)?.answer();
+  await loading;
+  assert.deepEqual(closed, [2]);
+  assert.ok(cache.peek(1) && cache.peek(3) && cache.peek(4));
+});
+
+test('a seek drops what was wanted before and the load that it replaces', async () => {
+  const { cache, asked } = create(1e6);
+  const stale = cache.load(10);
+  stale.catch(() => {});
+  cache.want([11, 12]);
+  void cache.load(500);
+  cache.want([501]);
+  assert.deepEqual([10, 11, 12].map((frame) => asked.get(frame)?.aborted), [true, true, true]);
+  assert.equal(asked.get(500)?.aborted, false);
+  await assert.rejects(stale, { name: 'AbortError' });
+});
+
+test('a dropped picture that is wanted again at once is asked for anew', async () => {
+  const { cache, asked } = create(1e6);
+  void cache.load(1);
+  cache.want([2]);
+  cache.want([]);
+  assert.equal(asked.get(2)?.aborted, true);
+  const again = cache.load(2);
+  asked.get(2)?.answer();
+  assert.equal((await again).frame, 2);
+});
+
+test('no more than five requests at once, and the rest follow', async () => {
+  const { cache, asked } = create(1e6);
+  cache.want([1, 2, 3, 4, 5, 6, 7]);
+  assert.equal(asked.size, 5);
+  asked.get(1)?.answer();
+  await turn();
+  assert.equal(asked.size, 6);
+});
+
+test('after the end nothing is kept', async () => {
+  const { cache, asked, closed } = create(1e6);
+  const loading = cache.load(1);
+  asked.get(1)?.answer();
+  await loading;
+  cache.clear();
+  assert.deepEqual(closed, [1]);
+});

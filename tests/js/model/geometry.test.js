@@ -1,0 +1,65 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { bounded, dragged, fit, handleAt, iou, nudged, settled, toPicture, toScreen, zoomAt } from '../../../static/js/model/geometry.js';
+
+const PICTURE = { width: 960, height: 540 };
+const SCREEN = { width: 640, height: 480 };
+
+test('screen and picture points are each other\'s inverse', () => {
+  const view = { zoom: 3.7, x: 100, y: 50 };
+  const [x, y] = toPicture(view, SCREEN, ...toScreen(view, SCREEN, 12.5, 99));
+  assert.ok(Math.abs(x - 12.5) < 1e-9 && Math.abs(y - 99) < 1e-9);
+});
+
+test('the whole picture fits', () => {
+  const view = fit(PICTURE, SCREEN);
+  const [left, top] = toScreen(view, SCREEN, 0, 0);
+  const [right, bottom] = toScreen(view, SCREEN, 960, 540);
+  assert.ok(Math.abs(left) < 1e-9 && Math.abs(right - 640) < 1e-9 && top > 0 && bottom < 480);
+});
+
+test('zooming keeps the point under the pointer, down to the pixel', () => {
+  let view = fit(PICTURE, SCREEN);
+  const before = toPicture(view, SCREEN, 400, 200);
+  for (let k = 0; k < 40; k++) view = zoomAt(view, SCREEN, PICTURE, 1.3, 400, 200);
+  const after = toPicture(view, SCREEN, 400, 200);
+  assert.equal(view.zoom, 64);
+  assert.ok(Math.abs(before[0] - after[0]) < 1e-6 && Math.abs(before[1] - after[1]) < 1e-6);
+});
+
+test('some of the picture stays in view', () => {
+  assert.deepEqual(bounded({ zoom: 2, x: -500, y: 9999 }, PICTURE), { zoom: 2, x: 0, y: 540 });
+});
+
+test('handles: corners before edges before the inside', () => {
+  assert.equal(handleAt([10, 10, 30, 30], 10, 10, 4), 'nw');
+  assert.equal(handleAt([10, 10, 30, 30], 20, 29, 4), 's');
+  assert.equal(handleAt([10, 10, 30, 30], 20, 20, 4), 'move');
+  assert.equal(handleAt([10, 10, 30, 30], 50, 50, 4), null);
+});
+
+test('a handle dragged over the other side turns the box, not inside out', () => {
+  assert.deepEqual(dragged([10, 10, 30, 30], 'e', -35, 0), [-5, 10, 10, 30]);
+  assert.deepEqual(dragged([10, 10, 30, 30], 'nw', 2, 3), [12, 13, 30, 30]);
+  assert.deepEqual(dragged([10, 10, 30, 30], 'move', 2, 3), [12, 13, 32, 33]);
+});
+
+test('a settled box lies in the picture and is never empty', () => {
+  for (const box of /** @type {import('../../../static/js/types.js').Box[]} */ ([[-50, -50, -40, -40], [959.9, 539.9, 2000, 2000], [5, 5, 5, 5]])) {
+    const [x1, y1, x2, y2] = settled(box, PICTURE);
+    assert.ok(0 <= x1 && x1 + 2 <= x2 && x2 <= 960 && 0 <= y1 && y1 + 2 <= y2 && y2 <= 540, String([x1, y1, x2, y2]));
+  }
+});
+
+test('nudging keeps the size at the edge', () => {
+  assert.deepEqual(nudged([3, 3, 13, 13], -10, 0, PICTURE), [0, 3, 10, 13]);
+  assert.deepEqual(nudged([940, 500, 955, 539], 10, 10, PICTURE), [945, 501, 960, 540]);
+});
+
+test('overlap', () => {
+  assert.equal(iou([0, 0, 10, 10], [0, 0, 10, 10]), 1);
+  assert.equal(iou([0, 0, 10, 10], [5, 0, 15, 10]), 1 / 3);
+  assert.equal(iou([0, 0, 10, 10], [20, 0, 30, 10]), 0);
+});

@@ -1,0 +1,36 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { keyName } from '../../../static/js/behaviours/keyboard.js';
+import { allOperations } from '../../../static/js/operations/registry.js';
+import { initialState } from '../../../static/js/store/initial.js';
+
+const operations = allOperations();
+/** Keys that the product promises. */
+const PROMISED = ['F', 'D', 'V', 'C', 'Space', 'R', 'E', 'N', 'M', 'Alt+M', 'K', 'O', 'Q', 'Del', 'Shift+Del', 'Ctrl+Z', 'Ctrl+Shift+Z', '1', '2', '3', '4', '5', '6', '7', '8', 'J', 'Shift+J', 'A', 'X', 'L', 'Ctrl+S', 'F1'];
+
+test('every promised key does something, and no key does two things', () => {
+  const keys = operations.flatMap((operation) => operation.keys);
+  assert.deepEqual(PROMISED.filter((key) => !keys.includes(key)), []);
+  assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at), []);
+});
+
+test('names are unique; every operation says what it does', () => {
+  assert.equal(new Set(operations.map(({ id }) => id)).size, operations.length);
+  for (const { id, label, tooltip, group } of operations) assert.ok(label && tooltip && group, id);
+});
+
+test('outside the review screen only help can be had', () => {
+  assert.deepEqual(operations.filter((operation) => operation.available(initialState())).map(({ id }) => id), ['help']);
+});
+
+test('key events are written as the operations write them', () => {
+  const none = { ctrlKey: false, metaKey: false, altKey: false, shiftKey: false };
+  assert.equal(keyName({ ...none, key: 'f' }), 'F');
+  assert.equal(keyName({ ...none, key: 'Delete', shiftKey: true }), 'Shift+Del');
+  assert.equal(keyName({ ...none, key: 'Z', ctrlKey: true, shiftKey: true }), 'Ctrl+Shift+Z');
+  assert.equal(keyName({ ...none, key: 'µ', code: 'KeyM', altKey: true }), 'Alt+M');
+  assert.equal(keyName({ ...none, key: ' ' }), 'Space');
+  assert.equal(keyName({ ...none, key: '?', shiftKey: true }), '?');
+});
