@@ -12,7 +12,7 @@ import cv2
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from app.api.responses import Model
+from app.shapes import Model
 from sample_videos.signs import draw
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.replayable import is_replayable

@@ -8,12 +8,13 @@ from typing import Annotated
 from fastapi import APIRouter, Header, Query
 from pydantic import Field
 
-from app.api.responses import Model, failures
+from app.api.responses import failures
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
 from app.edits.service import Adopted, Annotation, EditAnswer, LogEntry
 from app.errors import Invalid
+from app.shapes import Model
 
 __all__ = ["router"]
 

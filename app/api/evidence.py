@@ -8,7 +8,7 @@ from fastapi import APIRouter, Header, Path, Query
 from fastapi.responses import Response
 from pydantic import Field
 
-from app.api.responses import Model, failures
+from app.api.responses import failures
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.evidence.crops import CropOf
@@ -19,6 +19,7 @@ from app.evidence.lanes import LaneColumns
 from app.evidence.overlays import Overlay
 from app.evidence.tracks import TrackColumns
 from app.runs.view import RunView, run_view
+from app.shapes import Model
 
 __all__ = ["router"]
 

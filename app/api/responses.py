@@ -5,30 +5,9 @@ from __future__ import annotations
 from http import HTTPStatus
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from app.shapes import ErrorAnswer
 
-__all__ = ["PICTURE", "ErrorAnswer", "Model", "failures"]
-
-
-class Model(BaseModel):
-    """Base of all bodies: nothing unknown, nothing infinite."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-class ErrorDetail(Model):
-    """One failure."""
-
-    code: str
-    message: str
-    field: str | None
-    details: dict[str, Any] | None
-
-
-class ErrorAnswer(Model):
-    """The shape of every answer of status 400 and above."""
-
-    error: ErrorDetail
+__all__ = ["PICTURE", "failures"]
 
 
 _BYTES = {"schema": {"type": "string", "format": "binary"}}

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path
 from pydantic import Field
 
-from app.api.responses import Model, failures
+from app.api.responses import failures
 from app.context import ContextDep
 from app.runs.view import RunView, run_view
+from app.shapes import Model
 
 __all__ = ["RunId", "router"]
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from app.api.responses import Model, failures
+from app.api.responses import failures
 from app.context import ContextDep
+from app.shapes import Model
 from tsr_engine.params.presets import PRESETS
 from tsr_engine.version import __version__
 

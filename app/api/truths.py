@@ -6,8 +6,9 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Path, Query
 
-from app.api.responses import Model, failures
+from app.api.responses import failures
 from app.context import ContextDep
+from app.shapes import Model
 from app.storage.models import Truth
 
 __all__ = ["router"]

@@ -13,10 +13,11 @@ from fastapi.responses import FileResponse
 from pydantic import Field
 from starlette.requests import ClientDisconnect
 
-from app.api.responses import PICTURE, Model, failures
+from app.api.responses import PICTURE, failures
 from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import Invalid, NotFound, StorageFull, TooLarge, UnsupportedMedia
+from app.shapes import Model
 from app.videos.paths import SUFFIXES, list_folder
 from app.videos.table import TableAnswer, page_table
 from app.videos.thumbnails import thumbnail_path

@@ -34,7 +34,6 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         UsageError: the port is taken.
         StorageError: another server uses the data folder, or it cannot be written.
     """
-    settings.home.mkdir(parents=True, exist_ok=True)
     lock = _only_one(settings.home)
     listener = _listen(settings)
     port = listener.getsockname()[1]
@@ -103,6 +102,7 @@ def _sentence(error: urllib.error.HTTPError) -> str:
 def _only_one(home: Path) -> int:
     """A lock on the data folder, freed by the kernel when this process ends."""
     try:
+        home.mkdir(parents=True, exist_ok=True)
         file = os.open(home / "server.lock", os.O_RDWR | os.O_CREAT, 0o600)
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:

@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from app.api.responses import Model
 from app.compare.matching import Matching
 from app.evidence.tables import BoxTable, IntColumn
+from app.shapes import Model
 
 __all__ = ["LEAST_WIDTH", "MOST", "Cell", "Confusion", "Figure", "confusion", "figures"]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.api.responses import Model
 from app.compare.annotation import corrected_boxes
 from app.compare.figures import Confusion, Figure, confusion, figures
 from app.compare.matching import match
@@ -12,6 +11,7 @@ from app.edits.service import EditService
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
+from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run
 from app.truths.service import TruthService

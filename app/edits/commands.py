@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool
 
-from app.api.responses import Model
 from app.edits.documents import Box, ClassId, Frame, Key, Review, Segment
+from app.shapes import Model
 
 __all__ = ["Command", "Redo", "Undo"]
 

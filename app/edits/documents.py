@@ -18,7 +18,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from app.api.responses import Model
+from app.shapes import Model
 
 __all__ = [
     "OPEN_END",

@@ -8,8 +8,8 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.api.responses import Model
 from app.edits.documents import TrackDoc
+from app.shapes import Model
 from app.storage.models import Edit
 
 __all__ = ["Target", "adopted_keys", "stacks", "target"]

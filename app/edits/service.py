@@ -12,7 +12,6 @@ import numpy as np
 from sqlalchemy import Select, func, select
 from sqlalchemy.orm import Session
 
-from app.api.responses import Model
 from app.edits.adopt import Adoption, MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Redo, Undo
@@ -22,6 +21,7 @@ from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
+from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.api.responses import Model
 from app.evidence.overlays import LARGEST, number
+from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.api.responses import Model
 from app.evidence.tables import tau_of
+from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["FlippedTrack", "Flips", "flips"]

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from app.api.responses import Model
 from app.evidence.overlays import LARGEST, Box, box_of, number
 from app.evidence.tables import SOURCE_SQL, tau_of
+from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["LEADING", "TrackEvent", "TrackLane", "track_lane"]

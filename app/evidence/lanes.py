@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.api.responses import Model
 from app.evidence.tables import SOURCE_SQL, columns
+from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["LaneColumns", "lane_columns"]

@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from app.api.responses import Model
 from app.evidence.tables import SOURCE_SQL
+from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["MOST_FRAMES", "Box", "Overlay", "overlays"]

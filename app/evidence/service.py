@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from app.api.responses import Model
 from app.errors import Conflict, Invalid, NotFound
 from app.evidence.crops import MARGIN, CropOf, box_in_frame, crop_of, encode, pixels_in_frame
 from app.evidence.disagreement import Others
@@ -24,6 +23,7 @@ from app.evidence.pool import ReaderPool
 from app.evidence.tables import BoxTable, confirmed_boxes
 from app.evidence.tracks import TrackFacts, no_tracks, track_columns, track_facts
 from app.settings import Settings
+from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
 from tsr_engine.errors import EvidenceError

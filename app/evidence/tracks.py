@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.api.responses import Model
 from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
 from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
+from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["TrackColumns", "TrackFacts", "no_tracks", "track_columns", "track_facts"]

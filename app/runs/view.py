@@ -6,8 +6,8 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from app.api.responses import Model
 from app.events import EventBus
+from app.shapes import Model
 from app.storage.models import Run
 
 __all__ = ["RunView", "publish_run", "run_view"]

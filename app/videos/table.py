@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.api.responses import Model
+from app.shapes import Model
 from tsr_engine.io.frame_table import FrameTable
 
 __all__ = ["TableAnswer", "modified", "pack", "page_table", "restamp", "unpack"]

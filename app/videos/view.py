@@ -7,8 +7,8 @@ from pathlib import Path
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from app.api.responses import Model
 from app.events import EventBus
+from app.shapes import Model
 from app.storage.models import Run, TrackDocument, Video
 
 __all__ = ["ReviewProgress", "VideoView", "publish_video", "video_view"]

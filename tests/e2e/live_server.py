@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from pathlib import Path
 from types import TracebackType
@@ -40,7 +41,7 @@ class LiveServer:
         self.stop()
 
     def start(self, port: int = 0) -> None:
-        """Start and wait until the link is printed."""
+        """Start and wait until it answers."""
         command = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "review"]
         command += ["--home", str(self.home), "--port", str(port), "--no-browser"]
         for root in self._roots:
@@ -55,6 +56,15 @@ class LiveServer:
             time.sleep(0.1)
             found = _LINK.search(self._log.read_text())
         self.base = found.group(1)
+        while True:
+            try:
+                self.call("GET", "/session")
+            except (urllib.error.URLError, ConnectionError):  # the link is printed a moment before it answers
+                if self._process.poll() is not None or time.monotonic() > end:
+                    raise
+                time.sleep(0.1)
+            else:
+                return
 
     def stop(self) -> None:
         """Stop it as Ctrl-C does."""

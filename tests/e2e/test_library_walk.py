@@ -137,7 +137,7 @@ def test_a_comparison_opens_the_frames_behind_a_number(page: Page, server: LiveS
     expect(page.get_by_role("heading", name="Confusion of classes")).to_be_visible(timeout=30_000)
     page.get_by_role("button", name="False boxes").click()
     place = page.locator(".place").first
-    frame = int(place.locator(".place-frames").inner_text().split()[-1].split("–")[0].replace(",", ""))
+    frame = int(place.locator(".place-frames").inner_text().split()[-1].replace(",", "").split("\u2013")[0])
     place.click()
     page.wait_for_function("frame => tsr.store.get().review?.shown === frame", arg=frame, timeout=30_000)
 

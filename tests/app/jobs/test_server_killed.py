@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import signal
@@ -33,13 +34,23 @@ class Reviewing:
         environment = {**os.environ, "TSR_TOKEN": SECRET, "TSR_SAMPLE": "false"}
         start = "import sys; from app.cli.main import run; sys.exit(run())"
         command = [sys.executable, "-c", start, "review", "--no-browser", "--home", str(home), "--port", "0"]
-        self.process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        assert "http://127.0.0.1:" in line, line
-        self.url = "http://" + line.split("http://")[1].split("/")[0]
+        self.process = subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL)
+        self.url = self._address()
         self.session = requests.Session()
         self.session.headers["Authorization"] = f"Bearer {SECRET}"
+
+    def _address(self) -> str:
+        until = time.monotonic() + 30
+        while True:
+            assert self.process.poll() is None, "the server has ended at once"
+            assert time.monotonic() < until, "the server does not start"
+            try:
+                note = json.loads((self.home / "server.json").read_text())
+            except (OSError, ValueError):
+                note = {}
+            if note.get("pid") == self.process.pid:
+                return str(note["base"])
+            time.sleep(0.05)
 
     def call(self, method: str, path: str, **options: Any) -> Any:
         """One request; waits until the server listens."""
@@ -83,7 +94,7 @@ def reviewing(home: Path) -> Iterator[Reviewing]:
     finally:
         if made.process.poll() is None:
             made.process.send_signal(signal.SIGINT)
-        made.process.communicate(timeout=20)
+        made.process.wait(20)
         made.session.close()
 
 

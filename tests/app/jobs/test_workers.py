@@ -21,7 +21,8 @@ def kill(office: Office, run_id: str, frames: int) -> int:
     """End the worker of a run by force once so many frames are done; its process."""
 
     def there() -> int | None:
-        return office.worker(run_id) if office.run(run_id).frames_done >= frames else None
+        busy = office.job(run_id).state == "running" and office.run(run_id).frames_done >= frames
+        return office.worker(run_id) if busy else None
 
     worker: int = office.wait(there)
     os.kill(worker, signal.SIGKILL)
@@ -41,6 +42,7 @@ def test_a_run_whose_workers_are_killed_is_the_same_run(office: Office, undistur
         office.wait(lambda: office.job(run_id).token > len(workers))
     run = office.ended(run_id)
     assert len(set(workers)) == 2
+    assert office.job(run_id).crashes == 2
     assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
     job = office.job(run_id)
     assert (job.state, job.token) == ("done", 3)
@@ -91,10 +93,9 @@ def test_what_keeps_dying_is_given_up_and_the_others_go_on(office: Office, tmp_p
     rubbish = tmp_path / "rubbish.mp4"
     rubbish.write_bytes(b"\x00\x00\x00\x18ftypisom\x00\x00\x02\x00isomiso2" + random.Random(1).randbytes(200_000))
     bad = office.context.videos.add_path(str(rubbish)).id
-    for _ in range(3):
-        token = office.job(run_id).token
+    for death in range(1, 4):
         kill(office, run_id, 0)
-        office.wait(lambda token=token: office.job(run_id).token > token or office.run(run_id).state == "failed")
+        office.wait(lambda death=death: office.job(run_id).crashes == death)
     run = office.ended(run_id, "failed")
     assert run.error is not None
     assert "died 3 times before its first frame" in run.error

@@ -123,8 +123,12 @@ export function createPicture(app) {
       merge: `Click the tracks to merge (${review.marked.length} marked), then press M. Escape ends.`,
       note: 'Click where the note belongs',
     }[review.mode];
+    if (review.playing) {
+      const { frames, late } = app.frames.tally();
+      setText(hint, frames > 20 && late > 0.2 * frames ? 'Playing slower than real time: the pictures come late' : '');
+      return;
+    }
     setText(hint, text);
-    if (review.playing) return;
     const shown = review.selected ? shownTrack(review, review.selected) : null;
     const words = `Frame ${review.frame}${review.selected ? `, track ${review.selected}${shown ? `, ${shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
     if (words !== said) setText(spoken, (said = words));

@@ -27,7 +27,6 @@ const CLICK = 3;
 export function listenToPointer(app, element, screen, signal) {
   /** @type {null|{kind: 'pan'|'change'|'draw', x: number, y: number, moved: boolean, view: import('../../model/geometry.js').Viewport, box: Box, key: string, handle: Handle, correct: boolean, under: string[]}} */
   let drag = null;
-  let space = false;
 
   const review = () => app.store.get().review;
   const picture = () => ({ width: review()?.video.width ?? 1, height: review()?.video.height ?? 1 });
@@ -71,7 +70,7 @@ export function listenToPointer(app, element, screen, signal) {
     const [x, y] = toPicture(now.viewport, screen(), sx, sy);
     const base = { x: sx, y: sy, moved: false, view: now.viewport, box: /** @type {Box} */ ([x, y, x, y]), key: '', handle: /** @type {Handle} */ ('move'), correct: event.shiftKey, under: /** @type {string[]} */ ([]) };
     element.setPointerCapture(event.pointerId);
-    if (event.button === 1 || space || event.button === 2) {
+    if (event.button === 1 || event.button === 2) {
       drag = { ...base, kind: 'pan' };
       event.preventDefault();
       return;
@@ -153,12 +152,7 @@ export function listenToPointer(app, element, screen, signal) {
       event.preventDefault();
       end(false);
     }
-    // Space held while the pointer is over the picture pans; tapped, it plays
-    if (event.key === ' ' && drag) space = true;
   }, { signal, capture: true });
-  document.addEventListener('keyup', (event) => {
-    if (event.key === ' ') space = false;
-  }, { signal });
 }
 
 const CURSORS = { n: 'ns-resize', s: 'ns-resize', e: 'ew-resize', w: 'ew-resize', ne: 'nesw-resize', sw: 'nesw-resize', nw: 'nwse-resize', se: 'nwse-resize', move: 'move' };

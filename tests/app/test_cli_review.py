@@ -1,0 +1,119 @@
+"""``tsr review`` as a program: its link, a second call, Ctrl-C, refusals."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+COMMAND = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "review", "--no-browser"]
+
+
+def _environment(home: Path) -> dict[str, str]:
+    return {**os.environ, "TSR_HOME": str(home), "TSR_SAMPLE": "false", "TSR_WORKERS": "0", "PYTHONWARNINGS": "ignore"}
+
+
+class Running:
+    """A server process."""
+
+    def __init__(self, home: Path, *arguments: str) -> None:
+        self.home = home
+        self.process = subprocess.Popen(
+            [*COMMAND, "--port", "0", *arguments],
+            env=_environment(home),
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stderr is not None
+        line = self.process.stderr.readline()
+        assert "/login/" in line, line
+        self.link = line.split(" on ")[1].strip()
+        self.base = self.link.split("/login/")[0]
+        until = time.monotonic() + 20
+        while time.monotonic() < until:
+            try:
+                urllib.request.urlopen(self.base + "/", timeout=5).close()
+                break
+            except OSError:
+                time.sleep(0.05)
+        else:
+            raise AssertionError("the server does not answer")
+
+    def get(self, path: str) -> dict[str, object]:
+        """An answer of the API."""
+        token = (self.home / "token").read_text().strip()
+        request = urllib.request.Request(self.base + path, headers={"Authorization": f"Bearer {token}"})
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            found: dict[str, object] = json.load(answer)
+            return found
+
+    def end(self) -> None:
+        """Kill what is left."""
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        assert self.process.stderr is not None
+        self.process.stderr.close()
+
+
+@pytest.fixture
+def running(tmp_path: Path) -> Iterator[Running]:
+    server = Running(tmp_path / "home")
+    yield server
+    server.end()
+
+
+def test_the_link_works_once_and_ctrl_c_ends_it_quickly(running: Running) -> None:
+    class Stay(urllib.request.HTTPRedirectHandler):
+        def redirect_request(self, *_: object) -> None:
+            return None
+
+    opener = urllib.request.build_opener(Stay())
+    for status in (303, 401):
+        with pytest.raises(urllib.error.HTTPError) as answer:
+            opener.open(running.link, timeout=10)
+        assert answer.value.code == status
+        answer.value.close()
+    assert running.get("/api/session")["version"]
+    began = time.monotonic()
+    running.process.send_signal(signal.SIGINT)
+    running.process.wait(timeout=10)
+    assert time.monotonic() - began < 4
+    assert not (running.home / "server.json").exists()
+
+
+def test_a_second_call_finds_the_first(running: Running) -> None:
+    again = subprocess.run(
+        [*COMMAND], env=_environment(running.home), capture_output=True, text=True, timeout=60, check=False
+    )
+    assert again.returncode == 0
+    assert "already" in again.stderr
+    assert running.base in again.stderr
+    assert "/login/" in again.stderr
+
+
+def test_refusals_are_sentences(tmp_path: Path) -> None:
+    def call(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        environment = {**_environment(tmp_path / "home"), **variables}
+        return subprocess.run(
+            [*COMMAND, *arguments], env=environment, capture_output=True, text=True, timeout=60, check=False
+        )
+
+    for done, words in (
+        (call("missing.mp4"), "There is no video"),
+        (call("--host", "0.0.0.0"), "TSR_TOKEN"),
+        (call("--port", "0", TSR_HOME="/proc/nothing"), "/proc/nothing"),
+        (call("--port", "1", "--host", "192.0.2.1", TSR_TOKEN="long enough to be one"), "Cannot listen"),
+    ):
+        assert done.returncode in (2, 6), done.stderr
+        assert words in done.stderr
+        assert "Traceback" not in done.stderr

@@ -1,0 +1,53 @@
+"""Settings: from the caller, from variables, told in one sentence when wrong, and documented as they are."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from app.jobs.supervisor import _as_environment
+from app.settings import Settings, load_settings
+from tsr_engine.errors import UsageError
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_variables_and_values(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("TSR_PORT", "9001")
+    monkeypatch.setenv("TSR_ROOTS", f"{tmp_path}{os.pathsep}{tmp_path / 'b'}")
+    monkeypatch.setenv("TSR_ALLOWED_HOSTS", "a.example, b.example")
+    settings = load_settings(home=tmp_path / "home", workers=None)
+    assert settings.port == 9001
+    assert settings.roots == (tmp_path.resolve(), (tmp_path / "b").resolve())
+    assert settings.allowed_hosts == ("a.example", "b.example")
+    assert settings.workers == 1
+    assert load_settings(port=7).port == 7
+    assert settings.database == f"sqlite:///{tmp_path / 'home' / 'tsr.sqlite'}"
+
+
+@pytest.mark.parametrize(("name", "value"), [("port", 70000), ("workers", -1), ("token", "short"), ("max_pixels", "x")])
+def test_a_wrong_value_is_one_sentence(name: str, value: object) -> None:
+    with pytest.raises(UsageError, match=f"TSR_{name.upper()}"):
+        load_settings(**{name: value})
+
+
+def test_workers_get_the_same_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    settings = load_settings(
+        home=tmp_path, roots=(tmp_path, Path("/")), allowed_hosts=("x.example",), author="ada", sample=False, port=0
+    )
+    for name, value in _as_environment(settings).items():
+        monkeypatch.setenv(f"TSR_{name.upper()}", value)
+    assert load_settings() == settings
+
+
+def test_the_document_names_every_setting() -> None:
+    text = (ROOT / "docs" / "server.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*?) \|", text, flags=re.MULTILINE))
+    assert set(rows) == set(Settings.model_fields)
+    for name, field in Settings.model_fields.items():
+        if isinstance(field.default, bool | int | str):
+            assert rows[name].strip("`") == str(field.default), name
+        assert field.description, name
