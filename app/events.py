@@ -12,6 +12,8 @@ from app.storage.models import Event
 
 __all__ = ["EventBus"]
 
+_ORDERED = "events ordered"
+
 
 class EventBus:
     """Appends to the stream and reads on from a number."""
@@ -21,8 +23,9 @@ class EventBus:
 
     def order(self, session: Session) -> None:
         """Let one writer at a time go on, so that numbers become visible in their order (SQLite does that anyway)."""
-        if session.get_bind().dialect.name == "postgresql":
+        if not session.info.get(_ORDERED) and session.get_bind().dialect.name == "postgresql":
             session.execute(text("SELECT pg_advisory_xact_lock(7461)"))
+            session.info[_ORDERED] = True  # sessions of app.storage.database last for one transaction
 
     def publish(self, session: Session, kind: str, subject: str, data: dict[str, Any]) -> None:
         """Append within the caller's transaction: pages hear of what was committed, and of nothing else."""

@@ -36,6 +36,7 @@ class EventStream:
         self._seen = 0
         self._task: asyncio.Task[None] | None = None
         self._turns = 0
+        self._stopped = False
 
     def start(self) -> None:
         """Begin to read; needs a running event loop."""
@@ -43,22 +44,24 @@ class EventStream:
         self._task = asyncio.get_running_loop().create_task(self._read())
 
     async def stop(self) -> None:
-        """End all streams."""
-        if self._task is not None:
-            self._task.cancel()
+        """End all streams; once is enough, more does no harm."""
+        self._stopped = True
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
-                await self._task
+                await task
         for page in self._pages:
             page.put_nowait(None)
 
     async def follow(self, last: int | None) -> AsyncIterator[str]:
         """Server-sent events after number ``last``; unset: from now on."""
         page: asyncio.Queue[str | None] = asyncio.Queue()
-        seen = self._seen if last is None else last
-        missed = await asyncio.to_thread(self._missed, seen)
-        # no await between here and the first yield: what was read above ends at self._seen or before
-        if missed is None or seen > self._seen:
-            seen = self._seen
+        # the reading task lags behind the database by a turn, so its number is not what a page is measured by
+        missed, newest = await asyncio.to_thread(self._missed, last)
+        seen = newest if last is None else last
+        if missed is None or seen > newest:
+            missed, seen = None, newest
             yield f"id: {seen}\nevent: reset\ndata: {{}}\n\n"
         self._pages.add(page)
         try:
@@ -72,7 +75,7 @@ class EventStream:
                     if event.seq > seen:
                         seen = event.seq
                         yield _text(event)
-            while True:
+            while not self._stopped:
                 try:
                     text = await asyncio.wait_for(page.get(), _BEAT)
                 except TimeoutError:
@@ -85,13 +88,16 @@ class EventStream:
         finally:
             self._pages.discard(page)
 
-    def _missed(self, seen: int) -> Sequence[Event] | None:
+    def _missed(self, last: int | None) -> tuple[Sequence[Event] | None, int]:
+        """Events after ``last``, None if they are too many or gone, and the number of the newest."""
         with self._database.read() as session:
-            oldest = self._events.oldest(session)
-            if seen and oldest and seen < oldest - 1:
-                return None
-            missed = self._events.after(session, seen, _MOST_WAITING + 1)
-            return None if len(missed) > _MOST_WAITING else missed
+            newest, oldest = self._events.newest(session), self._events.oldest(session)
+            if last is None:
+                return (), newest
+            if last and oldest and last < oldest - 1:
+                return None, newest
+            missed = self._events.after(session, last, _MOST_WAITING + 1)
+            return (None if len(missed) > _MOST_WAITING else missed), newest
 
     def _range(self, seen: int) -> Sequence[Event]:
         with self._database.read() as session:

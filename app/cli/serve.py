@@ -12,8 +12,10 @@ import urllib.error
 import urllib.request
 import webbrowser
 from pathlib import Path
+from typing import cast
 
 import uvicorn
+from fastapi import FastAPI
 
 from app.cli.review import say_link
 from app.main import create_app
@@ -22,9 +24,18 @@ from app.settings import Settings
 from tsr_engine.cli.common import say
 from tsr_engine.errors import StorageError, UsageError
 
-__all__ = ["open_running", "serve"]
+__all__ = ["ReviewServer", "open_running", "serve"]
 
 _RUNNING = "server.json"
+
+
+class ReviewServer(uvicorn.Server):
+    """Ends the streams of events before it waits for open requests to end, for those never end by themselves."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop serving."""
+        await cast(FastAPI, self.config.app).state.running.stream.stop()
+        await super().shutdown(sockets)
 
 
 def serve(settings: Settings, video: Path | None, browser: bool) -> None:
@@ -50,10 +61,8 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     config = uvicorn.Config(
         app, log_level="warning", access_log=False, timeout_graceful_shutdown=2, server_header=False, lifespan="on"
     )
-    server = uvicorn.Server(config)
-    say_link(settings, link)
-    if browser:
-        threading.Thread(target=_open_when_ready, args=(server, link), daemon=True).start()
+    server = ReviewServer(config)
+    threading.Thread(target=_tell_when_ready, args=(server, settings, link, browser), daemon=True).start()
     try:
         server.run(sockets=[listener])
     finally:
@@ -132,8 +141,11 @@ def _shown(host: str) -> str:
     return f"[{name}]" if ":" in name and not name.startswith("[") else name
 
 
-def _open_when_ready(server: uvicorn.Server, link: str) -> None:
-    until = time.monotonic() + 30
+def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, browser: bool) -> None:
+    """The link is told once it can be opened."""
+    until = time.monotonic() + 60
     while not server.started and time.monotonic() < until:
-        time.sleep(0.05)
-    webbrowser.open(link)
+        time.sleep(0.02)
+    say_link(settings, link)
+    if browser:
+        webbrowser.open(link)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sqlalchemy import select
@@ -12,7 +12,9 @@ from app.edits.documents import TrackDoc
 from app.shapes import Model
 from app.storage.models import Edit
 
-__all__ = ["Target", "adopted_keys", "stacks", "target"]
+__all__ = ["Target", "adopted_keys", "targets"]
+
+_PAGE = 8
 
 
 class Target(Model):
@@ -24,30 +26,60 @@ class Target(Model):
     keys: list[str]
 
 
-def stacks(session: Session, run_id: str, author: str) -> tuple[list[str], list[str]]:
-    """Operations that can be undone and redone, the next one last."""
-    query = select(Edit.op_id, Edit.kind, Edit.reverts).where(Edit.run_id == run_id, Edit.author == author)
-    done: list[str] = []
-    undone: list[str] = []
-    for op_id, kind, reverts in session.execute(query.order_by(Edit.seq)):
-        if kind == "undo" and reverts is not None:
-            done.remove(reverts)
-            undone.append(reverts)
-        elif kind == "redo" and reverts is not None:
-            undone.remove(reverts)
-            done.append(reverts)
+def targets(session: Session, run_id: str, author: str) -> tuple[Target | None, Target | None]:
+    """What ``author`` can undo and redo next.
+
+    Operations are taken back from the newest one on and brought back in the opposite order, and a new one ends what
+    could be brought back. So the next to undo is the newest that does not stand as undone, and the next to redo is the
+    last undone one since the newest operation. The log is read backwards, only as far as that takes.
+    """
+    undoable: str | None = None
+    stands: dict[str, str] = {}
+    reverts_since: list[tuple[str, str]] = []
+    fresh = True
+    for op_id, kind, reverted in _backwards(session, run_id, author):
+        if reverted is not None:
+            stands.setdefault(reverted, kind)
+            if fresh:
+                reverts_since.append((kind, reverted))
         else:
-            done.append(op_id)
-            undone.clear()
-    return done, undone
+            fresh = False
+            if stands.get(op_id) != "undo":
+                undoable = op_id
+                break
+    undone: list[str] = []
+    for kind, reverted in reversed(reverts_since):
+        if kind == "undo":
+            undone.append(reverted)
+        else:
+            undone.remove(reverted)
+    return _target(session, undoable), _target(session, undone[-1] if undone else None)
 
 
-def target(session: Session, stack: list[str]) -> Target | None:
-    """The last operation of a stack, described."""
-    if not stack:
+def _backwards(session: Session, run_id: str, author: str) -> Iterator[tuple[str, str, str | None]]:
+    """Operation, kind, and what it reverts: the author's log from the newest row on, a page at a time."""
+    query = (
+        select(Edit.seq, Edit.op_id, Edit.kind, Edit.reverts)
+        .where(Edit.run_id == run_id, Edit.author == author)
+        .order_by(Edit.seq.desc())
+    )
+    size, before = _PAGE, None
+    while True:
+        page = session.execute((query if before is None else query.where(Edit.seq < before)).limit(size)).all()
+        for seq, op_id, kind, reverts in page:
+            before = seq
+            yield op_id, kind, reverts
+        if len(page) < size:
+            return
+        size *= 4
+
+
+def _target(session: Session, op_id: str | None) -> Target | None:
+    if op_id is None:
         return None
-    edit = session.scalars(select(Edit).where(Edit.op_id == stack[-1])).one()
-    return Target(op_id=edit.op_id, name=edit.kind, frame=edit.frame, keys=sorted(edit.after))
+    columns = select(Edit.kind, Edit.frame, Edit.after).where(Edit.op_id == op_id)
+    kind, frame, after = session.execute(columns).one()
+    return Target(op_id=op_id, name=kind, frame=frame, keys=sorted(after))
 
 
 def adopted_keys(session: Session, run_id: str, from_run: str, present: Mapping[str, TrackDoc]) -> set[str]:

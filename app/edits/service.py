@@ -16,7 +16,8 @@ from app.edits.adopt import Adoption, MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Redo, Undo
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
-from app.edits.history import Target, adopted_keys, stacks, target
+from app.edits.history import Target, adopted_keys, targets
+from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.events import EventBus
 from app.evidence.service import EvidenceService
@@ -127,27 +128,20 @@ class EditService:
             Conflict: a track has changed since; ``details`` holds both versions.
             Invalid: the command makes no sense.
         """
+        reverting = isinstance(command, Undo | Redo)
         with self._database.write() as session:
-            self._events.order(session)
+            lock_for_edit(session, run_id, op_id, author, () if reverting else touched_keys(command))
             run = _require_run(session, run_id)
             known = session.scalars(select(Edit).where(Edit.op_id == op_id)).first()
             if known is not None:
                 return self._again(session, known, run_id, author)
-            if isinstance(command, Undo | Redo):
+            edit: Edit | None = None
+            if reverting:
                 before, after, edit = self._revert(session, run, author, command)
-                keys = list(after)
             else:
-                keys = touched_keys(command)
-                present = self._load(session, run, keys)
-                self._check(present, keys, expected, command)
-                now = datetime.now(UTC).isoformat(timespec="seconds")
-                try:
-                    after = apply_command(present, command, author, now)
-                except CommandError as error:
-                    raise Invalid(str(error), field="command", code="impossible") from None
-                before = {key: present.get(key) for key in after}
-                edit = None
+                before, after = self._change(session, run, author, command, expected)
             saved = self._save(session, run_id, before, after)
+            docs = list(saved.values())
             row = Edit(
                 op_id=op_id,
                 run_id=run_id,
@@ -159,13 +153,35 @@ class EditService:
                 after={key: doc.model_dump(mode="json") for key, doc in saved.items()},
                 reverts=None if edit is None else edit.op_id,
             )
-            session.add(row)
-            session.flush()
-            docs = list(saved.values())
-            told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": [d.model_dump(mode="json") for d in docs]}
-            self._events.publish(session, "edit", run_id, told)
-            answer = self._annotated(session, run_id, author, docs)
-            return EditAnswer(**{**answer.model_dump(), "op_id": op_id})
+            self._tell(session, row)
+            if edit is None:  # the newest operation is the next to undo, and nothing is left to redo
+                own = Target(op_id=op_id, name=row.kind, frame=row.frame, keys=sorted(saved))
+                return EditAnswer(seq=row.seq, docs=docs, undo=own, redo=None, op_id=op_id)
+            undo, redo = targets(session, run_id, author)
+            return EditAnswer(seq=row.seq, docs=docs, undo=undo, redo=redo, op_id=op_id)
+
+    def _change(
+        self, session: Session, run: Run, author: str, command: Any, expected: Mapping[str, int] | None
+    ) -> tuple[dict[str, TrackDoc | None], dict[str, TrackDoc]]:
+        """Documents before and after a command."""
+        keys = touched_keys(command)
+        present = self._load(session, run, keys)
+        self._check(present, keys, expected, command)
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        try:
+            after = apply_command(present, command, author, now)
+        except CommandError as error:
+            raise Invalid(str(error), field="command", code="impossible") from None
+        return {key: present.get(key) for key in after}, after
+
+    def _tell(self, session: Session, row: Edit) -> None:
+        """Append to the log and to the stream; last in a transaction, for others wait from here on."""
+        self._events.order(session)
+        session.add(row)
+        session.flush()
+        docs = list(row.after.values())
+        told = {"seq": row.seq, "op_id": row.op_id, "author": row.author, "docs": docs}
+        self._events.publish(session, "edit", row.run_id, told)
 
     def adopt(self, run_id: str, from_run: str, author: str) -> Adopted:
         """Carry the edits of another run of the same video over to this one; each is an operation of ``author``.
@@ -187,7 +203,7 @@ class EditService:
                 )
         tracks = _machine(self._evidence.boxes(from_run)), _machine(self._evidence.boxes(run_id))
         with self._database.write() as session:
-            self._events.order(session)
+            lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
             present = {row.key: _doc(row) for row in session.scalars(_documents(run_id))}
             docs = {row.key: _doc(row) for row in session.scalars(_documents(from_run))}
@@ -220,10 +236,7 @@ class EditService:
             before={name: None if doc is None else doc.model_dump(mode="json") for name, doc in before.items()},
             after={name: doc.model_dump(mode="json") for name, doc in saved.items()},
         )
-        session.add(row)
-        session.flush()
-        told = {"seq": row.seq, "op_id": row.op_id, "author": author, "docs": list(row.after.values())}
-        self._events.publish(session, "edit", run.id, told)
+        self._tell(session, row)
 
     def _again(self, session: Session, edit: Edit, run_id: str, author: str) -> EditAnswer:
         if edit.run_id != run_id:
@@ -235,7 +248,9 @@ class EditService:
     def _load(self, session: Session, run: Run, keys: Sequence[str]) -> dict[str, TrackDoc]:
         """Documents of the tracks that exist; engine tracks that nobody touched get a fresh one."""
         query = select(TrackDocument).where(TrackDocument.run_id == run.id, TrackDocument.key.in_(keys))
-        found = {row.key: self._closed(run, _doc(row)) for row in session.scalars(query.with_for_update())}
+        rows = session.scalars(query.with_for_update()).all()
+        session.info["documents"] = rows  # kept alive, so that _save finds them without asking again
+        found = {row.key: self._closed(run, _doc(row)) for row in rows}
         for key in keys:
             if key in found or not key.startswith("m"):
                 continue
@@ -288,14 +303,15 @@ class EditService:
         self, session: Session, run: Run, author: str, command: Undo | Redo
     ) -> tuple[dict[str, TrackDoc | None], dict[str, TrackDoc], Edit]:
         """Documents before and after an undo or redo, and the operation that it is about."""
-        done, undone = stacks(session, run.id, author)
-        stack = done if isinstance(command, Undo) else undone
-        if not stack or stack[-1] != command.op_id:
+        undo, redo = targets(session, run.id, author)
+        following = undo if isinstance(command, Undo) else redo
+        if following is None or following.op_id != command.op_id:
             raise Conflict(
                 f"That is not the operation to {command.name} next. Reload to see which is.", code="not_next"
             )
         edit = session.scalars(select(Edit).where(Edit.op_id == command.op_id)).one()
         start, goal = (edit.after, edit.before) if isinstance(command, Undo) else (edit.before, edit.after)
+        lock_tracks(session, run.id, start)
         present = self._load(session, run, list(start))
         for key, expected in start.items():
             left = None if expected is None else self._closed(run, TrackDoc.model_validate(expected))
@@ -333,9 +349,9 @@ class EditService:
         return saved
 
     def _annotated(self, session: Session, run_id: str, author: str, docs: list[TrackDoc]) -> Annotation:
-        done, undone = stacks(session, run_id, author)
+        undo, redo = targets(session, run_id, author)
         seq = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
-        return Annotation(seq=seq, docs=docs, undo=target(session, done), redo=target(session, undone))
+        return Annotation(seq=seq, docs=docs, undo=undo, redo=redo)
 
 
 def _documents(run_id: str) -> Select[TrackDocument]:

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import fcntl
 import os
+import socket
 from pathlib import Path
 
-__all__ = ["JobLock", "holder", "is_alive"]
+__all__ = ["JobLock", "holder", "is_alive", "place_of"]
+
+
+def place_of(home: Path) -> str:
+    """Machine and data folder: for whom the lock files of this folder speak."""
+    return f"{socket.gethostname()}:{home}"
 
 
 def _path(home: Path, job_id: str) -> Path:

@@ -61,13 +61,14 @@ class JobQueue:
         query = select(Job.id).where(Job.state == "queued").order_by(Job.priority.desc(), Job.order)
         return session.scalars(query).all()
 
-    def claim(self, session: Session, job_id: str) -> Job | None:
-        """Take one job; None: somebody was faster."""
+    def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
+        """Take one job, for a process at a place (:func:`app.jobs.locks.place_of`); None: somebody was faster."""
         query = select(Job).where(Job.id == job_id, Job.state == "queued").with_for_update(skip_locked=True)
         job = session.scalars(query).first()
         if job is None:
             return None
         job.state, job.token, job.started = "running", job.token + 1, datetime.now(UTC)
+        job.payload = {**job.payload, "place": place}
         return job
 
     def held(self, session: Session, job_id: str, token: int) -> Job:

@@ -13,7 +13,7 @@ import time
 from sqlalchemy.exc import SQLAlchemyError
 
 from app.events import EventBus
-from app.jobs.locks import holder, is_alive
+from app.jobs.locks import holder, is_alive, place_of
 from app.jobs.outcome import settle_subject
 from app.jobs.queue import JobQueue
 from app.runs.view import publish_run
@@ -32,8 +32,8 @@ _log = logging.getLogger("tsr.supervisor")
 class Supervisor:
     """One thread of the server.
 
-    Jobs of a SQLite database belong to this machine, so the lock file decides who is alive. On PostgreSQL other
-    machines may hold jobs: there a job is dead when its heartbeat has not moved for a minute by our own steady clock.
+    For jobs of this machine and data folder (on SQLite all are) the lock file decides who is alive. On PostgreSQL other
+    machines may hold jobs: theirs are dead when they have not got on for a minute by our own steady clock.
     """
 
     silence = 60.0
@@ -93,7 +93,7 @@ class Supervisor:
     def _is_dead(self, job: Job) -> bool:
         if is_alive(self._settings.home, job.id):
             return False
-        if self._database.is_sqlite:
+        if self._database.is_sqlite or job.payload.get("place") == place_of(self._settings.home):
             return True
         beat, since = self._beats.get(job.id, (None, time.monotonic()))
         if beat != (job.token, job.position):

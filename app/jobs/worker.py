@@ -17,7 +17,7 @@ import time
 from sqlalchemy.exc import OperationalError
 
 from app.events import EventBus
-from app.jobs.locks import JobLock
+from app.jobs.locks import JobLock, place_of
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.tasks import Stopped, TaskContext, task_of
@@ -83,7 +83,7 @@ def _one_job(settings: Settings, database: Database, events: EventBus, jobs: Job
             continue
         try:
             with database.write() as session:
-                job = jobs.claim(session, job_id)
+                job = jobs.claim(session, job_id, place_of(settings.home))
             if job is not None:
                 _execute(TaskContext(settings, database, events, jobs, job, leaving))
                 return True

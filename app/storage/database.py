@@ -42,7 +42,8 @@ class Database:
             event.listen(self.engine, "connect", _on_connect)
             event.listen(self.engine, "begin", _on_begin)
         else:
-            self.engine = create_engine(url, pool_pre_ping=True, pool_size=8, max_overflow=24)
+            # as many as the server has threads: a connection beyond the pool costs more than an edit
+            self.engine = create_engine(url, pool_pre_ping=True, pool_size=40, max_overflow=8)
         self._writer = self.engine.execution_options(tsr_write=True)
 
     @contextmanager

@@ -148,7 +148,10 @@ class Edit(Base):
     """One operation of a person on the tracks of a run: a row of the append-only log."""
 
     __tablename__ = "edits"
-    __table_args__ = (Index("edits_of_run", "run_id", "seq"),)
+    __table_args__ = (
+        Index("edits_of_run", "run_id", "seq"),
+        Index("edits_of_author", "run_id", "author", "seq"),
+    )
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     op_id: Mapped[str] = mapped_column(String(64), unique=True)

@@ -11,6 +11,8 @@ from contextlib import contextmanager
 import uvicorn
 from toy_server import Server
 
+from app.cli.serve import ReviewServer
+
 __all__ = ["Live", "live"]
 
 
@@ -26,7 +28,7 @@ class Live:
         config = uvicorn.Config(
             server.app, log_level="critical", timeout_graceful_shutdown=2, lifespan="on", ws="none", http="h11"
         )
-        self.uvicorn = uvicorn.Server(config)
+        self.uvicorn = ReviewServer(config)
         self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listener]}, daemon=True)
 
     def start(self) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
+from databases import cluster, new_database
 from sqlalchemy.exc import OperationalError
 from toy_server import SECRET, Server
 
@@ -17,6 +18,8 @@ from app.events import EventBus
 from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
 from tsr_engine.errors import StorageError
+
+__all__ = ["cluster"]
 
 
 @pytest.fixture
@@ -32,6 +35,15 @@ def test_migrations_make_what_the_models_say(database: Database) -> None:
         assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
         assert connection.exec_driver_sql("PRAGMA synchronous").scalar() == 2  # FULL
         assert connection.exec_driver_sql("PRAGMA foreign_keys").scalar() == 1
+    database.close()
+
+
+def test_migrations_make_the_same_on_postgresql(cluster: str) -> None:
+    database = Database(new_database(cluster))
+    database.migrate()
+    database.migrate()
+    with database.engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
     database.close()
 
 

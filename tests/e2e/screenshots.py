@@ -171,7 +171,7 @@ def _shoot(
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(f"error in the page: {error}"))
     page.goto(server.link())
-    page.wait_for_function("globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
+    page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
     for scene in SCENES:
         scene.go(page, facts)
         page.screenshot(path=out / f"{scene.name}-{size}-{theme}.png")

@@ -41,7 +41,7 @@ def soften(picture: Picture, rng: np.random.Generator) -> Picture:
     if kind == 0:
         out = cv2.GaussianBlur(picture, (0, 0), float(rng.uniform(0.4, 1.1)))
     elif kind == 1:
-        length = int(rng.integers(2, 7))
+        length = int(rng.integers(2, 5))
         out = cv2.blur(picture, (length, 1) if rng.random() < 0.6 else (1, length))
     elif kind == 2:
         share = float(rng.uniform(0.55, 0.9))

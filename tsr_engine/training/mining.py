@@ -17,7 +17,7 @@ from tsr_engine.errors import InputError
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import relight
+from tsr_engine.training.augment import relight, soften
 
 MIN_WIDTH = 16.0
 """Narrowest sign of the training pyramids, px."""
@@ -41,13 +41,15 @@ def read_picture(scene: Scene) -> Picture:
 
 
 def searched_picture(scene: Scene, rng: np.random.Generator, relit: float) -> Picture:
-    """The scene's picture to look for background in: with probability ``relit`` under another light.
+    """The scene's picture to look for background in: with probability ``relit`` under another light and compressed.
 
-    Near darkness makes sign-like blocks out of road and sky that daylight scenes never show. Background is not
-    blurred: a verifier that has refused blurred background also refuses blurred signs.
+    Near darkness and hard compression make sign-like blocks out of road and sky that daylight scenes never show.
     """
     picture = read_picture(scene)
-    return relight(picture, rng) if rng.random() < relit else picture
+    if rng.random() >= relit:
+        return picture
+    picture = relight(picture, rng)
+    return soften(picture, rng) if rng.random() < 0.5 else picture
 
 
 def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Level]:

@@ -13,6 +13,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import toy_home
+from databases import new_database
 from toy_server import Server
 
 BOX = [10.0, 20.0, 40.0, 50.0]
@@ -43,18 +44,21 @@ class Page:
         return rows
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> toy_home.ToyHome:
-    """One tracked toy drive for all tests here."""
-    home = toy_home.make_home(tmp_path_factory.mktemp("http"))
-    home.evidence.close()
-    home.database.close()
-    return home
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
+    """One tracked toy drive for all tests here, on each kind of database."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "postgresql":
+            patch.setenv("TSR_DATABASE_URL", new_database(request.getfixturevalue("cluster")))
+        home = toy_home.make_home(tmp_path_factory.mktemp("http"))
+        yield home
+        home.evidence.close()
+        home.database.close()
 
 
 @pytest.fixture(scope="module")
 def http(made: toy_home.ToyHome) -> Iterator[Server]:
-    """A server on it."""
+    """A server on it; its database is the one that the environment names."""
     server = Server(made.settings.home, roots=(made.video.parent,))
     with server.client:
         yield server

@@ -128,6 +128,6 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_goes_on(
         assert (done["state"], done["frames_done"]) == ("complete", FRAMES), done
         began = time.monotonic()
         second.process.send_signal(signal.SIGINT)
-        assert second.process.wait(10) == 0
+        assert second.process.wait(10) in (0, 128 + signal.SIGINT)
         assert time.monotonic() - began < 6
     assert_same(home / "runs" / run, undisturbed)

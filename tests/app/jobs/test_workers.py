@@ -9,7 +9,8 @@ import time
 from pathlib import Path
 
 import pytest
-from office import FRAMES, Office
+from databases import new_database
+from office import FRAMES, Office, make_office
 from same import assert_same
 
 from app.jobs.locks import is_alive
@@ -110,3 +111,19 @@ def test_what_keeps_dying_is_given_up_and_the_others_go_on(office: Office, tmp_p
     with office.context.database.read() as session:
         told = [event.data.get("error") for event in office.context.events.after(session, 0) if event.subject == run_id]
     assert told[-1] == run.error
+
+
+@pytest.mark.slow
+def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: Path) -> None:
+    office = make_office(tmp_path / "home", database_url=new_database(cluster))
+    try:
+        office.open()
+        run_id = office.start(stop=2)
+        kill(office, run_id, 0)
+        began = time.monotonic()
+        office.wait(lambda: office.job(run_id).crashes == 1)
+        assert time.monotonic() - began < 5.0
+        assert office.ended(run_id).frames_done == 2
+    finally:
+        office.close()
+        office.context.close()

@@ -133,6 +133,7 @@ def upgrade() -> None:
     )
     with op.batch_alter_table("edits", schema=None) as batch_op:
         batch_op.create_index("edits_of_run", ["run_id", "seq"], unique=False)
+        batch_op.create_index("edits_of_author", ["run_id", "author", "seq"], unique=False)
 
     op.create_table(
         "track_documents",
@@ -149,6 +150,7 @@ def downgrade() -> None:
     """Back."""
     op.drop_table("track_documents")
     with op.batch_alter_table("edits", schema=None) as batch_op:
+        batch_op.drop_index("edits_of_author")
         batch_op.drop_index("edits_of_run")
 
     op.drop_table("edits")

@@ -1,0 +1,68 @@
+"""What can be undone: the log read backwards says the same as the whole log read forwards."""
+
+from __future__ import annotations
+
+import random
+from collections import defaultdict
+
+import pytest
+from edit_desk import Desk
+from sqlalchemy import event
+
+from app.edits.history import targets
+from app.storage.models import Edit
+
+
+def write(desk: Desk, rows: list[tuple[str, str, str, str | None]]) -> None:
+    with desk.database.write() as session:
+        for op, author, kind, reverts in rows:
+            row = Edit(op_id=op, run_id=desk.run, author=author, kind=kind, command={}, frame=1, before={}, after={})
+            row.reverts = reverts
+            session.add(row)
+            session.flush()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_backwards_is_forwards(desk: Desk, seed: int) -> None:
+    rng = random.Random(seed)
+    done: dict[str, list[str]] = defaultdict(list)
+    undone: dict[str, list[str]] = defaultdict(list)
+    for step in range(120):
+        author, op = rng.choice(["ann", "bob"]), f"op-{seed}-{step:05d}"
+        kind, reverts = "set_box", None
+        drift = rng.random()
+        if drift < 0.35 and done[author]:
+            kind, reverts = "undo", done[author].pop()
+            undone[author].append(reverts)
+        elif drift < 0.6 and undone[author]:
+            kind, reverts = "redo", undone[author].pop()
+            done[author].append(reverts)
+        else:
+            done[author].append(op)
+            undone[author].clear()
+        write(desk, [(op, author, kind, reverts)])
+        with desk.database.read() as session:
+            for who in ("ann", "bob"):
+                undo, redo = targets(session, desk.run, who)
+                assert (undo and undo.op_id) == (done[who][-1] if done[who] else None)
+                assert (redo and redo.op_id) == (undone[who][-1] if undone[who] else None)
+
+
+def test_a_long_log_is_not_read_to_its_beginning(desk: Desk) -> None:
+    write(desk, [(f"op-{k:08d}", "ann", "set_box", None) for k in range(600)])
+    rows = []
+
+    @event.listens_for(Edit, "load")
+    def loaded(*_: object) -> None:
+        rows.append(1)
+
+    asked: list[str] = []
+    event.listen(desk.database.engine, "before_cursor_execute", lambda *given: asked.append(given[2]))
+    with desk.database.read() as session:
+        undo, redo = targets(session, desk.run, "ann")
+    event.remove(Edit, "load", loaded)
+    assert undo is not None
+    assert (undo.op_id, redo) == ("op-00000599", None)
+    assert not rows
+    assert sum("FROM edits" in statement for statement in asked) == 2
+    assert all("LIMIT" in statement or "op_id =" in statement for statement in asked if "FROM edits" in statement)

@@ -1,0 +1,103 @@
+"""Edits in the same moment, on both databases: each is carried out once or told to be stale, none fails."""
+
+from __future__ import annotations
+
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+from typing import Any
+
+import numpy as np
+from edit_desk import Desk
+from pydantic import TypeAdapter
+
+from app.edits.commands import Command, Undo
+from app.errors import Conflict
+from app.evidence.tables import BoxTable
+from app.storage.models import Run
+
+ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
+MANY = 8
+
+
+def relabel(label: int, key: str) -> Any:
+    return ADAPTER.validate_python({"name": "relabel_track", "frame": 3, "key": key, "class_id": label})
+
+
+def at_once(work: Any) -> Counter[str]:
+    """Do something in many threads in the same moment; how often it ended how."""
+    barrier = Barrier(MANY)
+
+    def one(number: int) -> str:
+        barrier.wait()
+        try:
+            work(number)
+        except Conflict as conflict:
+            return conflict.code
+        return "done"
+
+    with ThreadPoolExecutor(MANY) as pool:
+        return Counter(pool.map(one, range(MANY)))
+
+
+def test_the_first_touch_of_a_track_is_one_persons(desk: Desk) -> None:
+    for track in (1, 2, 3):
+        key = f"m{track}"
+
+        def touch(number: int, key: str = key) -> None:
+            desk.service.apply(desk.run, f"op-{key}-{number:05d}", f"p{number}", relabel(number, key), {key: 0})
+
+        assert at_once(touch) == {"done": 1, "stale": MANY - 1}
+    assert len(desk.service.log(desk.run, 0)) == 3
+
+
+def test_the_same_operation_at_once_is_one_row(desk: Desk) -> None:
+    answers = []
+
+    def send(_: int) -> None:
+        answers.append(desk.service.apply(desk.run, "op-same-0000", "ann", relabel(3, "m1"), {"m1": 0}))
+
+    assert at_once(send) == {"done": MANY}
+    assert all(answer == answers[0] for answer in answers)
+    assert len(desk.service.log(desk.run, 0)) == 1
+
+
+def test_undo_at_once_is_one_undo(desk: Desk) -> None:
+    for step in range(3):
+        desk.service.apply(desk.run, f"op-base-{step}", "ann", relabel(step, "m1"), {"m1": step})
+
+    def back(number: int) -> None:
+        desk.service.apply(desk.run, f"op-undo-{number}", "ann", Undo(name="undo", op_id="op-base-2"), None)
+
+    assert at_once(back) == {"done": 1, "not_next": MANY - 1}
+    assert desk.service.documents(desk.run)["m1"].class_id == 1
+
+
+def test_adoption_and_edits_at_once(desk: Desk) -> None:
+    """Both take what the other has left; nobody waits in a circle, and nothing is lost."""
+    other = "c" * 32
+    with desk.database.write() as session:
+        session.add(Run(id=other, video_id="f" * 64, state="complete", parameters={}, models={}, summary={}))
+    rows = [(f, t) for t, (a, b) in desk.evidence.spans.items() for f in range(a, b + 1)]
+    frame, track = np.array(rows).T
+    boxes = np.stack([100.0 * track, 0.0 * track, 100.0 * track + 20, 0.0 * track + 20], 1)
+    table = BoxTable(frame, track - 1, boxes, frame * 0, frame < 0, frame * 0, ("m1", "m2", "m3"))
+    desk.evidence.boxes = lambda _run: table  # type: ignore[attr-defined]
+    for key in ("m1", "m2", "m3"):
+        desk.service.apply(desk.run, f"op-from-{key}", "ann", relabel(7, key), {key: 0})
+
+    def work(number: int) -> None:
+        if number % 2:
+            desk.service.adopt(other, desk.run, "ann")
+        else:
+            key = f"m{1 + number % 3}"
+            desk.service.apply(other, f"op-edit-{number:04d}", f"p{number}", relabel(number, key), {key: 0})
+
+    ended = at_once(work)
+    assert set(ended) <= {"done", "stale"}
+    docs = desk.service.documents(other)
+    assert set(docs) == {"m1", "m2", "m3"}
+    adopted = [row for row in desk.service.log(other, 0) if row.name == "adopt"]
+    edited = [row for row in desk.service.log(other, 0) if row.name != "adopt"]
+    assert len(adopted) + len(edited) == sum(doc.revision for doc in docs.values())
+    assert len(edited) == ended["done"] - MANY // 2

@@ -1,0 +1,159 @@
+"""The stream of events over real connections: nothing missed, nothing twice, and it never holds the server up."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+import requests
+from live_server import Live, live
+from toy_server import SECRET, Server
+
+from app.events import EventBus
+
+AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
+
+
+@pytest.fixture
+def at(tmp_path: Path) -> Iterator[Live]:
+    """A server on a port."""
+    with live(Server(tmp_path / "home")) as made:
+        yield made
+
+
+def say(at: Live, *numbers: int) -> None:
+    context = at.server.context
+    for number in numbers:
+        with context.database.write() as session:
+            context.events.publish(session, "test", "subject", {"number": number})
+
+
+class Following:
+    """One open stream."""
+
+    def __init__(self, at: Live, last: int | None = None) -> None:
+        headers = AUTHORISED if last is None else {**AUTHORISED, "Last-Event-ID": str(last)}
+        self.answer = requests.get(at.url + "/api/events", headers=headers, stream=True, timeout=15)
+        assert self.answer.status_code == 200
+        assert self.answer.headers["content-type"].startswith("text/event-stream")
+        assert "content-encoding" not in self.answer.headers, "a compressed stream arrives late"
+        self.lines = self.answer.iter_lines(chunk_size=None, decode_unicode=True)
+
+    def next(self) -> tuple[str, int, Any]:
+        """Kind, number and data of the next event; StopIteration at the end."""
+        found: dict[str, str] = {}
+        for line in self.lines:
+            if not line and "data" in found:
+                return found["event"], int(found["id"]), json.loads(found["data"])
+            name, _, value = line.partition(": ")
+            found[name] = value
+        raise StopIteration
+
+    def close(self) -> None:
+        """Drop the connection."""
+        self.answer.close()
+
+
+def test_a_page_hears_what_is_committed_from_now_on(at: Live) -> None:
+    say(at, 1, 2)
+    with closing(Following(at)) as page:
+        kind, seq, data = page.next()
+        assert (kind, data) == ("hello", {"seq": seq})
+        say(at, 3)
+        kind, number, data = page.next()
+        assert (kind, data["kind"], data["subject"], data["data"]) == ("change", "test", "subject", {"number": 3})
+        assert number == data["seq"] > seq
+
+
+def test_dropped_connections_lose_nothing_and_repeat_nothing(at: Live) -> None:
+    """Writers go on while the page drops its connection again and again, each time in another moment."""
+    total, writers = 300, 3
+    first = Following(at)
+    last = first.next()[1]
+
+    def write(part: int) -> None:
+        say(at, *range(part, total, writers))
+
+    threads = [threading.Thread(target=write, args=(part,)) for part in range(writers)]
+    for thread in threads:
+        thread.start()
+    heard: list[int] = []
+    numbers: list[int] = []
+    page, connections = first, 1
+    while len(heard) < total:
+        for _ in range(1 + connections % 23):
+            kind, seq, data = page.next()
+            assert kind in ("hello", "change")
+            if kind == "change":
+                heard.append(data["data"]["number"])
+                numbers.append(seq)
+                last = seq
+            if len(heard) == total:
+                break
+        page.close()
+        page, connections = Following(at, last), connections + 1
+    page.close()
+    for thread in threads:
+        thread.join()
+    assert connections > 10
+    assert sorted(heard) == list(range(total))
+    assert numbers == sorted(set(numbers))
+
+
+def test_a_page_that_is_too_far_behind_starts_anew(at: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    say(at, *range(30))
+    context = at.server.context
+    monkeypatch.setattr(EventBus, "keep", 10)
+    with context.database.write() as session:
+        context.events.prune(session)
+        newest = context.events.newest(session)
+    with closing(Following(at, 3)) as page:
+        assert page.next() == ("reset", newest, {})
+        assert page.next()[0] == "hello"
+        say(at, 99)
+        assert page.next()[2]["data"] == {"number": 99}
+    with closing(Following(at, newest - 5)) as page:  # still kept: goes on without a reset
+        assert page.next()[0] == "hello"
+        assert [page.next()[2]["data"]["number"] for _ in range(6)] == [25, 26, 27, 28, 29, 99]
+    with closing(Following(at, newest + 1000)) as page:  # a number of another database
+        assert page.next()[0] == "reset"
+
+
+@pytest.mark.parametrize("last", ["x", "-1", "1.5", "9" * 19, "1e3", "٣"])
+def test_a_number_that_is_none(at: Live, last: str) -> None:
+    answer = requests.get(at.url + "/api/events", params={"after": last}, headers=AUTHORISED, timeout=5)
+    assert answer.status_code == 422
+    assert answer.json()["error"]["field"] == "last-event-id"
+
+
+def test_open_streams_do_not_hold_the_server_up(tmp_path: Path) -> None:
+    with live(Server(tmp_path / "home")) as at:
+        pages = [Following(at) for _ in range(20)]
+        for page in pages:
+            page.next()
+        assert at.stop() < 3.0
+        for page in pages:
+            with pytest.raises(StopIteration):
+                page.next()
+            page.close()
+
+
+def test_a_page_that_does_not_read_harms_nobody(at: Live) -> None:
+    with closing(Following(at)) as asleep, closing(Following(at)) as awake:
+        awake.next()
+        context = at.server.context
+        for _ in range(4):
+            with context.database.write() as session:
+                for _ in range(100):
+                    context.events.publish(session, "test", "s", {"text": "x" * 10_000})
+        say(at, 7)
+        while (event := awake.next())[2]["data"] != {"number": 7}:
+            pass
+        assert requests.get(at.url + "/api/videos", headers=AUTHORISED, timeout=5).status_code == 200
+        assert asleep.next()[0] == "hello"
+        assert event[0] == "change"
