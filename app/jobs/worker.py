@@ -12,6 +12,7 @@ import os
 import resource
 import signal
 import sys
+import threading
 import time
 
 from sqlalchemy.exc import OperationalError
@@ -29,17 +30,34 @@ __all__ = ["main"]
 
 IDLE = 30.0
 """Seconds without work after which the process ends, seconds."""
+GRACE = 6.0
+"""Seconds that a worker has for what it is doing when it is told to end."""
 _PR_SET_PDEATHSIG = 1
 _log = logging.getLogger("tsr.worker")
 
 
 class _Leaving:
-    """Set by SIGTERM: finish what is being written, then end."""
+    """Set by SIGTERM: finish what is being written, then end.
 
-    def __init__(self) -> None:
+    The signal also comes when the server dies. A decoder that hangs must not outlive it, so a thread that waits for
+    the signal by itself ends the process after ``grace`` seconds; that is as safe as a kill.
+    """
+
+    def __init__(self, grace: float = GRACE) -> None:
         self.told = False
+        hear, tell = os.pipe()
+        os.set_blocking(tell, False)
+        signal.set_wakeup_fd(tell, warn_on_full_buffer=False)
+        threading.Thread(target=self._insist, args=(hear, grace), name="leaving", daemon=True).start()
         signal.signal(signal.SIGTERM, self._hear)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the server tells us itself
+
+    @staticmethod
+    def _insist(hear: int, grace: float) -> None:
+        while signal.SIGTERM not in os.read(hear, 64):
+            pass
+        time.sleep(grace)
+        os._exit(1)
 
     def _hear(self, *_: object) -> None:
         self.told = True

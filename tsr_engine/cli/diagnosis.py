@@ -83,8 +83,10 @@ def _packages() -> Iterator[Check]:
     for requirement in requirements:
         if ";" in requirement:  # extras, for development
             continue
-        name, _, bound = requirement.partition(">=")
-        name = name.strip()
+        # "name>=1.2,<2" or, as written into some metadata, "name<2,>=1.2"
+        name = re.split(r"[<>=!~\[ ]", requirement, maxsplit=1)[0]
+        lower = re.search(r">=\s*([0-9.]+)", requirement)
+        bound = lower[1] if lower else ""
         try:
             found = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import random
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -127,3 +129,30 @@ def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: 
     finally:
         office.close()
         office.context.close()
+
+
+@pytest.mark.slow
+def test_a_worker_that_hangs_is_ended_when_its_run_is_cancelled(office: Office) -> None:
+    office.open()
+    run_id = office.start()
+    worker = office.wait(lambda: office.worker(run_id) if office.job(run_id).state == "running" else None)
+    os.kill(worker, signal.SIGSTOP)
+    office.context.runs.cancel(run_id)
+    office.ended(run_id, "cancelled")
+    office.wait(lambda: not is_alive(office.context.settings.home, office.job(run_id).id))
+    other = office.start(stop=2)
+    assert office.ended(other).frames_done == 2
+
+
+def test_a_worker_that_hangs_ends_itself_when_it_is_told_to() -> None:
+    code = (
+        "import time; from app.jobs.worker import _Leaving; leaving = _Leaving(0.5); print('here', flush=True)\n"
+        "while True: time.sleep(60)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as worker:
+        assert worker.stdout is not None
+        assert worker.stdout.readline() == "here\n"
+        began = time.monotonic()
+        worker.send_signal(signal.SIGTERM)
+        assert worker.wait(20) == 1
+        assert time.monotonic() - began < 5.0
