@@ -65,8 +65,13 @@ class ApiError(Exception):
 def error_body(
     code: str, message: str, field: str | None = None, details: dict[str, Any] | None = None
 ) -> dict[str, Any]:
-    """The one shape of a failure."""
-    return {"error": {"code": code, "message": message, "field": field, "details": details}}
+    """The one shape of a failure; what is quoted from a request may hold halves of characters, which no JSON can."""
+    told = None if field is None else _whole(field)
+    return {"error": {"code": code, "message": _whole(message), "field": told, "details": details}}
+
+
+def _whole(text: str) -> str:
+    return text.encode("utf-8", "backslashreplace").decode()
 
 
 class Invalid(ApiError):

@@ -6,7 +6,10 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["ErrorAnswer", "ErrorDetail", "Model"]
+__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model"]
+
+PLAIN = r"^[^\x00]*$"
+"""Pattern of texts that go into the database: anything but NUL, which PostgreSQL cannot hold."""
 
 
 class Model(BaseModel):

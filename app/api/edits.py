@@ -14,13 +14,13 @@ from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
 from app.edits.service import Adopted, Annotation, EditAnswer, LogEntry
 from app.errors import Invalid
-from app.shapes import Model
+from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
 router = APIRouter(tags=["edits"])
 
-Author = Annotated[str, Field(min_length=1, max_length=80)]
+Author = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]
 _TAG = re.compile(r'\s*"(m[0-9]{1,12}|h[0-9a-z]{6,40}):([0-9]{1,9})"\s*')
 
 
@@ -47,7 +47,7 @@ class Log(Model):
 
 @router.get("/runs/{run_id}/annotation", operation_id="get_annotation", responses=failures(404))
 def get_annotation(
-    run_id: RunId, context: ContextDep, author: Annotated[str | None, Query(max_length=80)] = None
+    run_id: RunId, context: ContextDep, author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None
 ) -> Annotation:
     """Documents of all edited tracks, and what the author can undo and redo."""
     return context.edits.annotation(run_id, author or context.settings.author)

@@ -9,7 +9,7 @@ from fastapi.responses import Response
 from pydantic import Field
 
 from app.api.responses import failures
-from app.api.runs import RunId
+from app.api.runs import ParameterName, RunId
 from app.context import ContextDep
 from app.evidence.crops import CropOf
 from app.evidence.explain import Explanation
@@ -19,7 +19,7 @@ from app.evidence.lanes import LaneColumns
 from app.evidence.overlays import Overlay
 from app.evidence.tracks import TrackColumns
 from app.runs.view import RunView, run_view
-from app.shapes import Model
+from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
 
@@ -40,8 +40,8 @@ class Overlays(Model):
 class NewWhatIf(Model):
     """What to change, against the run that is replayed."""
 
-    parameters: dict[str, bool | int | float | str | list[float] | None] = Field(min_length=1, max_length=200)
-    name: str = Field("", max_length=120)
+    parameters: dict[ParameterName, bool | int | float | str | list[float] | None] = Field(min_length=1, max_length=200)
+    name: str = Field("", max_length=120, pattern=PLAIN)
 
 
 def _whole(content: bytes) -> Response:

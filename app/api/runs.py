@@ -10,24 +10,25 @@ from pydantic import Field
 from app.api.responses import failures
 from app.context import ContextDep
 from app.runs.view import RunView, run_view
-from app.shapes import Model
+from app.shapes import PLAIN, Model
 
-__all__ = ["RunId", "router"]
+__all__ = ["ParameterName", "RunId", "VideoId", "router"]
 
 router = APIRouter(tags=["runs"])
 
 RunId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the run: 32 hexadecimal digits")]
+ParameterName = Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]
 VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]
 
 
 class NewRun(Model):
     """What to run."""
 
-    preset: str = Field("default", max_length=32)
-    parameters: dict[str, bool | int | float | str | list[float] | None] = Field({}, max_length=200)
+    preset: str = Field("default", max_length=32, pattern=PLAIN)
+    parameters: dict[ParameterName, bool | int | float | str | list[float] | None] = Field({}, max_length=200)
     first: int = Field(0, ge=0, le=2**31 - 1)
     stop: int | None = Field(None, ge=1, le=2**31 - 1)
-    name: str = Field("", max_length=120)
+    name: str = Field("", max_length=120, pattern=PLAIN)
 
 
 class Runs(Model):

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StrictBool
 
 from app.edits.documents import Box, ClassId, Frame, Key, Review, Segment
-from app.shapes import Model
+from app.shapes import PLAIN, Model
 
 __all__ = ["Command", "Redo", "Undo"]
 
@@ -132,37 +132,37 @@ class AddNote(_OnTrack):
     """A remark pinned to this frame."""
 
     name: Literal["add_note"]
-    note_id: Annotated[str, Field(min_length=1, max_length=64)]
-    text: Annotated[str, Field(min_length=1, max_length=4000)]
+    note_id: Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]
+    text: Annotated[str, Field(min_length=1, max_length=4000, pattern=PLAIN)]
 
 
 class EditNote(_OnTrack):
     """Another text."""
 
     name: Literal["edit_note"]
-    note_id: Annotated[str, Field(min_length=1, max_length=64)]
-    text: Annotated[str, Field(min_length=1, max_length=4000)]
+    note_id: Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]
+    text: Annotated[str, Field(min_length=1, max_length=4000, pattern=PLAIN)]
 
 
 class RemoveNote(_OnTrack):
     """Away with it."""
 
     name: Literal["remove_note"]
-    note_id: Annotated[str, Field(min_length=1, max_length=64)]
+    note_id: Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]
 
 
 class Undo(Model):
     """Take an operation back."""
 
     name: Literal["undo"]
-    op_id: Annotated[str, Field(min_length=8, max_length=64)]
+    op_id: Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
 
 
 class Redo(Model):
     """Carry out again what was taken back."""
 
     name: Literal["redo"]
-    op_id: Annotated[str, Field(min_length=8, max_length=64)]
+    op_id: Annotated[str, Field(pattern=r"^[0-9A-Za-z-]{8,64}$")]
 
 
 Command = Annotated[

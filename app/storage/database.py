@@ -18,7 +18,7 @@ from sqlalchemy import Connection, create_engine, event
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
-from app.errors import ApiError, Busy, StorageFull
+from app.errors import ApiError, Busy, Invalid, StorageFull
 from tsr_engine.errors import StorageError
 
 __all__ = ["Database", "storage_failure"]
@@ -129,6 +129,8 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
     if "locked" in text or "busy" in text or "could not connect" in text or "connection refused" in text:
         return Busy("The database is busy. The request can be repeated.", code="database_busy")
+    if "nul (0x00)" in text:
+        return Invalid("A text holds the character NUL, which cannot be stored.")
     if "readonly" in text or "read-only" in text:
         return StorageFull("The data folder cannot be written. Check its permissions.", code="storage_readonly")
     return None

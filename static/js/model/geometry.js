@@ -75,7 +75,8 @@ export function iou(a, b) {
  */
 export function handleAt(box, x, y, reach) {
   let best = null;
-  let least = reach;
+  // inside a small box the handles leave the middle free, or it could not be moved
+  let least = contains(box, x, y) ? Math.min(reach, Math.min(box[2] - box[0], box[3] - box[1]) / 4) : reach;
   for (const [name, u, v] of HANDLES) {
     const distance = Math.max(Math.abs(x - (box[0] + u * (box[2] - box[0]))), Math.abs(y - (box[1] + v * (box[3] - box[1]))));
     if (distance <= least) [best, least] = [name, distance - (name.length === 2 ? 1e-9 : 0)];

@@ -63,3 +63,11 @@ test('overlap', () => {
   assert.equal(iou([0, 0, 10, 10], [5, 0, 15, 10]), 1 / 3);
   assert.equal(iou([0, 0, 10, 10], [20, 0, 30, 10]), 0);
 });
+
+test('the middle of a small box moves it, however near its handles are', () => {
+  const box = /** @type {[number, number, number, number]} */ ([100, 100, 112, 112]);
+  assert.equal(handleAt(box, 106, 106, 20), 'move');
+  assert.equal(handleAt(box, 101, 101, 20), 'nw');
+  assert.equal(handleAt(box, 95, 95, 20), 'nw');
+  assert.equal(handleAt(box, 70, 106, 20), null);
+});

@@ -1,0 +1,90 @@
+"""Halves of characters and NUL in every text that a request can carry: told or kept, never a failure of the server."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import toy_home
+from databases import cluster, new_database
+from toy_server import Server
+
+__all__ = ["cluster"]
+
+JSON = {"Content-Type": "application/json"}
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def toy(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
+    """One tracked toy drive, on each kind of database."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "postgresql":
+            patch.setenv("TSR_DATABASE_URL", new_database(request.getfixturevalue("cluster")))
+        home = toy_home.make_home(tmp_path_factory.mktemp("hostile"))
+        yield home
+        home.evidence.close()
+        home.database.close()
+
+
+@pytest.fixture(scope="module")
+def door(toy: toy_home.ToyHome) -> Iterator[Server]:
+    """A server on it."""
+    server = Server(toy.settings.home, roots=(toy.video.parent,))
+    with server.client:
+        yield server
+
+
+def edit(command: str, author: str = "x") -> tuple[str, str]:
+    return "/api/runs/RUN/edits", f'{{"op_id": "aaaaaaaa", "author": "{author}", "command": {{{command}}}}}'
+
+
+ON = '"frame": 5, "key": "m1"'
+BODIES = [
+    ("/api/videos", '{"path": "/aBAD"}'),
+    ("/api/videos", '{"path": "/a", "BAD": 1}'),
+    ("/api/videos/VIDEO/runs", '{"name": "xBAD"}'),
+    ("/api/videos/VIDEO/runs", '{"preset": "xBAD"}'),
+    ("/api/videos/VIDEO/runs", '{"parameters": {"xBAD": 1}}'),
+    ("/api/videos/VIDEO/runs", '{"parameters": {"tau": "BAD"}}'),
+    ("/api/runs/RUN/whatif", '{"parameters": {"tau": 5.0}, "name": "xBAD"}'),
+    ("/api/runs/RUN/whatif", '{"parameters": {"BAD": 5.0}}'),
+    ("/api/runs/RUN/adopt", '{"from_run": "RUN", "author": "xBAD"}'),
+    edit(f'"name": "delete_track", {ON}', author="xBAD"),
+    edit(f'"name": "add_note", {ON}, "note_id": "n", "text": "xBAD"'),
+    edit(f'"name": "add_note", {ON}, "note_id": "BAD", "text": "x"'),
+    edit('"name": "undo", "op_id": "aaaaaaaaBAD"'),
+    edit('"name": "BAD"'),
+]
+
+
+@pytest.mark.parametrize("bad", [r"\ud800", r"\u0000", r"\udc00x"])
+@pytest.mark.parametrize(("path", "body"), BODIES)
+def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: str) -> None:
+    path, body = (text.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id) for text in (path, body))
+    content = body.replace("BAD", bad).encode()
+    answer = door.client.post(path, content=content, headers={**JSON, "If-Match": '"m1:0"'})
+    assert answer.status_code == 422, (answer.status_code, answer.text)
+    assert answer.json()["error"]["message"].endswith(".")
+    assert door.client.get(f"/api/runs/{toy.run_id}/edits").json() == {"edits": []}
+
+
+@pytest.mark.parametrize("bad", ["%00", "%ed%a0%80", "%ff", "%c0%80"])
+def test_addresses(door: Server, toy: toy_home.ToyHome, bad: str) -> None:
+    for path in (
+        f"/api/runs/{toy.run_id}/annotation?author={bad}",
+        f"/api/browse?path=/{bad}",
+        f"/api/videos/{bad}",
+        f"/api/runs/{bad}",
+        f"/static/{bad}",
+        f"/login/{bad}",
+        f"/{bad}",
+    ):
+        assert door.client.get(path).status_code < 500, path
+    for path in (f"/api/uploads/{bad}.mp4", f"/api/videos/{toy.video_id}/truths/{bad}"):
+        assert door.client.put(path, content=b"x").status_code < 500, path
+    assert door.client.get("/api/events", params={"after": "x"}).status_code == 422
