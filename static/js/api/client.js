@@ -20,7 +20,7 @@ import {upload} from './upload.js';
  * @property {number|null} l_positive
  * @property {number} tau
  */
-/** @typedef {{kept: number, not_needed: number, conflicts: {key: string, reason: string, frame: number}[]}} Adoption */
+/** @typedef {{kept: string[], not_needed: string[], conflicts: {key: string, reason: string, frame: number}[]}} Adoption */
 /** @typedef {import('./compare-types.js').Comparison} Comparison */
 
 /** @typedef {ReturnType<typeof createApi>} Api */
@@ -174,6 +174,6 @@ export function createApi(setup = {}) {
     /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<any>} rows of the log after a number */
     edits: (run, after, call) => json(`/runs/${e(run)}/edits`, {...call, query: {after}}),
     /** @param {string} run @param {string} from @param {Call} [call] @returns {Promise<Adoption>} */
-    adopt: async (run, from, call) => expectObject('POST /runs/…/adopt', await json(`/runs/${e(run)}/adopt`, {...call, method: 'POST', body: {from_run: from}, timeout: 120_000}), {kept: 'number', not_needed: 'number', conflicts: 'array'}),
+    adopt: async (run, from, call) => expectObject('POST /runs/…/adopt', await json(`/runs/${e(run)}/adopt`, {...call, method: 'POST', body: {from_run: from}, timeout: 120_000}), {kept: 'array', not_needed: 'array', conflicts: 'array'}),
   };
 }

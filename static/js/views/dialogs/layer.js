@@ -9,6 +9,7 @@
  * - relabel: `{key?, frame?, scope?: 'track'|'box', onChoose?: (class_id) => void}`; without `onChoose` it edits the track
  * - note: `{key?, frame?, note_id?, text?}`
  * - conflict: `{current, yours, keepMine, takeTheirs}`: documents of both sides, and what the two buttons do
+ * - adopted: `{from, to}`: runs
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?}`
  */
 
@@ -16,6 +17,7 @@ import {closeDialog} from '../../store/actions/page.js';
 import {h} from '../dom.js';
 import {icon} from '../icons.js';
 import {addVideoDialog} from './add-video.js';
+import {adoptedDialog} from './adopted.js';
 import {compareDialog} from './compare.js';
 import {confirmDialog} from './confirm.js';
 import {conflictDialog} from './conflict.js';
@@ -50,6 +52,7 @@ import {whatIfDialog} from './whatif.js';
 /** @type {Record<Dialog['kind'], (setup: Setup) => Content>} */
 const KINDS = {
   'add-video': addVideoDialog,
+  adopted: adoptedDialog,
   compare: compareDialog,
   confirm: confirmDialog,
   conflict: conflictDialog,

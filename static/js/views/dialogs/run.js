@@ -64,16 +64,20 @@ function runItem({app, close, signal}, run) {
       h('button', {class: 'btn btn-small run-cancel', type: 'button', onclick: () => act(app, signal, () => app.api.cancelRun(run.id))}, 'Cancel'),
       h('button', {class: 'btn btn-small run-resume', type: 'button', onclick: () => act(app, signal, () => app.api.resumeRun(run.id))}, 'Go on'),
       h('button', {class: 'btn btn-small run-whatif', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'whatif', data: {run: run.id}}))}, 'What if …'),
+      h('button', {class: 'btn btn-small run-adopt', type: 'button', title: 'Bring the corrections that were made on this run to the run that is open', onclick: () => {
+        const to = app.store.get().review?.run;
+        if (to) app.store.dispatch((state) => openDialog(state, {kind: 'adopted', data: {from: run, to}}));
+      }}, 'Bring its corrections'),
       h('span', {class: 'grow'}),
       h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Remove the run of ${moment(run.created)}`, title: 'Remove this run …', onclick: () => askRemove(app, run)}, icon('trash'))));
 }
 
 /**
- * @param {import('./layer.js').Setup} _
+ * @param {import('./layer.js').Setup} setup
  * @param {HTMLElement} item
  * @param {Run} run
  */
-function showRun(_, item, run) {
+function showRun({app}, item, run) {
   /** @param {string} name */
   const part = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
   const open = run.state === 'queued' || run.state === 'running';
@@ -91,6 +95,8 @@ function showRun(_, item, run) {
   part('cancel').hidden = !open;
   part('resume').hidden = !['cancelled', 'interrupted', 'failed'].includes(run.state) || run.kind !== 'engine';
   part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
+  const shown = app.store.get().review?.run;
+  part('adopt').hidden = !shown || shown.id === run.id || shown.video_id !== run.video_id || shown.state !== 'complete' || run.state !== 'complete';
   part('open').hidden = run.state === 'queued';
 }
 

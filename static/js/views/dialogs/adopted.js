@@ -1,0 +1,57 @@
+// @ts-check
+/** What became of another run's corrections when they were brought to this one. */
+
+import { sentence } from '../../api/errors.js';
+import { changeReview, seek, select } from '../../store/actions/review.js';
+import { h, setText } from '../dom.js';
+import { plural } from '../format.js';
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{from: Run, to: Run}`
+ * @returns {import('./layer.js').Content}
+ */
+export function adoptedDialog({ app, data, close, signal }) {
+  const text = h('p', { role: 'status' }, `Each corrected track of “${data.from.name}” is looked up in “${data.to.name}” by where its boxes lie.`);
+  const error = h('p', { class: 'field-error', role: 'alert' });
+  const list = h('ul', { class: 'stack' });
+  const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
+  const go = h('button', { class: 'btn btn-primary', type: 'submit' }, 'Bring the corrections');
+  let done = false;
+
+  /** @param {{key: string, reason: string, frame: number}} conflict */
+  const row = ({ key, reason, frame }) => h('li', { class: 'row' },
+    h('button', {
+      class: 'btn btn-small', type: 'button',
+      onclick: () => {
+        close();
+        app.store.dispatch((state) => select(seek(state, frame), null));
+        app.loader.showSecond(data.from.id);
+        app.store.dispatch((state) => changeReview(state, { playing: false }));
+      },
+    }, `Frame ${frame}`),
+    h('span', { class: 'grow' }, `Track ${key}: ${reason}`));
+
+  async function submit() {
+    if (done) {
+      close();
+      return;
+    }
+    go.disabled = true;
+    try {
+      const found = await app.api.adopt(data.to.id, data.from.id, { signal });
+      await app.editor.refresh();
+      done = true;
+      cancel.hidden = true;
+      go.disabled = false;
+      go.textContent = 'Close';
+      setText(text, `${plural(found.kept.length, 'track')} kept, ${found.not_needed.length} no longer needed because the run agrees, ${plural(found.conflicts.length, 'conflict')}${found.conflicts.length ? ':' : '.'}`);
+      list.replaceChildren(...found.conflicts.map(row));
+    } catch (thrown) {
+      if (signal.aborted) return;
+      go.disabled = false;
+      setText(error, sentence(thrown));
+    }
+  }
+
+  return { title: 'Bring corrections to this run', size: 'middle', body: h('div', { class: 'stack' }, text, error, list), footer: [cancel, go], submit, focus: go };
+}
