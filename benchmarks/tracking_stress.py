@@ -64,10 +64,9 @@ def main() -> None:
                 reports.setdefault((stress, name), []).append(scored)
     for (stress, name), videos in sorted(reports.items(), key=lambda item: (item[0][0] == "all", item[0][0])):
         s = summarise(videos)
-        print(
-            f"{stress:14s}{name:16s}{s.signs:10d}{s.signs_detected:10d}{s.false_tracks:10d}{s.ids_per_sign or 0:10.3f}"
-            f"{s.coverage or 0:10.4f}{s.mean_error or 0:10.4f}{s.mean_error_followed or 0:10.4f}{s.signs_classified:10d}"
-        )
+        counts = f"{s.signs:10d}{s.signs_detected:10d}{s.false_tracks:10d}{s.ids_per_sign or 0:10.3f}"
+        errors = f"{s.coverage or 0:10.4f}{s.mean_error or 0:10.4f}{s.mean_error_followed or 0:10.4f}"
+        print(f"{stress:14s}{name:16s}{counts}{errors}{s.signs_classified:10d}")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import {upload} from './upload.js';
 /** @typedef {import('../types.js').TruthBox} TruthBox */
 /**
  * @typedef {object} Explanation
- * @property {{axis: number, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}|null} symmetry
+ * @property {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}|null} symmetry
  * @property {{crop: string, mean: string, distance: number}|null} hash
  * @property {number|null} l_positive
  * @property {number} tau
