@@ -47,8 +47,13 @@ function readRoute() {
   }
 }
 
+/** @type {ReturnType<typeof setTimeout>|undefined} */
+let written;
+
 /** The address says where one is, so that it can be copied and a reload comes back to it. */
 function writeRoute() {
+  clearTimeout(written);
+  written = undefined;
   const { route, review } = store.get();
   if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return;
   const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? null, frame: review.frame, track: review.selected });
@@ -58,8 +63,6 @@ function writeRoute() {
 const shell = createShell(app);
 document.getElementById('app')?.replaceChildren(shell.element);
 let scheduled = false;
-/** @type {ReturnType<typeof setTimeout>|undefined} */
-let written;
 store.subscribe(() => {
   app.loader.sync();
   frames.sync();
@@ -70,10 +73,10 @@ store.subscribe(() => {
       shell.update(store.get());
     });
   }
-  clearTimeout(written);
-  written = setTimeout(writeRoute, 300);
+  written ??= setTimeout(writeRoute, 300);
 });
 addEventListener('hashchange', readRoute, { signal: ended.signal });
+addEventListener('pagehide', writeRoute, { signal: ended.signal });
 addEventListener('beforeunload', (event) => {
   // the outbox keeps them, but only in this browser
   if (store.get().review?.unsaved.length) event.preventDefault();

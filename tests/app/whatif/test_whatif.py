@@ -163,7 +163,7 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
             jobs.finish(session, job.id, job.token, "done")
 
     work(track)
-    asked = WhatIfService(database, events, jobs).start("a" * 32, {"birth_score": 1.0, "confirm_hits": 5})
+    asked = WhatIfService(database, events, jobs).start("a" * 32, {"confirm_hits": 5})
     work(run_whatif)
     with database.read() as session:
         run = session.get_one(Run, asked.id)

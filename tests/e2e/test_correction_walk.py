@@ -1,0 +1,358 @@
+"""A person corrects a clip in a real browser: by mouse, by keyboard, over reloads, over a killed server."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+REAL = "clips/02_71ec1e.mp4"
+STATE = """() => { const r = window.tsr.store.get().review;
+  return r && {frame: r.frame, shown: r.shown, selected: r.selected, docs: r.docs, unsaved: r.unsaved.length,
+    undo: r.undo, redo: r.redo, viewport: r.viewport, mode: r.mode, marked: r.marked,
+    run: r.run && r.run.id, second: r.second, drag: r.drag,
+    tracks: r.tracks, overlay: r.overlays[r.frame] || null}; }"""
+
+
+class Desk:
+    """A server with one tracked clip, and a browser."""
+
+    def __init__(self, server: LiveServer, browser: Browser, video: str, run: str) -> None:
+        self.server, self.browser, self.video, self.run = server, browser, video, run
+
+    def page(self, *, deaf: bool = False) -> Page:
+        """A signed-in page on the review screen; a deaf one hears nothing of what others do."""
+        page = self.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+        if deaf:
+            page.route("**/api/events*", lambda route: route.abort())
+        page.set_default_timeout(15_000)
+        page.goto(self.server.link())
+        page.evaluate(f"location.hash = '#/review/{self.video}/{self.run}'")
+        wait(page, lambda s: s["shown"] == s["frame"] and s["tracks"] is not None and s["overlay"] is not None)
+        return page
+
+    def documents(self) -> dict[str, Any]:
+        """What the server has."""
+        return {d["key"]: d for d in self.server.call("GET", f"/runs/{self.run}/annotation")["docs"]}
+
+
+def state(page: Page) -> dict[str, Any]:
+    """The review's state in the page."""
+    found: dict[str, Any] = page.evaluate(STATE)
+    return found
+
+
+def wait(page: Page, holds: Callable[[dict[str, Any]], bool], seconds: float = 20) -> dict[str, Any]:
+    """The state once something holds."""
+    end = time.monotonic() + seconds
+    now = None
+    while time.monotonic() < end:
+        now = page.evaluate(STATE)
+        if now is not None and holds(now):
+            return dict(now)
+        page.wait_for_timeout(40)
+    raise AssertionError(
+        f"it never held: { ({k: v for k, v in (now or {}).items() if k not in ('tracks', 'overlay')}) }"
+    )
+
+
+def saved(page: Page) -> dict[str, Any]:
+    """The state once everything is acknowledged."""
+    page.wait_for_timeout(60)
+    return wait(page, lambda s: s["unsaved"] == 0)
+
+
+def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Where a point of the picture is in the window."""
+    view = state(page)["viewport"]
+    stage = page.locator(".picture-stage").bounding_box()
+    assert stage is not None
+    return (
+        stage["x"] + stage["width"] / 2 + (x - view["x"]) * view["zoom"],
+        stage["y"] + stage["height"] / 2 + (y - view["y"]) * view["zoom"],
+    )
+
+
+def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Drag from one picture point to another."""
+    page.mouse.move(*on_screen(page, *start))
+    page.mouse.down()
+    page.mouse.move(*on_screen(page, *end), steps=5)
+    page.mouse.up()
+
+
+def centre(box: list[float]) -> tuple[float, float]:
+    """The middle of a box."""
+    return (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
+
+
+def box_of(now: dict[str, Any], key: str) -> list[float]:
+    """The engine's box of a track in the frame."""
+    return next(list(t["box"]) for t in now["overlay"]["tracks"] if f"m{t['id']}" == key)
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    data = os.environ.get("TSR_DATA")
+    clip = Path(data).resolve() / REAL if data and (Path(data) / REAL).is_file() else SHIPPED[0].video
+    home = tmp_path_factory.mktemp("walk")
+    roots = tmp_path_factory.mktemp("clips")
+    shutil.copyfile(clip, roots / "clip.mp4")
+    os.environ["TSR_SAMPLE"] = "false"
+    try:
+        with LiveServer(home, roots=(roots,)) as server, sync_playwright() as playwright:
+            video = server.call("POST", "/videos", {"path": str(roots / "clip.mp4")})["id"]
+            end = time.monotonic() + 60
+            while server.call("GET", f"/videos/{video}")["state"] != "ready":
+                assert time.monotonic() < end
+                time.sleep(0.2)
+            run = server.call("POST", f"/videos/{video}/runs", {})["id"]
+            while (now := server.call("GET", f"/runs/{run}"))["state"] != "complete":
+                assert time.monotonic() < end + 200, now
+                assert now["state"] != "failed", now
+                time.sleep(0.3)
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+            yield Desk(server, browser, video, run)
+            browser.close()
+    finally:
+        del os.environ["TSR_SAMPLE"]
+
+
+@pytest.fixture
+def page(desk: Desk) -> Iterator[Page]:
+    page = desk.page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    page.context.close()
+    assert errors == []
+
+
+def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    first = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    key = first["selected"]
+    page.keyboard.press("c")
+    wait(page, lambda s: s["frame"] == first["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
+    page.keyboard.press("f")
+    page.keyboard.press("d")
+    now = wait(page, lambda s: s["frame"] == first["frame"] + 10 and s["shown"] == s["frame"])
+    box = box_of(now, key)
+
+    # zoom in on it, move it, pull a corner
+    page.mouse.move(*on_screen(page, *centre(box)))
+    for _ in range(3):
+        page.mouse.wheel(0, -200)
+        page.wait_for_timeout(40)
+    drag(page, centre(box), (centre(box)[0] + 6, centre(box)[1] + 4))
+    moved = saved(page)["docs"][key]["keys"][str(now["frame"])]["box"]
+    assert moved == pytest.approx([box[0] + 6, box[1] + 4, box[2] + 6, box[3] + 4], abs=1.5)
+    drag(page, (moved[2], moved[3]), (moved[2] + 5, moved[3] + 7))
+    pulled = saved(page)["docs"][key]["keys"][str(now["frame"])]["box"]
+    assert pulled[:2] == pytest.approx(moved[:2], abs=0.2)
+    assert pulled[2:] == pytest.approx([moved[2] + 5, moved[3] + 7], abs=1.5)
+
+    # Escape takes a drag back
+    before = saved(page)
+    page.mouse.move(*on_screen(page, *centre(pulled)))
+    page.mouse.down()
+    page.mouse.move(*on_screen(page, centre(pulled)[0] + 20, centre(pulled)[1]), steps=3)
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    assert saved(page)["docs"] == before["docs"]
+
+    # relabel by typing, whole track
+    page.keyboard.press("l")
+    page.keyboard.type("keep right")
+    page.keyboard.press("Enter")
+    assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == 38 and s["unsaved"] == 0)
+
+    # correct a second frame, interpolate between the two
+    page.keyboard.press("c")
+    wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
+    page.keyboard.press("k")
+    assert str(now["frame"] + 10) in saved(page)["docs"][key]["keys"]
+    page.keyboard.press("d")
+    page.keyboard.press("i")
+    assert saved(page)["docs"][key]["keys"][str(now["frame"])]["interpolate"] is True
+
+    # occluded, out of sight and back
+    page.keyboard.press("q")
+    assert saved(page)["docs"][key]["keys"][str(now["frame"] + 9)]["occluded"] is True
+    page.keyboard.press("o")
+    assert saved(page)["docs"][key]["keys"][str(now["frame"] + 9)]["outside"] is True
+    page.keyboard.press("o")
+    assert saved(page)["docs"][key]["keys"][str(now["frame"] + 9)]["outside"] is False
+
+    # split here, merge again
+    page.keyboard.press("Alt+m")
+    split = saved(page)
+    later = next(k for k in split["docs"] if k.startswith("h") and not split["docs"][k]["gone"])
+    page.evaluate(
+        "([a, b]) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: a}}))", [key, later]
+    )
+    page.keyboard.press("m")
+    wait(page, lambda s: s["mode"] == "merge" and s["marked"] == [key])
+    page.mouse.click(*on_screen(page, *centre(split["docs"][later]["keys"][str(now["frame"] + 9)]["box"])))
+    wait(page, lambda s: s["marked"] == [key, later])
+    page.keyboard.press("m")
+    merged = saved(page)
+    assert merged["docs"][later]["merged_into"] == key
+
+    # a new track, labelled as it is drawn
+    page.keyboard.press("0")
+    page.keyboard.press("n")
+    wait(page, lambda s: s["mode"] == "draw")
+    drag(page, (100, 120), (160, 175))
+    page.locator("dialog[open]").wait_for()
+    page.keyboard.type("stop")
+    page.keyboard.press("Enter")
+    drawn = saved(page)
+    new = drawn["selected"]
+    assert drawn["docs"][new]["class_id"] == 14
+    assert next(iter(drawn["docs"][new]["keys"].values()))["box"] == pytest.approx([100, 120, 160, 175], abs=3)
+    page.keyboard.press("Shift+Delete")
+    assert saved(page)["docs"][new]["gone"] is True
+
+    # everything is on the server, and a reload brings the very same back
+    assert desk.documents() == saved(page)["docs"]
+    page.reload()
+    again = wait(page, lambda s: s["shown"] == s["frame"] and len(s["docs"]) == len(merged["docs"]) + 1)
+    assert again["docs"] == desk.documents()
+    assert again["frame"] == now["frame"] + 9
+
+    # back to the beginning, and forth again
+    final = again["docs"]
+    undone = 0
+    while state(page)["undo"]:
+        step = state(page)["undo"]["op_id"]
+        page.keyboard.press("Control+z")
+        wait(page, lambda s, step=step: s["unsaved"] == 0 and (s["undo"] or {}).get("op_id") != step)
+        undone += 1
+    assert undone >= 10
+    bare = desk.documents()
+    assert bare[key]["keys"] == {}
+    assert bare[key]["class_id"] is None
+    while state(page)["redo"]:
+        step = state(page)["redo"]["op_id"]
+        page.keyboard.press("Control+Shift+z")
+        wait(page, lambda s, step=step: s["unsaved"] == 0 and (s["redo"] or {}).get("op_id") != step)
+
+    def plain(docs: dict[str, Any]) -> dict[str, Any]:
+        return {k: {**d, "revision": 0} for k, d in docs.items()}
+
+    assert plain(desk.documents()) == plain(final)
+
+
+def test_keyboard_alone(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    key = now["selected"]
+    for _ in range(60):  # to the picture with Tab alone
+        if page.evaluate("document.activeElement && document.activeElement.classList.contains('picture-stage')"):
+            break
+        page.keyboard.press("Tab")
+    else:
+        raise AssertionError("Tab never reaches the picture")
+    assert page.evaluate("document.activeElement.matches(':focus-visible')")
+    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+    before = desk.documents().get(key, {}).get("revision", 0)
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowDown")
+    page.keyboard.press("Alt+ArrowRight")
+    after = saved(page)["docs"][key]
+    assert after["revision"] >= before + 3
+    page.keyboard.press("a")
+    judged = saved(page)
+    assert judged["docs"][key]["review"] == "accepted"
+    # Tab leaves the picture behind its last track: no trap
+    page.locator(".picture-stage").focus()
+    for _ in range(12):
+        page.keyboard.press("Tab")
+    assert not page.evaluate("document.activeElement.classList.contains('picture-stage')")
+    page.keyboard.press("F1")
+    page.locator("dialog[open]").wait_for()
+    page.keyboard.press("Escape")
+    assert page.locator("dialog[open]").count() == 0
+
+
+def test_a_reload_in_the_middle_of_a_drag_changes_nothing(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    before = desk.documents()
+    x, y = centre(box_of(now, now["selected"])) if now["selected"].startswith("m") else (100, 100)
+    page.mouse.move(*on_screen(page, x, y))
+    page.mouse.down()
+    page.mouse.move(*on_screen(page, x + 30, y + 20), steps=4)
+    page.reload()
+    page.mouse.up()
+    wait(page, lambda s: s["shown"] == s["frame"] and s["tracks"] is not None)
+    assert desk.documents() == before
+    assert state(page)["drag"] is None
+
+
+def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
+    other = desk.page(deaf=True)
+    key = "m" + str(state(page)["tracks"]["id"][0])
+    for each in (page, other):
+        each.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+    page.keyboard.press("w")
+    mine = saved(page)["docs"][key]["review"]
+    other.keyboard.press("Shift+x")
+    dialog = other.locator("dialog[open]")
+    dialog.wait_for(timeout=30_000)
+    assert desk.documents()[key]["review"] == mine  # nothing was overwritten
+    dialog.get_by_role("button", name="mine").click()
+    end = time.monotonic() + 15
+    while not desk.documents()[key]["not_a_sign"] and time.monotonic() < end:
+        other.wait_for_timeout(100)
+    both = desk.documents()[key]
+    assert (both["review"], both["not_a_sign"]) == (mine, True)
+    # and the other choice: what the first page has saved stands
+    page.keyboard.press("w")
+    theirs = saved(page)["docs"][key]["review"]
+    other.keyboard.press("Shift+x")
+    dialog.wait_for(timeout=30_000)
+    dialog.get_by_role("button", name="theirs").click()
+    wait(other, lambda s: s["unsaved"] == 0)
+    assert desk.documents()[key]["review"] == theirs
+    assert desk.documents()[key]["not_a_sign"] is True
+    other.context.close()
+
+
+def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    key = wait(page, lambda s: s["selected"] is not None)["selected"]
+    port = int(desk.server.base.rsplit(":", 1)[1])
+    count = len(desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"])
+    desk.server.kill()
+    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+    page.keyboard.press("Shift+x")
+    wait(page, lambda s: s["unsaved"] == 1)
+    page.locator(".banner").first.wait_for(timeout=20_000)
+    assert "Offline" in page.locator(".saved").inner_text() or "to save" in page.locator(".saved").inner_text()
+    desk.server.start(port)
+    wait(page, lambda s: s["unsaved"] == 0, 40)
+    edits = desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"]
+    assert len(edits) == count + 1  # it arrived, once
+    assert edits[-1]["name"] == "set_not_a_sign"
+    assert desk.documents()[key]["not_a_sign"] is True
+    page.locator(".banner").wait_for(state="detached", timeout=20_000)
