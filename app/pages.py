@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from fastapi import FastAPI
-from fastapi.responses import FileResponse, Response
+from fastapi import FastAPI, Request
+from fastapi.responses import Response
 from starlette.staticfiles import StaticFiles
 
 __all__ = ["mount_pages", "static_folder"]
@@ -31,14 +31,15 @@ class _Revalidated(StaticFiles):
 def mount_pages(app: FastAPI) -> None:
     """Serve the page at ``/`` and its files under ``/static``."""
     folder = static_folder()
+    files = _Revalidated(directory=folder)
 
-    @app.get("/", include_in_schema=False)
-    @app.get("/index.html", include_in_schema=False)
-    def index() -> Response:
-        return FileResponse(folder / "index.html", headers={"Cache-Control": "no-cache"})
+    @app.api_route("/", methods=["GET", "HEAD"], include_in_schema=False)
+    @app.api_route("/index.html", methods=["GET", "HEAD"], include_in_schema=False)
+    async def index(request: Request) -> Response:
+        return await files.get_response("index.html", request.scope)
 
-    @app.get("/favicon.ico", include_in_schema=False)
-    def icon() -> Response:
-        return FileResponse(folder / "icon.svg", media_type="image/svg+xml")
+    @app.api_route("/favicon.ico", methods=["GET", "HEAD"], include_in_schema=False)
+    async def icon(request: Request) -> Response:
+        return await files.get_response("icon.svg", request.scope)
 
-    app.mount("/static", _Revalidated(directory=folder))
+    app.mount("/static", files)

@@ -79,6 +79,17 @@ class Settings(BaseSettings):
         return self.host in ("127.0.0.1", "localhost", "::1")
 
     @property
+    def everywhere(self) -> bool:
+        """The address stands for all of this machine's."""
+        return self.host in ("0.0.0.0", "::")  # noqa: S104 - compared, not bound
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """Names that the Host header may carry besides loopback's, as they stand there."""
+        own = f"[{self.host}]" if ":" in self.host else self.host
+        return self.allowed_hosts if self.everywhere else (*self.allowed_hosts, own)
+
+    @property
     def database(self) -> str:
         """SQLAlchemy address of the database."""
         return self.database_url or f"sqlite:///{self.home / 'tsr.sqlite'}"

@@ -34,6 +34,9 @@ def review(
     ] = None,
     workers: Annotated[int | None, typer.Option("--workers", min=0, max=64, help="Engine processes at once.")] = None,
     models: Annotated[Path | None, typer.Option("--models", metavar="DIR", help="Folder of model files.")] = None,
+    sample: Annotated[
+        bool | None, typer.Option("--sample/--no-sample", help="Put the bundled sample drives into the library.")
+    ] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page.")] = True,
 ) -> None:
     """Open the review tool in the browser: videos, runs of the engine, corrections.
@@ -59,6 +62,7 @@ def review(
         database_url=database,
         workers=workers,
         models=models,
+        sample=sample,
     )
     from app.cli.serve import open_running, serve
 
@@ -72,4 +76,6 @@ def say_link(settings: Settings, link: str) -> None:
     say(f"tsr review on {link}")
     if not settings.loopback:
         say(f"Others can reach {settings.host}: the link lets one of them in, once.")
+    if settings.everywhere:
+        say("From another machine, put this machine's address in its place, or a name of TSR_ALLOWED_HOSTS.")
     say("Press Ctrl-C to stop. Everything is stored as it happens.")

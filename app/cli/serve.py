@@ -12,6 +12,7 @@ import urllib.error
 import urllib.request
 import webbrowser
 from pathlib import Path
+from types import FrameType
 from typing import cast
 
 import uvicorn
@@ -23,17 +24,25 @@ from app.security.tokens import home_token
 from app.settings import Settings
 from tsr_engine.cli.common import say
 from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.io.atomic import atomic_text
 
 __all__ = ["ReviewServer", "open_running", "serve"]
 
+_LOCK = "server.lock"
 _RUNNING = "server.json"
+_START = 20.0
+"""Seconds that another server has to come up before it counts as stuck."""
 
 
 class ReviewServer(uvicorn.Server):
-    """Ends the streams of events before it waits for open requests to end, for those never end by themselves."""
+    """Ends in order and soon, however often Ctrl-C is pressed, and returns to the caller then."""
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Remember the signal. Uvicorn would raise it once more at the end, and drop everything at a second one."""
+        self.should_exit = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop serving."""
+        """Stop serving: first the streams of events, which never end by themselves, then what waits for them."""
         await cast(FastAPI, self.config.app).state.running.stream.stop()
         await super().shutdown(sockets)
 
@@ -46,13 +55,15 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         StorageError: another server uses the data folder, or it cannot be written.
     """
     lock = _only_one(settings.home)
+    note = settings.home / _RUNNING
+    note.unlink(missing_ok=True)  # of a server that was killed
     listener = _listen(settings)
     port = listener.getsockname()[1]
     base = f"http://{_shown(settings.host)}:{port}"
     app = create_app(settings.model_copy(update={"port": port}))
     context = app.state.context
-    note = settings.home / _RUNNING
-    note.write_text(json.dumps({"base": base, "pid": os.getpid()}), encoding="utf-8")
+    with atomic_text(note) as file:
+        json.dump({"base": base, "pid": os.getpid()}, file)
     path = ""
     if video is not None:
         added = context.videos.add_path(str(video.resolve()))
@@ -71,25 +82,53 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
 
 
 def open_running(settings: Settings, video: Path | None, browser: bool) -> bool:
-    """If a server runs on the data folder already, ask it for a fresh link; False: there is none."""
+    """If a server runs on the data folder already, ask it for a fresh link; False: there is none.
+
+    Raises:
+        UsageError: it does not take the video.
+    """
+    until = time.monotonic() + _START
+    while _in_use(settings.home):  # else nobody is asked: the secret is not for whoever has the old port by now
+        try:
+            link = _ask_for_link(settings, video)
+        except urllib.error.HTTPError as error:
+            raise UsageError(f"The running server refused: {_sentence(error)}") from None
+        except (OSError, ValueError, KeyError):
+            if time.monotonic() > until:
+                return False
+            time.sleep(0.2)  # it is just starting, or just ending
+            continue
+        say(f"A server runs on {settings.home} already.")
+        say_link(settings, link)
+        if browser:
+            webbrowser.open(link)
+        return True
+    return False
+
+
+def _ask_for_link(settings: Settings, video: Path | None) -> str:
+    base = json.loads((settings.home / _RUNNING).read_text(encoding="utf-8"))["base"]
+    token = settings.token or home_token(settings.home)
+    path = ""
+    if video is not None:
+        added = _post(f"{base}/api/videos", token, {"path": str(video.resolve())})
+        path = f"#/review/{added['id']}"
+    return f"{base}{_post(f'{base}/api/session/links', token, None)['path']}{path}"
+
+
+def _in_use(home: Path) -> bool:
+    """Whether a server holds the lock of the data folder."""
     try:
-        base = json.loads((settings.home / _RUNNING).read_text(encoding="utf-8"))["base"]
-        token = settings.token or home_token(settings.home)
-        path = ""
-        if video is not None:
-            added = _post(f"{base}/api/videos", token, {"path": str(video.resolve())})
-            path = f"#/review/{added['id']}"
-        answer = _post(f"{base}/api/session/links", token, None)
-    except urllib.error.HTTPError as error:
-        raise UsageError(f"The running server refused: {_sentence(error)}") from None
-    except (OSError, ValueError, KeyError):
+        file = os.open(home / _LOCK, os.O_RDWR)
+    except OSError:
         return False
-    link = f"{base}{answer['path']}{path}"
-    say(f"A server runs on {settings.home} already.")
-    say_link(settings, link)
-    if browser:
-        webbrowser.open(link)
-    return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(file)
+    return False
 
 
 def _post(url: str, token: str, body: dict[str, str] | None) -> dict[str, str]:
@@ -112,7 +151,7 @@ def _only_one(home: Path) -> int:
     """A lock on the data folder, freed by the kernel when this process ends."""
     try:
         home.mkdir(parents=True, exist_ok=True)
-        file = os.open(home / "server.lock", os.O_RDWR | os.O_CREAT, 0o600)
+        file = os.open(home / _LOCK, os.O_RDWR | os.O_CREAT, 0o600)
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise StorageError(f"Another server uses {home}. Use its page, or choose another --home.") from None

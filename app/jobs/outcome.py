@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.jobs.queue import Fenced
+from app.jobs.queue import Fenced, JobQueue
 from app.jobs.tasks import TaskContext
 from app.runs.view import publish_run
 from app.storage.models import Job, Run, Video
 from app.videos.view import publish_video
 
-__all__ = ["give_back", "report_failure", "settle_subject"]
+__all__ = ["give_back", "report_failure", "settle_subject", "take_back"]
 
 
 def settle_subject(session: Session, events: EventBus, job: Job, state: str, error: str | None) -> None:
@@ -40,13 +42,19 @@ def report_failure(task: TaskContext, message: str) -> None:
 
 def give_back(task: TaskContext) -> None:
     """A task has stopped as it was asked to: cancelled by a person, or given back because the process ends."""
-    try:
-        with task.database.write() as session:
-            if session.get_one(Job, task.job.id).cancel:
-                task.jobs.finish(session, task.job.id, task.job.token, "cancelled")
-                settle_subject(session, task.events, task.job, "cancelled", None)
-            else:
-                task.jobs.release(session, task.job.id, task.job.token)
-                settle_subject(session, task.events, task.job, "queued", None)
-    except Fenced:
-        pass
+    with suppress(Fenced), task.database.write() as session:
+        take_back(session, task.events, task.jobs, task.job)
+
+
+def take_back(session: Session, events: EventBus, jobs: JobQueue, job: Job) -> None:
+    """Queue a claimed job again, unharmed; one that a person has cancelled is over.
+
+    Raises:
+        Fenced: it belongs to another process.
+    """
+    if session.get_one(Job, job.id).cancel:
+        jobs.finish(session, job.id, job.token, "cancelled")
+        settle_subject(session, events, job, "cancelled", None)
+    else:
+        jobs.release(session, job.id, job.token)
+        settle_subject(session, events, job, "queued", None)

@@ -14,8 +14,8 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.events import EventBus
 from app.jobs.locks import holder, is_alive, place_of
-from app.jobs.outcome import settle_subject
-from app.jobs.queue import JobQueue
+from app.jobs.outcome import settle_subject, take_back
+from app.jobs.queue import Fenced, JobQueue
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
@@ -25,7 +25,9 @@ __all__ = ["Supervisor"]
 
 _TURN = 0.25
 _PATIENCE = 4.0
-"""Seconds a cancelled or leaving worker gets before it is killed."""
+"""Seconds a cancelled worker gets before it is told to leave, and again before it is killed."""
+_FAREWELL = 1.0
+"""Seconds that workers get when the server ends: Ctrl-C is answered within two."""
 _log = logging.getLogger("tsr.supervisor")
 
 
@@ -59,13 +61,28 @@ class Supervisor:
         self._thread.join()
         for worker in self._workers:
             worker.terminate()
-        until = time.monotonic() + _PATIENCE
+        until = time.monotonic() + _FAREWELL
         for worker in self._workers:
             try:
                 worker.wait(max(0.05, until - time.monotonic()))
             except subprocess.TimeoutExpired:
-                worker.kill()
-                worker.wait()
+                self._end(worker)
+
+    def _end(self, worker: subprocess.Popen[bytes]) -> None:
+        """Kill a worker that is too slow and take its job back: that death is ours and does not count as a crash."""
+        try:
+            with self._database.read() as session:
+                held = [job for job in self._jobs.running(session) if holder(self._settings.home, job.id) == worker.pid]
+        except SQLAlchemyError:
+            held = []  # the next server finds the job and its dead worker
+        worker.kill()
+        worker.wait()
+        for job in held:
+            try:
+                with self._database.write() as session:
+                    take_back(session, self._events, self._jobs, job)
+            except (Fenced, SQLAlchemyError):
+                _log.warning("Job %s was not taken back; the next server finds it.", job.id)
 
     def _watch(self) -> None:
         while not self._stop.wait(_TURN):

@@ -7,9 +7,9 @@ itself.
 
 from __future__ import annotations
 
+import ipaddress
 import json
-from collections.abc import Iterable
-from http.cookies import CookieError, SimpleCookie
+from collections.abc import Iterable, Iterator
 from typing import Final
 from urllib.parse import urlsplit
 
@@ -29,6 +29,7 @@ _SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _OPEN: Final = ("/login/", "/static/")
 _OPEN_EXACT: Final = frozenset({"/", "/favicon.ico", "/index.html"})
 _UPLOADS: Final = "/api/uploads/"
+_MOST_DIGITS: Final = 18
 
 
 def cookie_name(port: int) -> str:
@@ -49,7 +50,7 @@ class Guard:
     def __init__(self, app: ASGIApp, tokens: Tokens, hosts: Iterable[str], body_max: int) -> None:
         self.app = app
         self.tokens = tokens
-        self.hosts = frozenset({"127.0.0.1", "localhost", "[::1]", *hosts})
+        self.hosts = frozenset({"127.0.0.1", "localhost", "[::1]", *(name.lower() for name in hosts)})
         self.body_max = body_max
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -85,7 +86,8 @@ class Guard:
     def _refusal(self, scope: Scope) -> tuple[int, str, str] | None:
         headers = Headers(scope=scope)
         host = headers.get("host", "")
-        if len(headers.getlist("host")) != 1 or _without_port(host) not in self.hosts:
+        name = _without_port(host)
+        if len(headers.getlist("host")) != 1 or not (name in self.hosts or (name and name == _reached(scope))):
             return 400, "bad_host", "This server does not answer under that name. Open the address that it printed."
         unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE
         if unsafe and not _same_origin(headers, host):
@@ -94,15 +96,22 @@ class Guard:
         if not (path in _OPEN_EXACT or path.startswith(_OPEN)) and not self._known(headers, scope):
             return 401, "unauthorised", "Open the link that the terminal shows ('tsr review' prints a new one)."
         length = headers.get("content-length", "0")
-        if not path.startswith(_UPLOADS) and length.isascii() and length.isdigit() and int(length) > self.body_max:
+        if len(length) > _MOST_DIGITS or not (length.isascii() and length.isdigit()):
+            return 400, "bad_request", "The header Content-Length is not the number of bytes of the body."
+        if not path.startswith(_UPLOADS) and int(length) > self.body_max:
             return 413, "too_large", f"The body has {length} bytes, allowed are {self.body_max}."
         return None
 
     def _known(self, headers: Headers, scope: Scope) -> bool:
         kind, _, bearer = headers.get("authorization", "").partition(" ")
         server = scope.get("server") or ("", 0)
-        cookie = _cookie(headers.get("cookie", ""), cookie_name(server[1] or 0))
-        return self.tokens.accepts(bearer=bearer.strip() if kind.lower() == "bearer" else None, cookie=cookie)
+        if self.tokens.accepts(bearer=bearer.strip() if kind.lower() == "bearer" else None):
+            return True
+        return any(
+            self.tokens.accepts(cookie=cookie)
+            for header in headers.getlist("cookie")
+            for cookie in _cookies(header, cookie_name(server[1] or 0))
+        )
 
 
 class _Limited:
@@ -142,12 +151,23 @@ def _same_origin(headers: Headers, host: str) -> bool:
     return origin is None or urlsplit(origin).netloc.lower() == host.lower()
 
 
-def _cookie(header: str, name: str) -> str | None:
+def _cookies(header: str, name: str) -> Iterator[str]:
+    """All cookies of a name. Other programs on this machine set cookies for the same host, in any form they like."""
+    for part in header.split(";"):
+        key, equals, value = part.strip().partition("=")
+        if equals and key == name:
+            yield value
+
+
+def _reached(scope: Scope) -> str:
+    """The address of ours that a client has connected to; pages of other names cannot carry it as theirs."""
     try:
-        morsel = SimpleCookie(header).get(name)
-    except CookieError:
-        return None
-    return None if morsel is None else morsel.value
+        address = ipaddress.ip_address((scope.get("server") or ("",))[0])
+    except ValueError:
+        return ""
+    if isinstance(address, ipaddress.IPv6Address):
+        return f"[{address}]" if address.ipv4_mapped is None else str(address.ipv4_mapped)
+    return str(address)
 
 
 def _protect(headers: MutableHeaders) -> None:

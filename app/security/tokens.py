@@ -66,7 +66,7 @@ class Tokens:
             found = next((known for known in self._links if hmac.compare_digest(known.encode(), link.encode())), None)
             return found is not None and self._links.pop(found, 0) is None
 
-    def accepts(self, *, bearer: str | None, cookie: str | None) -> bool:
+    def accepts(self, *, bearer: str | None = None, cookie: str | None = None) -> bool:
         """Whether either credential is right."""
         by_token = bearer is not None and hmac.compare_digest(bearer.encode(), self._secret)
         by_cookie = cookie is not None and hmac.compare_digest(cookie.encode(), self.cookie.encode())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -99,6 +100,43 @@ def test_a_second_call_finds_the_first(running: Running) -> None:
     assert "already" in again.stderr
     assert running.base in again.stderr
     assert "/login/" in again.stderr
+
+
+def test_a_killed_servers_note_gives_the_secret_to_nobody(tmp_path: Path) -> None:
+    """Its port may be somebody else's by now."""
+    home = tmp_path / "home"
+    killed = Running(home)
+    killed.process.kill()
+    killed.end()
+    with socket.socket() as stranger:
+        stranger.bind(("127.0.0.1", 0))
+        stranger.listen()
+        stranger.settimeout(0.5)
+        note = {"base": f"http://127.0.0.1:{stranger.getsockname()[1]}", "pid": killed.process.pid}
+        (home / "server.json").write_text(json.dumps(note))
+        server = Running(home)
+        try:
+            assert json.loads((home / "server.json").read_text())["base"] == server.base
+            with pytest.raises(TimeoutError):
+                stranger.accept()
+        finally:
+            server.end()
+
+
+def test_an_open_stream_does_not_hold_ctrl_c_up(running: Running) -> None:
+    token = (running.home / "token").read_text().strip()
+    request = urllib.request.Request(running.base + "/api/events", headers={"Authorization": f"Bearer {token}"})
+    with urllib.request.urlopen(request, timeout=10) as stream:
+        assert stream.readline().startswith(b"id:")
+        began = time.monotonic()
+        for _ in range(3):  # impatience changes nothing
+            running.process.send_signal(signal.SIGINT)
+            time.sleep(0.02)
+        running.process.wait(timeout=10)
+        assert time.monotonic() - began < 3  # two, and what a busy machine adds
+    assert running.process.returncode == 0
+    assert running.process.stderr is not None
+    assert running.process.stderr.read() == "tsr: Press Ctrl-C to stop. Everything is stored as it happens.\n"
 
 
 def test_refusals_are_sentences(tmp_path: Path) -> None:

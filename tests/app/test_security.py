@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from toy_server import SECRET, Server
 
@@ -57,6 +59,14 @@ def test_the_cookie_outlives_a_restart(server: Server) -> None:
     again.context.close()
 
 
+def test_odd_cookies_of_other_programs_lock_nobody_out(server: Server) -> None:
+    name = cookie_name(80)
+    ours = f"{name}={server.context.tokens.cookie}"
+    for header in (f'other={{"a": 1}}; {ours}', f"{name}=stale; {ours}", f"; ;=;a;{ours}", f'q="x;y"; {ours}'):
+        assert server.stranger().get("/api/session", headers={"Cookie": header}).status_code == 200, header
+    assert server.stranger().get("/api/session", headers={"Cookie": f"x{ours}"}).status_code == 401
+
+
 @pytest.mark.parametrize(
     "host", ["127.0.0.1.evil.example", "evil.example", "localhost.evil", "127.0.0.1:80@evil", "", "127.0.0.1:x", "[::1"]
 )
@@ -70,6 +80,27 @@ def test_a_foreign_host_is_refused_on_every_path(server: Server, host: str) -> N
 def test_our_own_names_are_accepted(server: Server) -> None:
     for host in ("127.0.0.1", "localhost", "LOCALHOST:8765", "127.0.0.1:1", "[::1]:9"):
         assert server.client.get("/api/session", headers={"Host": host}).status_code == 200
+
+
+def test_the_address_that_was_reached_is_ours_and_so_are_names_that_were_set(tmp_path: Path) -> None:
+    from starlette.testclient import TestClient
+
+    def asked(name: str, *, reached: str, **settings: object) -> int:
+        server = Server(tmp_path / "home", **settings)
+        client = TestClient(server.app, base_url=f"http://{reached}")
+        client.headers["Authorization"] = f"Bearer {SECRET}"
+        status = client.get("/api/session", headers={"Host": name}).status_code
+        server.context.close()
+        return status
+
+    for host in ("192.0.2.7:8765", "127.0.0.1:8765", "drive.Example:1"):
+        assert asked(host, reached="192.0.2.7", host="0.0.0.0", allowed_hosts=("drive.example",)) == 200, host
+    assert asked("192.0.2.7", reached="192.0.2.7", host="192.0.2.7") == 200
+    assert asked("box.example", reached="192.0.2.7", host="box.example") == 200
+    assert asked("[2001:db8::1]:80", reached="192.0.2.7", host="2001:db8::1") == 200
+    for host in ("192.0.2.8", "0.0.0.0", "evil.example"):
+        assert asked(host, reached="192.0.2.7", host="0.0.0.0") == 400, host
+    assert asked("192.0.2.7", reached="evil.example", host="0.0.0.0") == 400
 
 
 @pytest.mark.parametrize(
@@ -135,6 +166,10 @@ def test_large_bodies_are_refused_announced_or_not(server: Server) -> None:
     answer = server.client.post("/api/videos", content=chunks(), headers={"Content-Type": "application/json"})
     assert answer.status_code == 413
     assert answer.json()["error"]["code"] == "too_large"
+    for length in ("9" * 5000, "-1", "1_0", "x"):
+        answer = server.client.post("/api/session/links", headers={"Content-Length": length})
+        assert answer.status_code == 400, length
+        assert answer.json()["error"]["code"] == "bad_request"
 
 
 def test_failures_have_one_shape(server: Server) -> None:
@@ -180,6 +215,9 @@ def test_an_unexpected_failure_leaks_nothing(server: Server, monkeypatch: pytest
     assert "secret detail" not in answer.text
     assert "Traceback" not in answer.text
     assert answer.json()["error"]["code"] == "internal"
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    assert answer.headers["cache-control"] == "no-store"
+    assert "frame-ancestors 'none'" in answer.headers["content-security-policy"]
 
 
 def test_the_page_stays_inside_its_folder(server: Server) -> None:

@@ -47,7 +47,7 @@ def test_a_run_whose_workers_are_killed_is_the_same_run(office: Office, undistur
     assert len(set(workers)) == 2
     assert office.job(run_id).crashes == 2
     assert (run.frames_done, run.frames_total) == (FRAMES, FRAMES)
-    job = office.job(run_id)
+    job = office.wait(lambda: j if (j := office.job(run_id)).state != "running" else None)  # told after the run
     assert (job.state, job.token) == ("done", 3)
     assert_same(office.evidence(run_id), undisturbed)
 
@@ -156,3 +156,18 @@ def test_a_worker_that_hangs_ends_itself_when_it_is_told_to() -> None:
         worker.send_signal(signal.SIGTERM)
         assert worker.wait(20) == 1
         assert time.monotonic() - began < 5.0
+
+
+def test_a_worker_that_hangs_does_not_hold_the_server_up_and_that_is_no_crash(office: Office) -> None:
+    office.open()
+    run_id = office.start(stop=2)
+    worker = office.wait(lambda: office.worker(run_id) if office.job(run_id).state == "running" else None)
+    os.kill(worker, signal.SIGSTOP)
+    began = time.monotonic()
+    office.close()
+    assert time.monotonic() - began < 2.0
+    job = office.job(run_id)
+    assert (job.state, job.crashes) == ("queued", 0)
+    assert office.run(run_id).state == "queued"
+    office.open()
+    assert office.ended(run_id).frames_done == 2

@@ -1,0 +1,130 @@
+"""One shape for everything that goes wrong, whoever says it: our routes, the framework, a file response, a bug."""
+
+from __future__ import annotations
+
+import json
+import logging
+import uuid
+from collections.abc import MutableMapping
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse, Response
+from sqlalchemy.exc import DBAPIError
+from starlette.datastructures import Headers
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from app.errors import ApiError, error_body
+from app.storage.database import storage_failure
+from tsr_engine.errors import StorageError, TsrError
+
+__all__ = ["Shaped", "handle_failures"]
+
+_log = logging.getLogger("tsr.server")
+_CODES = {400: "bad_request", 404: "not_found", 405: "method_not_allowed", 416: "range_not_satisfiable"}
+
+
+class Shaped:
+    """ASGI middleware: failures that no handler has shaped, and those that nobody expected.
+
+    It lies inside the guard, so that these answers get the guard's headers like all others.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one connection."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        started = False
+        plain: Message | None = None
+        text = b""
+
+        async def shaped(message: Message) -> None:
+            nonlocal started, plain, text
+            if message["type"] == "http.response.start":
+                started = True
+                if message["status"] >= 400 and not _is_json(message):
+                    plain = message
+                    return
+            elif plain is not None:
+                text += message.get("body", b"")
+                if not message.get("more_body", False):
+                    await _as_json(plain, text)(scope, receive, send)
+                return
+            await send(message)
+
+        try:
+            await self.app(scope, receive, shaped)
+        except Exception as error:
+            if started:
+                raise  # half of an answer is out: all that is left is to break the connection off
+            await _unexpected(Request(scope), error)(scope, receive, send)
+
+
+def _is_json(start: MutableMapping[str, Any]) -> bool:
+    return Headers(raw=start["headers"]).get("content-type", "").startswith("application/json")
+
+
+def _as_json(start: MutableMapping[str, Any], text: bytes) -> Response:
+    headers = Headers(raw=start["headers"])
+    said = (
+        text.decode("utf-8", "replace").strip().rstrip(".") if "text/plain" in headers.get("content-type", "") else ""
+    )
+    kept = {name: headers[name] for name in ("content-range", "allow", "retry-after") if name in headers}
+    body = error_body(_CODES.get(start["status"], "refused"), f"{said or 'The request was refused'}.")
+    return JSONResponse(body, status_code=start["status"], headers=kept)
+
+
+def handle_failures(app: FastAPI) -> None:
+    """Turn exceptions of routes into answers."""
+
+    @app.exception_handler(ApiError)
+    async def _api(_: Request, error: ApiError) -> Response:
+        return JSONResponse(error.body(), status_code=error.status)
+
+    @app.exception_handler(RequestValidationError)
+    async def _invalid(_: Request, error: RequestValidationError) -> Response:
+        return JSONResponse(_first_of(error), status_code=422)
+
+    @app.exception_handler(HTTPException)
+    async def _http(_: Request, error: HTTPException) -> Response:
+        body = error_body(_CODES.get(error.status_code, "refused"), f"{error.detail}.")
+        return JSONResponse(body, status_code=error.status_code, headers=dict(error.headers or {}))
+
+    @app.exception_handler(DBAPIError)
+    async def _database(request: Request, error: DBAPIError) -> Response:
+        known = storage_failure(error)
+        if known is None:
+            return _unexpected(request, error)
+        return JSONResponse(known.body(), status_code=known.status)
+
+    @app.exception_handler(TsrError)
+    async def _engine(_: Request, error: TsrError) -> Response:
+        status, code = (507, "storage_full") if isinstance(error, StorageError) else (422, "invalid")
+        return JSONResponse(error_body(code, str(error)), status_code=status)
+
+
+def _first_of(error: RequestValidationError) -> dict[str, Any]:
+    """One sentence about the first value that is wrong."""
+    first = error.errors()[0]
+    place = [str(part) for part in first["loc"] if part not in ("body", "query", "path", "header")]
+    if first["type"] == "json_invalid":
+        return error_body("invalid", "The body is not JSON.")
+    if place[:1] == ["command"] and len(place) > 2:
+        del place[1]  # the name of the command, which the body says already
+    field = ".".join(place) or (str(first["loc"][0]) if first["loc"] else None)
+    reason = first["msg"].removeprefix("Value error, ").rstrip(".")
+    return error_body("invalid", f"{field or 'The request'}: {reason[:1].lower()}{reason[1:]}.", field)
+
+
+def _unexpected(request: Request, error: Exception) -> Response:
+    """The person gets a number, the log has the rest under it."""
+    number = uuid.uuid4().hex[:8]
+    _log.error("Error %s in %s %s", number, request.method, json.dumps(request.url.path), exc_info=error)
+    message = f"Something unexpected went wrong. The server's log has it under {number}."
+    return JSONResponse(error_body("internal", message), status_code=500)

@@ -1,0 +1,94 @@
+"""The application as a whole: the page and its files, ranges, compression, failures that no route has shaped."""
+
+from __future__ import annotations
+
+import re
+import time
+from pathlib import Path
+
+import pytest
+from fastapi import APIRouter
+from fastapi.responses import PlainTextResponse, StreamingResponse
+from toy_server import Server
+
+from app.pages import static_folder
+
+
+@pytest.mark.parametrize("path", ["/", "/index.html", "/favicon.ico", "/static/js/main.js"])
+def test_the_page_is_revalidated_and_never_stale(server: Server, path: str) -> None:
+    first = server.stranger().get(path)
+    assert first.status_code == 200
+    assert first.headers["cache-control"] == "no-cache"
+    again = server.stranger().get(path, headers={"If-None-Match": first.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+    head = server.stranger().head(path)
+    assert (head.status_code, head.content) == (200, b"")
+
+
+def test_every_file_of_the_page_is_there_with_a_type_that_browsers_take(server: Server) -> None:
+    folder = static_folder()
+    types = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".svg": "image/svg+xml"}
+    for file in folder.rglob("*"):
+        if file.is_file() and file.suffix in types:
+            answer = server.stranger().get(f"/static/{file.relative_to(folder)}")
+            assert answer.content == file.read_bytes(), file
+            assert answer.headers["content-type"].startswith(types[file.suffix]), file
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    for named in re.findall(r'(?:src|href)="(/[^"]+)"', page):
+        assert server.stranger().get(named).status_code == 200, named
+
+
+def test_text_is_compressed_and_pictures_are_not(server: Server) -> None:
+    asked = {"Accept-Encoding": "gzip"}
+    assert server.client.get("/static/js/main.js", headers=asked).headers["content-encoding"] == "gzip"
+    assert server.client.get("/api/openapi.json", headers=asked).headers["content-encoding"] == "gzip"
+    assert "content-encoding" not in server.client.get("/api/labels/1.png", headers=asked).headers
+    assert "content-encoding" not in server.client.get("/static/js/main.js", headers={"Accept-Encoding": ""}).headers
+
+
+@pytest.mark.parametrize(
+    "ranges", [",".join(f"{n}-{n}" for n in range(5000)), ",".join(["0-"] * 20_000), "5-2", "9999999-", "-", "x"]
+)
+def test_ranges_cost_nothing_and_fail_in_the_shape(server: Server, ranges: str) -> None:
+    took = []
+    for _ in range(3):
+        began = time.perf_counter()
+        answer = server.client.get("/static/js/main.js", headers={"Range": f"bytes={ranges}"})
+        took.append(time.perf_counter() - began)
+    assert min(took) < 0.1
+    assert len(answer.content) < 3 * (static_folder() / "js" / "main.js").stat().st_size
+    if answer.status_code >= 400:
+        assert set(answer.json()["error"]) == {"code", "message", "field", "details"}
+        assert answer.json()["error"]["message"].endswith(".")
+
+
+def test_failures_of_any_form_leave_in_the_shape(tmp_path: Path) -> None:
+    server = Server(tmp_path / "home")
+    odd = APIRouter()
+
+    @odd.get("/odd/plain")
+    def plain() -> PlainTextResponse:
+        return PlainTextResponse("Too hot", status_code=429, headers={"Retry-After": "3"})
+
+    @odd.get("/odd/broken")
+    def broken() -> StreamingResponse:
+        def parts() -> object:
+            yield b"half"
+            raise RuntimeError("a secret detail")
+
+        return StreamingResponse(parts())
+
+    server.app.include_router(odd)
+    with server.client as client:
+        answer = client.get("/odd/plain")
+        assert answer.status_code == 429
+        assert answer.json()["error"]["message"] == "Too hot."
+        assert answer.headers["retry-after"] == "3"
+        assert answer.headers["x-content-type-options"] == "nosniff"
+        assert b"secret" not in client.get("/odd/broken").content
+
+
+def test_the_document_lies_behind_the_door_and_no_second_page_is_served(server: Server) -> None:
+    assert server.stranger().get("/api/openapi.json").status_code == 401
+    for path in ("/docs", "/redoc", "/openapi.json"):
+        assert server.client.get(path).status_code == 404
