@@ -26,7 +26,7 @@ __all__ = ["Supervisor"]
 _TURN = 0.25
 _PATIENCE = 4.0
 """Seconds a cancelled worker gets before it is told to leave, and again before it is killed."""
-_FAREWELL = 1.0
+_FAREWELL = 0.6
 """Seconds that workers get when the server ends: Ctrl-C is answered within two."""
 _log = logging.getLogger("tsr.supervisor")
 

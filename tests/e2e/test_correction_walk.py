@@ -353,7 +353,7 @@ def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
     page.keyboard.press("Shift+x")
     wait(page, lambda s: s["unsaved"] == 1)
     page.locator(".banner").first.wait_for(timeout=20_000)
-    assert "Offline" in page.locator(".saved").inner_text() or "to save" in page.locator(".saved").inner_text()
+    page.locator(".saved").filter(has_text="Offline, 1 to save").wait_for(timeout=20_000)
     desk.server.start(port)
     wait(page, lambda s: s["unsaved"] == 0, 40)
     edits = desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"]
