@@ -83,7 +83,9 @@ def describe_patches(patches: NDArray[np.uint8]) -> NDArray[np.float32]:
     return out.reshape(len(patches), LENGTH)
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+# None of these kernels may reorder sums (fastmath): the code of a first compile and that read from the cache then
+# differ in the last bits, and with them the evidence of two runs.
+@nb.njit(cache=True, nogil=True)
 def _describe(patches, root, out):  # type: ignore[no-untyped-def]
     picture = np.empty((3, SIDE, SIDE), dtype=np.float32)
     angle = np.empty((SIDE, SIDE), dtype=np.float32)
@@ -98,7 +100,7 @@ def _describe(patches, root, out):  # type: ignore[no-untyped-def]
         _colour(patches[i], out[i])
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+@nb.njit(cache=True, nogil=True)
 def _root_planes(patch, root, picture):  # type: ignore[no-untyped-def]
     for y in range(SIDE):
         for x in range(SIDE):
@@ -107,7 +109,7 @@ def _root_planes(patch, root, picture):  # type: ignore[no-untyped-def]
             picture[2, y, x] = root[patch[y, x, 2]]
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+@nb.njit(cache=True, nogil=True)
 def _gradient(picture, angle, magnitude):  # type: ignore[no-untyped-def]
     """Gradient of the strongest colour channel: orientation in bins [0, 18) and magnitude."""
     for y in range(SIDE):
@@ -125,7 +127,7 @@ def _gradient(picture, angle, magnitude):  # type: ignore[no-untyped-def]
             angle[y, x] = _turn(gx, gy) * np.float32(SIGNED)
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True, inline="always")
+@nb.njit(cache=True, nogil=True, inline="always")
 def _turn(x, y):  # type: ignore[no-untyped-def]
     """Direction of a vector as a share of a full turn in [0, 1), to 2e-5 (odd polynomial on an octant)."""
     ax, ay = abs(x), abs(y)
@@ -146,7 +148,7 @@ def _turn(x, y):  # type: ignore[no-untyped-def]
     return np.float32(0) if t >= np.float32(1) else t
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+@nb.njit(cache=True, nogil=True)
 def _histograms(angle, magnitude, bins):  # type: ignore[no-untyped-def]
     """Trilinear votes; ``bins`` has a border of one cell that takes what falls beside the grid."""
     bins[:] = 0
@@ -175,7 +177,7 @@ def _histograms(angle, magnitude, bins):  # type: ignore[no-untyped-def]
             bins[y, x, 0] += bins[y, x, SIGNED]
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+@nb.njit(cache=True, nogil=True)
 def _normalise(bins, scale, cells):  # type: ignore[no-untyped-def]
     """Four block norms a cell; beyond the grid the nearest cell stands in."""
     energy = np.empty((GRID, GRID), dtype=np.float32)
@@ -208,7 +210,7 @@ def _normalise(bins, scale, cells):  # type: ignore[no-untyped-def]
                 )
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
+@nb.njit(cache=True, nogil=True)
 def _colour(patch, cells):  # type: ignore[no-untyped-def]
     base = SIGNED + UNSIGNED
     mean = np.float32(0)
