@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any
 
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
@@ -30,9 +31,7 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
             if s.first <= last and first <= s.last
         ]
         held = _state(keys, first - 1)
-        before = max((k for k in keys if k < first), default=None)
-        if before is not None and keys[before].interpolate:
-            keys[before] = keys[before].model_copy(update={"interpolate": False})
+        if _end_line({k: key for k, key in keys.items() if k < first}, keys):
             held["interpolate"] = False
         after = _state({int(k): key for k, key in doc.keys.items()}, last + 1)
         given = {int(k): key for k, key in other.keys.items() if first <= int(k) <= last}
@@ -44,9 +43,7 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
         edge = other.line_at(last)
         if edge is not None and last not in given:  # a line that is cut must end where it was when it was cut
             given[last] = KeyFrame(box=edge, **_state({int(k): key for k, key in other.keys.items()}, last))
-        if given:
-            end = max(given)
-            given[end] = given[end].model_copy(update={"interpolate": False})
+        _end_line(dict(given), given)
         keys = {k: key for k, key in keys.items() if not first <= k <= last} | given
         if last + 1 not in keys and last < OPEN_END and _state(keys, last + 1) != {**after, "interpolate": False}:
             keys[last + 1] = KeyFrame(**{**after, "interpolate": False})
@@ -60,9 +57,14 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
 
 
 def _anchored(doc: TrackDoc) -> TrackDoc:
-    """The same track with a box at both ends of each line, so that a line can lose its neighbours."""
+    """The same track with a box at both ends of each line, so that a line can lose its neighbours.
+
+    Key frames before the first box ask for no line: the boxes of the other track may come to lie before them.
+    """
     added: dict[str, KeyFrame] = {}
     frames = doc.frames()
+    for frame in takewhile(lambda k: doc.keys[str(k)].box is None, frames):
+        added[str(frame)] = doc.keys[str(frame)].model_copy(update={"interpolate": False})
     for position, frame in enumerate(frames):
         key = doc.keys[str(frame)]
         start = doc.line_at(frame)
@@ -75,6 +77,22 @@ def _anchored(doc: TrackDoc) -> TrackDoc:
         if end is not None:
             added[str(behind - 1)] = key.model_copy(update={"box": end, "class_id": None})
     return doc.model_copy(update={"keys": {**doc.keys, **added}})
+
+
+def _end_line(before: dict[int, KeyFrame], keys: dict[int, KeyFrame]) -> bool:
+    """Let no line start at the last key frame with a box of ``before``, nor at those after it; changes ``keys``.
+
+    Returns:
+        Whether a key frame wanted one.
+    """
+    wanted = False
+    for frame in sorted(before, reverse=True):
+        if before[frame].interpolate:
+            keys[frame] = before[frame].model_copy(update={"interpolate": False})
+            wanted = True
+        if before[frame].box is not None:
+            break
+    return wanted
 
 
 def _state(keys: dict[int, KeyFrame], frame: int) -> dict[str, Any]:

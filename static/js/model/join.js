@@ -27,11 +27,7 @@ export function join(doc, other) {
       }
     }
     const held = stateAt(keys, first - 1);
-    const before = lastOf(keys, first - 1);
-    if (before !== null && keys[before].interpolate) {
-      keys[before] = { ...keys[before], interpolate: false };
-      held.interpolate = false;
-    }
+    if (endLine(keys, first - 1)) held.interpolate = false;
     const after = { ...stateAt(doc.keys, last + 1), interpolate: false };
     /** @type {Record<string, KeyFrame>} */
     const given = {};
@@ -43,8 +39,7 @@ export function join(doc, other) {
     }
     const edge = lineAt(other, last); // a line that is cut must end where it was when it was cut
     if (edge !== null && !(last in given)) given[last] = { box: edge, ...stateAt(other.keys, last), class_id: null };
-    const end = lastOf(given, Infinity);
-    if (end !== null) given[end] = { ...given[end], interpolate: false };
+    endLine(given, Infinity);
     for (const k of Object.keys(keys)) if (first <= Number(k) && Number(k) <= last) delete keys[k];
     Object.assign(keys, given);
     const changed = !same(stateAt(keys, last + 1), after);
@@ -59,13 +54,36 @@ export function join(doc, other) {
 }
 
 /**
- * The same track with a box at both ends of each line, so that a line can lose its neighbours.
+ * Let no line start at the last key frame with a box up to a frame, nor at those after it; changes `keys`.
+ * @param {Record<string, KeyFrame>} keys
+ * @param {number} frame
+ * @returns {boolean} whether a key frame wanted one
+ */
+function endLine(keys, frame) {
+  let wanted = false;
+  for (let k = lastOf(keys, frame); k !== null; k = lastOf(keys, k - 1)) {
+    if (keys[k].interpolate) {
+      keys[k] = { ...keys[k], interpolate: false };
+      wanted = true;
+    }
+    if (keys[k].box !== null) break;
+  }
+  return wanted;
+}
+
+/**
+ * The same track with a box at both ends of each line, so that a line can lose its neighbours. Key frames before the
+ * first box ask for no line: the boxes of the other track may come to lie before them.
  * @param {TrackDoc} doc
  * @returns {TrackDoc}
  */
 function anchored(doc) {
   const keys = { ...doc.keys };
   const frames = keyFramesOf(doc);
+  for (const frame of frames) {
+    if (doc.keys[frame].box !== null) break;
+    keys[frame] = { ...keys[frame], interpolate: false };
+  }
   frames.forEach((frame, position) => {
     const key = doc.keys[frame];
     const start = lineAt(doc, frame);

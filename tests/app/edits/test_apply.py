@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from edit_toys import SPANS, a_command, beginning, machine
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
@@ -82,6 +82,8 @@ def test_split_and_delete_keep_what_was_shown(seed: int, length: int, frame: int
 
 @settings(max_examples=200, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12))
+@example(seed=731732, length=3)  # an end of a line that only the other track's boxes would have given
+@example(seed=664443, length=12)  # key frames before the first box
 def test_merge_keeps_what_both_showed(seed: int, length: int) -> None:
     docs = walk(seed, length)
     alive = [key for key, doc in docs.items() if not doc.gone]
