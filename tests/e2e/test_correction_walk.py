@@ -81,6 +81,28 @@ def saved(page: Page) -> dict[str, Any]:
     return wait(page, lambda s: s["unsaved"] == 0)
 
 
+def edited(page: Page, act: Callable[[], object]) -> dict[str, Any]:
+    """The state once what ``act`` changed is acknowledged."""
+    before = (state(page)["undo"] or {}).get("op_id")
+    act()
+    return wait(page, lambda s: s["unsaved"] == 0 and (s["undo"] or {}).get("op_id") != before)
+
+
+def zoom_in(page: Page) -> None:
+    """Turn the wheel one notch; the browser hands that on when it likes."""
+    before = state(page)["viewport"]["zoom"]
+    page.mouse.wheel(0, -200)
+    wait(page, lambda s: s["viewport"]["zoom"] > before)
+
+
+def choose_label(page: Page, words: str) -> None:
+    """Type into the dialog of labels once it listens."""
+    page.locator("dialog[open] input:focus").wait_for()
+    page.keyboard.type(words)
+    page.keyboard.press("Enter")
+    page.locator("dialog[open]").wait_for(state="detached")
+
+
 def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
     """Where a point of the picture is in the window."""
     view = state(page)["viewport"]
@@ -161,13 +183,12 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     # zoom in on it, move it, pull a corner
     page.mouse.move(*on_screen(page, *centre(box)))
     for _ in range(3):
-        page.mouse.wheel(0, -200)
-        page.wait_for_timeout(40)
-    drag(page, centre(box), (centre(box)[0] + 6, centre(box)[1] + 4))
-    moved = saved(page)["docs"][key]["keys"][str(now["frame"])]["box"]
+        zoom_in(page)
+    to = (centre(box)[0] + 6, centre(box)[1] + 4)
+    moved = edited(page, lambda: drag(page, centre(box), to))["docs"][key]["keys"][str(now["frame"])]["box"]
     assert moved == pytest.approx([box[0] + 6, box[1] + 4, box[2] + 6, box[3] + 4], abs=1.5)
-    drag(page, (moved[2], moved[3]), (moved[2] + 5, moved[3] + 7))
-    pulled = saved(page)["docs"][key]["keys"][str(now["frame"])]["box"]
+    pull = (moved[2] + 5, moved[3] + 7)
+    pulled = edited(page, lambda: drag(page, (moved[2], moved[3]), pull))["docs"][key]["keys"][str(now["frame"])]["box"]
     assert pulled[:2] == pytest.approx(moved[:2], abs=0.2)
     assert pulled[2:] == pytest.approx([moved[2] + 5, moved[3] + 7], abs=1.5)
 
@@ -182,30 +203,27 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
 
     # relabel by typing, whole track
     page.keyboard.press("l")
-    page.keyboard.type("keep right")
-    page.keyboard.press("Enter")
+    choose_label(page, "keep right")
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == 38 and s["unsaved"] == 0)
 
     # correct a second frame, interpolate between the two
     page.keyboard.press("c")
     wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
-    page.keyboard.press("k")
-    assert str(now["frame"] + 10) in saved(page)["docs"][key]["keys"]
+    assert str(now["frame"] + 10) in edited(page, lambda: page.keyboard.press("k"))["docs"][key]["keys"]
     page.keyboard.press("d")
-    page.keyboard.press("i")
-    assert saved(page)["docs"][key]["keys"][str(now["frame"])]["interpolate"] is True
+    assert edited(page, lambda: page.keyboard.press("i"))["docs"][key]["keys"][str(now["frame"])]["interpolate"] is True
 
     # occluded, out of sight and back
-    page.keyboard.press("q")
-    assert saved(page)["docs"][key]["keys"][str(now["frame"] + 9)]["occluded"] is True
-    page.keyboard.press("o")
-    assert saved(page)["docs"][key]["keys"][str(now["frame"] + 9)]["outside"] is True
-    page.keyboard.press("o")
-    assert saved(page)["docs"][key]["keys"][str(now["frame"] + 9)]["outside"] is False
+    assert (
+        edited(page, lambda: page.keyboard.press("q"))["docs"][key]["keys"][str(now["frame"] + 9)]["occluded"] is True
+    )
+    assert edited(page, lambda: page.keyboard.press("o"))["docs"][key]["keys"][str(now["frame"] + 9)]["outside"] is True
+    assert (
+        edited(page, lambda: page.keyboard.press("o"))["docs"][key]["keys"][str(now["frame"] + 9)]["outside"] is False
+    )
 
     # split here, merge again
-    page.keyboard.press("Alt+m")
-    split = saved(page)
+    split = edited(page, lambda: page.keyboard.press("Alt+m"))
     later = next(k for k in split["docs"] if k.startswith("h") and not split["docs"][k]["gone"])
     page.evaluate(
         "([a, b]) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: a}}))", [key, later]
@@ -214,8 +232,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     wait(page, lambda s: s["mode"] == "merge" and s["marked"] == [key])
     page.mouse.click(*on_screen(page, *centre(split["docs"][later]["keys"][str(now["frame"] + 9)]["box"])))
     wait(page, lambda s: s["marked"] == [key, later])
-    page.keyboard.press("m")
-    merged = saved(page)
+    merged = edited(page, lambda: page.keyboard.press("m"))
     assert merged["docs"][later]["merged_into"] == key
 
     # a new track, labelled as it is drawn
@@ -223,15 +240,12 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     page.keyboard.press("n")
     wait(page, lambda s: s["mode"] == "draw")
     drag(page, (100, 120), (160, 175))
-    page.locator("dialog[open]").wait_for()
-    page.keyboard.type("stop")
-    page.keyboard.press("Enter")
-    drawn = saved(page)
+    choose_label(page, "stop")
+    drawn = wait(page, lambda s: s["unsaved"] == 0 and s["docs"].get(s["selected"], {}).get("class_id") == 14)
     new = drawn["selected"]
     assert drawn["docs"][new]["class_id"] == 14
     assert next(iter(drawn["docs"][new]["keys"].values()))["box"] == pytest.approx([100, 120, 160, 175], abs=3)
-    page.keyboard.press("Shift+Delete")
-    assert saved(page)["docs"][new]["gone"] is True
+    assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][new]["gone"] is True
 
     # everything is on the server, and a reload brings the very same back
     assert desk.documents() == saved(page)["docs"]
@@ -276,13 +290,10 @@ def test_keyboard_alone(desk: Desk, page: Page) -> None:
     assert page.evaluate("document.activeElement.matches(':focus-visible')")
     page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
     before = desk.documents().get(key, {}).get("revision", 0)
-    page.keyboard.press("ArrowRight")
-    page.keyboard.press("Shift+ArrowDown")
-    page.keyboard.press("Alt+ArrowRight")
-    after = saved(page)["docs"][key]
-    assert after["revision"] >= before + 3
-    page.keyboard.press("a")
-    judged = saved(page)
+    for nudge in ("ArrowRight", "Shift+ArrowDown", "Alt+ArrowRight"):
+        page.keyboard.press(nudge)
+    wait(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("revision", 0) >= before + 3)
+    judged = edited(page, lambda: page.keyboard.press("a"))
     assert judged["docs"][key]["review"] == "accepted"
     # Tab leaves the picture behind its last track: no trap
     page.locator(".picture-stage").focus()
@@ -316,8 +327,7 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     choose = "(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))"
     for each in (page, other):
         each.evaluate(choose, key)
-    page.keyboard.press("w")
-    mine = saved(page)["docs"][key]["review"]
+    mine = edited(page, lambda: page.keyboard.press("w"))["docs"][key]["review"]
     other.keyboard.press("Shift+x")
     dialog = other.locator("dialog[open]")
     dialog.wait_for(timeout=30_000)
@@ -331,8 +341,7 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     # and the other choice: what the first page has saved stands
     wait(page, lambda s: s["docs"][key]["not_a_sign"])  # the first page has heard of it
     page.evaluate(choose, key)  # a verdict has moved on to the next track
-    page.keyboard.press("w")
-    theirs = saved(page)["docs"][key]["review"]
+    theirs = edited(page, lambda: page.keyboard.press("w"))["docs"][key]["review"]
     other.keyboard.press("Shift+x")
     dialog.wait_for(timeout=30_000)
     dialog.get_by_role("button", name="Take the saved version").click()

@@ -16,6 +16,10 @@ import { setPlaying, setShown, seek } from '../store/actions/review.js';
 /** Pictures loaded ahead of the cursor, and behind it when it was stepped back. */
 const AHEAD = 24;
 const BEHIND = 8;
+/** A step of more frames is a leap. */
+const NEAR = 12;
+/** How long the cursor rests after a leap before its neighbours are loaded, ms. */
+const REST = 180;
 /** How far behind time playing may fall before its clock is set back, s. */
 const SLACK = 0.12;
 
@@ -50,8 +54,29 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
   /** How often in a row playing waited for the same frame. */
   let stalled = 0;
 
-  /** @param {number} frame */
+  /** @type {ReturnType<typeof setTimeout>|undefined} */
+  let restful;
+
+  /**
+   * Load what comes next. After a leap that waits a moment: whoever scrubs wants the next place, not this one's
+   * neighbours.
+   * @param {number} frame
+   */
   function ahead(frame) {
+    clearTimeout(restful);
+    if (Math.abs(frame - before) <= NEAR || before === 0) {
+      loadAround(frame);
+      return;
+    }
+    cache.want([]);
+    restful = setTimeout(() => {
+      before = frame;
+      loadAround(frame);
+    }, REST);
+  }
+
+  /** @param {number} frame */
+  function loadAround(frame) {
     const last = (store.get().review?.timebase?.frames ?? 1) - 1;
     const back = frame < before;
     const frames = [];
@@ -88,8 +113,8 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
 
   /** @param {Shot} shot */
   function put(shot) {
-    paint(shot);
     store.dispatch((state) => setShown(state, shot.frame));
+    paint(shot); // picture and layers together, hence after the state knows
   }
 
   function beat() {
@@ -148,6 +173,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     tally: () => tally,
     destroy() {
       ended = true;
+      clearTimeout(restful);
       if (handle) untick(handle);
       cache.clear();
     },

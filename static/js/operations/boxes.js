@@ -118,6 +118,12 @@ export const boxes = [
     tooltip: 'Merge: press M, click the tracks, press M again (M)', run: merge,
   }),
   operation({
+    id: 'mark', label: 'Mark the selected track for the merge', keys: ['Enter'], group: 'Box by keyboard',
+    tooltip: 'While merging: M, then Tab to a track and Enter to mark it, then M again (Enter)',
+    available: (state) => onReview(state) && state.review?.mode === 'merge', disabled: needsTrack,
+    run: (app) => app.store.dispatch((state) => (state.review?.selected ? toggleMarked(state, state.review.selected) : state)),
+  }),
+  operation({
     id: 'split', label: 'Split the track here', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
     run: (app) => editSelected(app, { name: 'split', new_key: newKey() }),
   }),

@@ -71,7 +71,7 @@ export function createLoader(app, hooks) {
         });
         return seek(ready, route.frame ?? run?.first ?? 0);
       });
-      if (run) await Promise.all([load(run, signal), truths(video.id, signal)]);
+      await Promise.all([run && load(run, signal), truths(video.id, signal)]);
       if (route.track) store.dispatch((state) => select(state, route.track));
     } catch (thrown) {
       fail(thrown, signal);

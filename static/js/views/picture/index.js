@@ -79,6 +79,8 @@ export function createPicture(app) {
   app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next) => {
     present = next;
     paintShot(app.store.get().review);
+    // at once, not with the next update: no picture is ever seen under the boxes of the one before
+    update(app.store.get());
   });
 
   /** @param {State['review']} review */
@@ -88,7 +90,8 @@ export function createPicture(app) {
     ctx.setTransform(1, 0, 0, 1, 0, 0);
     ctx.fillStyle = getComputedStyle(element).getPropertyValue('--picture-ground') || '#0b0d10';
     ctx.fillRect(0, 0, shot.width, shot.height);
-    if (!present || review.viewport.zoom === 0) return;
+    // a bitmap without width was given back: the cache it came from is gone with its video
+    if (!present || present.bitmap.width === 0 || review.viewport.zoom === 0) return;
     const { width, height } = { width: review.video.width ?? 1, height: review.video.height ?? 1 };
     const [x1, y1] = toScreen(review.viewport, size, 0, 0);
     const [x2, y2] = toScreen(review.viewport, size, width, height);
@@ -129,6 +132,7 @@ export function createPicture(app) {
       return;
     }
     setText(hint, text);
+    if (hint.title !== text) hint.title = text;
     const shown = review.selected ? shownTrack(review, review.selected) : null;
     const words = `Frame ${review.frame}${review.selected ? `, track ${review.selected}${shown ? `, ${shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
     if (words !== said) setText(spoken, (said = words));

@@ -1,0 +1,179 @@
+"""The picture on screen is the frame that the page names: burnt-in numbers are read back from screenshots."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from PIL import Image
+from playwright.sync_api import Page, sync_playwright
+
+from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.io import corpus
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(300),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+KINDS = ("constant", "variable", "b_frames", "edit_list", "rotated_90", "rotated_180", "rotated_270")
+# One device pixel for each pixel of the picture; its upper left corner 60 pixels inside the stage, on a whole pixel.
+ONE_TO_ONE = """async () => {
+  const stage = document.querySelector('.picture-stage').getBoundingClientRect();
+  const actions = await import('/static/js/store/actions/review.js');
+  tsr.store.dispatch(state => actions.setViewport(state, {zoom: 1, x: stage.width / 2 - 60, y: stage.height / 2 - 60}));
+}"""
+# At the end of every frame of the browser: what the canvas shows, what the state says, whether anything lies over it.
+WATCH = """async () => {
+  const [shot, over] = ['.picture-shot', '.picture-layers'].map(name => document.querySelector(name));
+  const seen = [];
+  const look = () => {
+    const {review} = tsr.store.get();
+    const {data} = shot.getContext('2d').getImageData(60, 60, 96, 32);
+    let code = 0;
+    for (let bit = 0; bit < 12; bit++) {
+      const at = ((Math.floor(bit / 6) * 16 + 8) * 96 + (bit % 6) * 16 + 8) * 4;
+      if (data[at] + data[at + 1] + data[at + 2] > 384) code |= 1 << bit;
+    }
+    const ink = over.getContext('2d').getImageData(60, 60 + 46, 96, 1).data;
+    let x = 0;
+    while (x < 96 && ink[x * 4 + 3] === 0) x++;
+    seen.push({code, x: x < 96 ? x : null, frame: review.frame, shown: review.shown});
+    return review.playing;
+  };
+  const actions = await import('/static/js/store/actions/review.js');
+  tsr.store.dispatch(state => actions.setPlaying(state, true));
+  await new Promise(done => {
+    const step = () => setTimeout(() => (look() ? requestAnimationFrame(step) : done()));
+    requestAnimationFrame(step);
+  });
+  return seen;
+}"""
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory, files: dict[str, corpus.Made]) -> Iterator[LiveServer]:
+    roots = next(iter(files.values())).path.parent
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TSR_SAMPLE", "false")
+        with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,)) as running:
+            yield running
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, corpus.Made]:
+    folder = tmp_path_factory.mktemp("videos")
+    made = {name: corpus.make(corpus.RECIPES[name], folder, name) for name in KINDS if name != "edit_list"}
+    made["edit_list"] = corpus.with_edit_list(made["b_frames"], folder / "edit_list.mp4", 12, 30)
+    return made
+
+
+@pytest.fixture(scope="module")
+def page(server: LiveServer) -> Iterator[Page]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page(viewport={"width": 1280, "height": 720})
+        page.set_default_timeout(20_000)
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(server.link())
+        page.wait_for_function("() => globalThis.tsr?.store.get().session")
+        yield page
+        assert errors == []
+        browser.close()
+
+
+def add(server: LiveServer, made: corpus.Made) -> str:
+    """Import a file; its id as soon as it is ready."""
+    video = str(server.call("POST", "/videos", {"path": str(made.path)})["id"])
+    end = time.monotonic() + 60
+    while (now := server.call("GET", f"/videos/{video}"))["state"] != "ready":
+        assert now["state"] != "failed", now
+        assert time.monotonic() < end, now
+        time.sleep(0.1)
+    assert now["frames"] == len(made.codes)
+    return video
+
+
+def show(page: Page, video: str) -> None:
+    """Open it one to one, nothing drawn over it."""
+    page.evaluate("hash => { location.hash = hash }", f"#/review/{video}/-")
+    page.wait_for_function(
+        "id => { const r = tsr.store.get().review; return r?.video.id === id && r.timebase && r.shown === r.frame }",
+        arg=video,
+    )
+    page.wait_for_function("() => tsr.store.get().review.viewport.zoom > 0")
+    page.evaluate(ONE_TO_ONE)
+    page.wait_for_function("() => tsr.store.get().review.viewport.zoom === 1")
+    page.evaluate(
+        "() => tsr.store.dispatch(state => ({...state, review: {...state.review,"
+        " layers: Object.fromEntries(Object.keys(state.review.layers).map(name => [name, name === 'truth']))}}))"
+    )
+
+
+def on_screen(page: Page, frame: int) -> int:
+    """The number in the picture on screen once the page says that it shows a frame."""
+    page.wait_for_function(
+        "frame => document.querySelector('.picture-stage').dataset.shown === String(frame)", arg=frame
+    )
+    facts: dict[str, Any] = page.evaluate(
+        "() => { const place = document.querySelector('.picture-stage').getBoundingClientRect();"
+        " const {x, y} = tsr.store.get().review.viewport;"
+        " return {left: place.x + place.width / 2 - x, top: place.y + place.height / 2 - y}; }"
+    )
+    clip = {"x": round(facts["left"]), "y": round(facts["top"]), "width": corpus.WIDTH, "height": 32}
+    picture = np.asarray(Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB"))
+    return corpus.read_code(picture)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_picture_on_screen_is_the_frame_that_the_page_names(
+    page: Page, server: LiveServer, files: dict[str, corpus.Made], kind: str
+) -> None:
+    made = files[kind]
+    show(page, add(server, made))
+    page.locator(".picture-stage").focus()
+    last = len(made.codes) - 1
+    read = {0: on_screen(page, 0)}
+    frame = 0
+    for key, by in (("f", 1), ("f", 1), ("c", 10), ("d", -1), ("c", 10), ("v", -10), ("f", 1)):
+        page.keyboard.press(key)
+        frame += by
+        read[frame] = on_screen(page, frame)
+    page.keyboard.press("End")
+    read[last] = on_screen(page, last)
+    page.keyboard.press("d")
+    read[last - 1] = on_screen(page, last - 1)
+    assert read == {frame: made.codes[frame] for frame in read}
+
+
+@pytest.mark.parametrize("kind", ["variable", "b_frames"])
+def test_while_it_plays_overlays_lie_on_their_own_picture_only(
+    page: Page, server: LiveServer, files: dict[str, corpus.Made], kind: str
+) -> None:
+    made = files[kind]
+    video = add(server, made)
+    rows = [f"{k},1,{20 + k}.0,40.0,{32 + k}.0,54.0,14,1.0,0" for k in range(len(made.codes))]
+    truth = "\n".join(["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore", *rows, ""])
+    server.call("PUT", f"/videos/{video}/truths/moving", body=truth.encode(), type_="text/csv")
+    page.evaluate("() => { location.hash = '#/' }")
+    page.wait_for_function("() => tsr.store.get().review === null")
+    show(page, video)
+    page.wait_for_function("() => tsr.store.get().review.truth[40]?.length === 1")
+    seen = page.evaluate(WATCH)
+    assert {one["shown"] for one in seen} >= {0, len(made.codes) - 1}
+    wrong = [one for one in seen if one["code"] != one["shown"]]
+    assert wrong == []
+    # the box stands one pixel further to the right in every frame: where it is tells whose it is
+    marked = [one for one in seen if one["x"] is not None]
+    offsets = [one["x"] - one["code"] for one in marked]
+    assert max(offsets) - min(offsets) <= 1, seen
+    assert len(marked) >= 0.95 * len(seen)  # hardly ever a picture without its overlay

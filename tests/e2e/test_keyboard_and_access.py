@@ -1,0 +1,248 @@
+"""Without a mouse, without sight of colours, with hostile text: the page stays usable. On a real server."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, expect, sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshots import AXE, CHROMIUM, FLAGS, SCENES, Scene, serious
+from tests.e2e.test_correction_walk import REAL, Desk, saved, state, wait
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(300),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+MARKUP = '<img src=x onerror="globalThis.hacked=1"><b>bold</b>'
+NAME = "<b>drive&amp;<img src=x>.mp4"
+FOCUSED = """() => { const one = document.activeElement; const style = getComputedStyle(one);
+  const place = one.getBoundingClientRect();
+  const words = one.getAttribute('aria-label') || one.textContent.slice(0, 30);
+  return {what: one.tagName + '.' + one.className + ' ' + words,
+    page: one === document.body, stage: one.classList.contains('picture-stage'),
+    seen: place.width > 0 && place.height > 0 && one.matches(':focus-visible')
+      && ((style.outlineStyle !== 'none' && parseFloat(style.outlineWidth) > 0) || style.boxShadow !== 'none')}; }"""
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    data = os.environ.get("TSR_DATA")
+    clip = Path(data).resolve() / REAL if data and (Path(data) / REAL).is_file() else SHIPPED[0].video
+    roots = tmp_path_factory.mktemp("clips")
+    shutil.copyfile(clip, roots / NAME)
+    with pytest.MonkeyPatch.context() as patch, sync_playwright() as playwright:
+        patch.setenv("TSR_SAMPLE", "false")
+        with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,)) as server:
+            video = server.call("POST", "/videos", {"path": str(roots / NAME)})["id"]
+            end = time.monotonic() + 200
+            while server.call("GET", f"/videos/{video}")["state"] != "ready":
+                assert time.monotonic() < end
+                time.sleep(0.1)
+            run = server.call("POST", f"/videos/{video}/runs", {"name": MARKUP[:100], "stop": 150})["id"]
+            while (now := server.call("GET", f"/runs/{run}"))["state"] != "complete":
+                assert time.monotonic() < end, now
+                assert now["state"] != "failed", now
+                time.sleep(0.2)
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+            yield Desk(server, browser, video, run)
+            browser.close()
+
+
+@pytest.fixture
+def page(desk: Desk) -> Iterator[Page]:
+    page = desk.page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    page.context.close()
+    assert errors == []
+
+
+def to_picture(page: Page) -> None:
+    """With Tab alone."""
+    for _ in range(80):
+        if page.evaluate(FOCUSED)["stage"]:
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError("Tab never reaches the picture")
+
+
+def pick(page: Page, key: str) -> None:
+    """With Tab, from track to track of the frame."""
+    page.keyboard.press("Escape")  # nothing is selected: begin with the leftmost
+    wait(page, lambda s: s["selected"] is None)
+    for _ in range(20):
+        page.keyboard.press("Tab")
+        page.wait_for_timeout(30)
+        if state(page)["selected"] == key:
+            return
+    raise AssertionError(f"Tab never reaches {key}")
+
+
+def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
+    to_picture(page)
+    assert page.evaluate(FOCUSED)["seen"]
+    page.keyboard.press("j")
+    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    key = now["selected"]
+    page.keyboard.press("c")
+    now = wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
+    at = str(now["frame"])
+    start = next(list(t["box"]) for t in now["overlay"]["tracks"] if f"m{t['id']}" == key)
+    # move and resize
+    page.keyboard.press("Shift+ArrowRight")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Alt+ArrowRight")
+    box = saved(page)["docs"][key]["keys"][at]["box"]
+    assert box == pytest.approx([start[0] + 10, start[1] + 1, start[2] + 11, start[3] + 1], abs=0.1)
+    # relabel with type-ahead; the focus comes back to the picture
+    page.keyboard.press("l")
+    page.locator("dialog[open]").wait_for()
+    page.keyboard.type("keep right")
+    page.keyboard.press("Enter")
+    wait(page, lambda s: s["docs"][key]["class_id"] == 38 and s["unsaved"] == 0)
+    assert page.evaluate(FOCUSED)["stage"]
+    # another key frame, interpolation, occlusion
+    page.keyboard.press("f")
+    page.keyboard.press("f")
+    now = wait(page, lambda s: s["frame"] == int(at) + 2 and s["shown"] == s["frame"])
+    page.keyboard.press("k")
+    page.keyboard.press("d")
+    page.keyboard.press("i")
+    assert saved(page)["docs"][key]["keys"][at]["interpolate"] is True
+    page.keyboard.press("q")
+    assert saved(page)["docs"][key]["keys"][str(int(at) + 1)]["occluded"] is True
+    # split, and merge again by marking both with Enter
+    page.keyboard.press("Alt+m")
+    split = saved(page)
+    later = next(k for k, d in split["docs"].items() if k.startswith("h") and not d["gone"])
+    pick(page, later)
+    page.keyboard.press("m")
+    wait(page, lambda s: s["mode"] == "merge" and s["marked"] == [later])
+    page.keyboard.press("d")  # the earlier half ends one frame before
+    wait(page, lambda s: s["frame"] == int(at) and s["shown"] == s["frame"])
+    for _ in range(20):
+        page.keyboard.press("Tab")
+        page.wait_for_timeout(30)
+        if state(page)["selected"] == key:
+            break
+        if not page.evaluate(FOCUSED)["stage"]:
+            to_picture(page)
+    page.keyboard.press("Enter")
+    wait(page, lambda s: s["marked"] == [later, key])
+    page.keyboard.press("m")
+    assert saved(page)["docs"][key]["merged_into"] == later
+    page.keyboard.press("Control+z")
+    wait(page, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
+    # a new track in the middle of the view, and away with it
+    page.keyboard.press("Shift+n")
+    new = saved(page)["selected"]
+    assert new.startswith("h")
+    page.keyboard.press("Shift+Delete")
+    assert saved(page)["docs"][new]["gone"] is True
+    # verdict by key; what the page shows is what the server has
+    pick(page, key)
+    page.keyboard.press("a")
+    final = saved(page)
+    assert final["docs"][key]["review"] == "accepted"
+    assert final["docs"] == desk.documents()
+
+
+def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
+    page.keyboard.press("Escape")
+    seen = []
+    for _ in range(200):
+        page.keyboard.press("Tab")
+        now = page.evaluate(FOCUSED)
+        seen.append(now)
+        if now["page"] and len(seen) > 5:
+            break
+    else:
+        raise AssertionError(f"Tab does not come round: {[one['what'] for one in seen[-5:]]}")
+    assert any(one["stage"] for one in seen)
+    assert [one["what"] for one in seen if not one["page"] and not one["seen"]] == []
+    for key in ("F1", "Shift+w"):
+        page.locator(".picture-stage").focus()
+        page.keyboard.press(key)
+        page.locator("dialog[open]").wait_for()
+        for _ in range(25):
+            page.keyboard.press("Tab")
+            assert page.evaluate(
+                "() => document.activeElement === document.body || !!document.activeElement.closest('dialog')"
+            )
+        page.keyboard.press("Escape")
+        expect(page.locator("dialog[open]")).to_have_count(0)
+        assert page.evaluate(FOCUSED)["stage"]  # back to where one was
+
+
+@pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm install --no-package-lock")
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious_on_any_screen(desk: Desk, theme: str) -> None:
+    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+    at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
+    truth = b"frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n5,1,10,10,40,40,14,1,0\n"
+    facts: dict[str, Any] = {
+        "video": desk.video,
+        "run": desk.run,
+        "truth": desk.server.call("PUT", f"/videos/{desk.video}/truths/one", body=truth, type_="text/csv")["id"],
+        "track": f"m{tracks['id'][at]}",
+        "frame": (tracks["first"][at] + tracks["last"][at]) // 2,
+    }
+    context = desk.browser.new_context(viewport={"width": 1280, "height": 720}, color_scheme=theme)
+    page = context.new_page()
+    page.goto(desk.server.link())
+    page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
+    found = []
+    for scene in SCENES:
+        assert isinstance(scene, Scene)
+        scene.go(page, facts)
+        found += [f"{scene.name}: {problem}" for problem in serious(page)]
+    context.close()
+    assert found == []
+
+
+def test_markup_in_names_and_notes_is_text(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    key = wait(page, lambda s: s["selected"] is not None)["selected"]
+    page.keyboard.press("p")
+    page.locator("dialog[open]").wait_for()
+    page.keyboard.type(MARKUP)
+    page.keyboard.press("Control+Enter")
+    noted = wait(page, lambda s: s["unsaved"] == 0 and len(s["docs"].get(key, {"notes": []})["notes"]) == 1)
+    assert noted["docs"][key]["notes"][0]["text"] == MARKUP
+    page.get_by_role("tab", name="Inspector").click()
+    expect(page.locator(".note-text")).to_have_text(MARKUP)
+    page.evaluate("() => { location.hash = '#/' }")
+    expect(page.get_by_role("heading", name=NAME)).to_be_visible()
+    page.get_by_role("button", name=f"of {NAME}").first.click()
+    expect(page.get_by_role("dialog")).to_contain_text(MARKUP[:40])
+    assert page.evaluate("() => globalThis.hacked === undefined && !document.querySelector('img[src=x]')")
+    assert page.locator("b").count() == 0
+
+
+def test_a_wrong_link_or_no_token_says_what_to_do(desk: Desk) -> None:
+    context = desk.browser.new_context()
+    page = context.new_page()
+    answer = page.goto(f"{desk.server.base}/login/wrong")
+    assert answer is not None
+    assert answer.status in (401, 403)
+    assert "tsr review" in page.inner_text("body")
+    assert "Traceback" not in page.content()
+    page.goto(f"{desk.server.base}/")
+    expect(page.locator("body")).to_contain_text("tsr review", timeout=10_000)
+    api = context.request.get(f"{desk.server.base}/api/videos", headers={"Authorization": "Bearer wrong"})
+    assert api.status == 401
+    assert NAME not in api.text()
+    context.close()
