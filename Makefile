@@ -9,7 +9,7 @@ CHROMIUM ?= $(shell command -v chromium || command -v chromium-browser)
 NODE := $(BIN)/node
 
 .DEFAULT_GOAL := help
-.PHONY: help install review test test-quick lint screenshots sample bench-speed clean
+.PHONY: help install review test test-quick lint screenshots sample bench bench-speed clean
 
 help: ## print this help
 	@echo "Usage: make TARGET"
@@ -58,6 +58,10 @@ sample: $(VENV)/.installed ## render a new sample drive with exact truth into ./
 bench-speed: $(VENV)/.installed ## time the engine by stage; GTSDB=folder adds the detector on its scenes
 	$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" --timing
 	$(if $(GTSDB),$(BIN)/python benchmarks/detection_speed.py --gtsdb $(GTSDB))
+
+bench: $(VENV)/.installed ## benchmarks/REPORT.md anew; GTSDB=, GTSRB=, CLIPS=, LOOMING= name the data, ONLY= some experiments
+	$(BIN)/python -m benchmarks $(ONLY) $(if $(GTSDB),--gtsdb $(GTSDB)) $(if $(GTSRB),--gtsrb $(GTSRB)) \
+		$(if $(CLIPS),--clips $(CLIPS)) $(if $(LOOMING),--looming $(LOOMING))
 
 clean: ## remove the environment and what was generated
 	rm -rf $(VENV) out runs .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

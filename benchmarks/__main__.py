@@ -1,0 +1,53 @@
+"""Run experiments and write the report: ``python -m benchmarks --help``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from benchmarks.experiment import ROOT, Data, Result, Skip, machine
+from benchmarks.experiments import EXPERIMENTS
+from benchmarks.page import write_report
+
+RESULTS = ROOT / "results"
+
+
+def main() -> int:
+    """Run what was asked for; the report is written from all results that lie there."""
+    names = [experiment.name for experiment in EXPERIMENTS]
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"experiments: {', '.join(names)}; unset: all")
+    parser.add_argument("--gtsdb", type=Path, help="scenes with gt.txt")
+    parser.add_argument("--gtsrb", type=Path, help="class folders 00000 to 00042")
+    parser.add_argument("--clips", type=Path, help="annotated clips, truth in gt/")
+    parser.add_argument("--looming", type=Path, help="simulated approaches with clips.json")
+    parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--report", action="store_true", help="run nothing, write the report anew")
+    args = parser.parse_args()
+    unknown = sorted(set(args.names) - set(names))
+    if unknown:
+        parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
+    args.scratch.mkdir(parents=True, exist_ok=True)
+    data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed)
+    if not args.report:
+        for experiment in EXPERIMENTS:
+            if args.names and experiment.name not in args.names:
+                continue
+            began = time.monotonic()
+            sys.stderr.write(f"{experiment.name} ... ")
+            sys.stderr.flush()
+            try:
+                result = experiment.run(data)
+            except Skip as why:  # an old number never stands in for one that could not be taken
+                result = Result(experiment.name, skipped=str(why), machine=machine())
+            result.save(RESULTS)
+            sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")
+    write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

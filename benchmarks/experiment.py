@@ -1,0 +1,151 @@
+"""What an experiment is, what it leaves behind, and on which machine."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+__all__ = ["Data", "Experiment", "Result", "Skip", "machine", "table"]
+
+ROOT = Path(__file__).resolve().parent
+
+
+class Skip(Exception):
+    """The experiment cannot be done here; the sentence stands in the report."""
+
+
+@dataclass(frozen=True, slots=True)
+class Data:
+    """Where the data lie; None: nowhere.
+
+    Attributes:
+        gtsdb: scenes with ``gt.txt``.
+        gtsrb: class folders of tracks.
+        clips: annotated clips with ``gt/NAME.csv``.
+        looming: simulated approaches with ``clips.json``.
+        scratch: for what an experiment makes and may use again.
+        seed: of everything random.
+    """
+
+    gtsdb: Path | None
+    gtsrb: Path | None
+    clips: Path | None
+    looming: Path | None
+    scratch: Path
+    seed: int = 0
+
+    def need(self, name: str) -> Path:
+        """A folder of data.
+
+        Raises:
+            Skip: it is not there.
+        """
+        folder: Path | None = getattr(self, name)
+        if folder is None or not folder.is_dir():
+            raise Skip(f"no data: the folder `{name}` was not given, or is not there.")
+        return folder
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What an experiment found.
+
+    Attributes:
+        name: of the experiment.
+        data: one sentence: which data, how split.
+        figures: plain values.
+        settings: seeds, models, parameters.
+        machine: where it ran, see ``machine``.
+        skipped: why it did not run; empty: it did.
+    """
+
+    name: str
+    data: str = ""
+    figures: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    machine: Mapping[str, Any] = field(default_factory=dict)
+    skipped: str = ""
+
+    def save(self, folder: Path) -> None:
+        """Write ``NAME.json``."""
+        folder.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(asdict(self), indent=1, allow_nan=False, sort_keys=True)
+        (folder / f"{self.name}.json").write_text(text + "\n", encoding="utf-8")
+
+    @staticmethod
+    def load(path: Path) -> Result:
+        """Read it back."""
+        return Result(**json.loads(path.read_text(encoding="utf-8")))
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """One experiment.
+
+    Attributes:
+        name: short; names the files.
+        title: heading in the report.
+        question: what it is to answer, one paragraph.
+        run: does it; raises ``Skip``.
+        tell: the report's text about its figures, Markdown.
+        plot: draws ``NAME.svg``; None: there is nothing to draw.
+    """
+
+    name: str
+    title: str
+    question: str
+    run: Callable[[Data], Result]
+    tell: Callable[[Result], str]
+    plot: Callable[[Result, Path], None] | None = None
+
+
+def machine() -> dict[str, Any]:
+    """Processor, cores, versions, commit, and how busy the machine was."""
+    model = next(
+        (line.split(":", 1)[1].strip() for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")), ""
+    )
+    packages = ("numpy", "numba", "opencv-python-headless", "scikit-learn", "av", "tsr")
+    return {
+        "processor": model or platform.processor(),
+        "cores": os.cpu_count(),
+        "load": round(os.getloadavg()[0], 1),
+        "python": platform.python_version(),
+        "packages": {name: _version(name) for name in packages},
+        "commit": _commit(),
+    }
+
+
+def table(rows: list[list[str]]) -> str:
+    """A Markdown table; the first row is its head."""
+    head, *body = rows
+    lines = [head, ["---"] * len(head), *body]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return []
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _commit() -> str:
+    try:
+        found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)  # noqa: S607
+    except OSError:
+        return ""
+    return found.stdout.strip()

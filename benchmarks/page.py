@@ -1,0 +1,56 @@
+"""The report: Markdown and pictures, written from results alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.experiment import Experiment, Result
+
+__all__ = ["write_report"]
+
+HEAD = """# What the engine does, measured
+
+Every number on this page was written by `python -m benchmarks` (`make bench`) from `benchmarks/results/*.json`; the
+pictures are drawn from the same files. What could not be run says so, and why. Times were taken on the machine named
+with each; ratios carry over to others, milliseconds do not.
+
+The paper is Yuan, Xiong and Wang, *An Incremental Framework for Video-Based Traffic Sign Detection, Tracking, and
+Recognition* (2017). Its videos are not public: its columns stand beside ours for orientation, on other data.
+
+"""
+
+
+def write_report(experiments: Sequence[Experiment], results: Path, figures: Path, page: Path) -> None:
+    """Write the page and its pictures."""
+    figures.mkdir(parents=True, exist_ok=True)
+    parts = [HEAD]
+    for experiment in experiments:
+        parts.append(f"## {experiment.title}\n\n{experiment.question}\n\n")
+        path = results / f"{experiment.name}.json"
+        picture = figures / f"{experiment.name}.svg"
+        if not path.is_file():
+            parts.append("*Not run yet.*\n\n")
+            continue
+        result = Result.load(path)
+        if result.skipped:
+            picture.unlink(missing_ok=True)
+            parts.append(f"*Skipped:* {result.skipped}\n\n")
+            continue
+        parts.append(f"{result.data}\n\n{experiment.tell(result)}\n")
+        if experiment.plot is not None:
+            experiment.plot(result, picture)
+            parts.append(f"![{experiment.title}](figures/{picture.name})\n\n")
+        parts.append(f"{_where(result)}\n\n")
+    page.write_text("".join(parts).rstrip() + "\n", encoding="utf-8")
+
+
+def _where(result: Result) -> str:
+    about = result.machine
+    settings = ", ".join(f"{name} {value}" for name, value in sorted(result.settings.items()))
+    packages = ", ".join(f"{name} {version}" for name, version in about.get("packages", {}).items() if version)
+    return (
+        f"<sub>`python -m benchmarks {result.name}`; {settings + '; ' if settings else ''}commit {about['commit']}; "
+        f"{about['processor']}, {about['cores']} cores, load {about['load']} at the time; Python {about['python']}, "
+        f"{packages}</sub>"
+    )

@@ -1,0 +1,79 @@
+"""The report says what was measured, what was not and why; it holds no number of its own."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments import EXPERIMENTS
+from benchmarks.page import write_report
+
+
+def _toy(name: str) -> Experiment:
+    def tell(result: Result) -> str:
+        return f"It is {result.figures['value']}.\n"
+
+    def plot(result: Result, path: Path) -> None:
+        path.write_text(f"<svg>{result.figures['value']}</svg>")
+
+    return Experiment(name, name.title(), "Is it?", lambda _: Result(name), tell, plot)
+
+
+def _write(folder: Path, *results: Result) -> str:
+    for result in results:
+        result.save(folder / "results")
+    write_report([_toy("one"), _toy("two")], folder / "results", folder / "figures", folder / "REPORT.md")
+    return (folder / "REPORT.md").read_text()
+
+
+def test_the_page_is_written_from_results(tmp_path: Path) -> None:
+    text = _write(tmp_path, Result("one", "On toys.", {"value": 41.5}, {"seed": 3}, machine()))
+    assert "On toys." in text
+    assert "It is 41.5." in text
+    assert "python -m benchmarks one" in text
+    assert "seed 3" in text
+    assert "*Not run yet.*" in text  # two
+    assert (tmp_path / "figures" / "one.svg").read_text() == "<svg>41.5</svg>"
+
+
+def test_what_is_skipped_leaves_no_old_number(tmp_path: Path) -> None:
+    _write(tmp_path, Result("one", "On toys.", {"value": 41.5}, {}, machine()))
+    text = _write(tmp_path, Result("one", skipped="no data: the folder `toys` was not given.", machine=machine()))
+    assert "41.5" not in text
+    assert "*Skipped:* no data: the folder `toys` was not given." in text
+    assert not (tmp_path / "figures" / "one.svg").exists()
+
+
+def test_a_missing_folder_skips_by_name(tmp_path: Path) -> None:
+    data = Data(None, None, tmp_path / "nowhere", None, tmp_path)
+    for name in ("gtsdb", "clips"):
+        with pytest.raises(Skip, match=f"`{name}`"):
+            data.need(name)
+
+
+def test_names_are_unique_and_files_can_be_told_from_them() -> None:
+    names = [experiment.name for experiment in EXPERIMENTS]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z_]+", name) for name in names)
+
+
+def test_an_unknown_experiment_is_named() -> None:
+    found = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "wish"], cwd=ROOT.parent, capture_output=True, text=True, timeout=120
+    )
+    assert found.returncode == 2
+    assert "there is no experiment wish" in found.stderr
+
+
+def test_the_committed_report_is_that_of_the_committed_results(tmp_path: Path) -> None:
+    write_report(EXPERIMENTS, ROOT / "results", tmp_path / "figures", tmp_path / "REPORT.md")
+    assert (tmp_path / "REPORT.md").read_text() == (ROOT / "REPORT.md").read_text()
+
+
+def test_tables() -> None:
+    assert table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |\n"
