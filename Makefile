@@ -5,11 +5,12 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 HOME_DIR ?= out/review
 ARGS ?=
+ORACLES ?= .oracles
 CHROMIUM ?= $(shell command -v chromium || command -v chromium-browser)
 NODE := $(BIN)/node
 
 .DEFAULT_GOAL := help
-.PHONY: help install review test test-quick lint screenshots sample bench bench-speed clean
+.PHONY: help install review test test-quick oracles lint screenshots sample bench bench-speed clean
 
 help: ## print this help
 	@echo "Usage: make TARGET"
@@ -40,6 +41,15 @@ test: $(VENV)/.installed $(VENV)/.tools ## all tests, the browser's too; those o
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(BIN)/python -m pytest --ignore tests/e2e
 
+# The other libraries want versions of their own, so they get an environment of their own (1.5 GB with PyTorch).
+$(ORACLES)/.installed: tests/oracles/requirements.txt
+	@$(PYTHON) -m venv $(ORACLES)
+	@$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+oracles: $(VENV)/.installed $(ORACLES)/.installed ## let other libraries judge the exports (ORACLES, default .oracles)
+	TSR_ORACLES=$(abspath $(ORACLES))/bin/python $(BIN)/python -m pytest tests/oracles
+
 lint: $(VENV)/.installed $(VENV)/.tools ## style, types, layers
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -64,4 +74,4 @@ bench: $(VENV)/.installed ## benchmarks/REPORT.md anew; GTSDB=, GTSRB=, CLIPS=, 
 		$(if $(CLIPS),--clips $(CLIPS)) $(if $(LOOMING),--looming $(LOOMING))
 
 clean: ## remove the environment and what was generated
-	rm -rf $(VENV) out runs .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) $(ORACLES) out runs .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

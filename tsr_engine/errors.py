@@ -53,3 +53,13 @@ class StorageError(TsrError):
     """A full disk or a folder that cannot be written."""
 
     exit_code = 6
+
+
+class ExportError(TsrError):
+    """What was asked for cannot be written in this format."""
+
+    exit_code = 7
+
+
+class ImportFormatError(InputError):
+    """A file of another tool that breaks a rule of its format; says file, line and rule."""

@@ -1,0 +1,115 @@
+"""Time and memory of an export of an hour's drive, and of reading it back, for every format without pictures.
+
+::
+
+    python benchmarks/exchange_scale.py                    # all formats, each in a fresh process
+    python benchmarks/exchange_scale.py cvat-video --read
+
+The drive has 132,400 frames and 5,000 tracks of 25 to 50 boxes; the budget is 20 s and 500 MB a format.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from tsr_engine.errors import TsrError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+
+FRAMES = 132_400
+TRACKS = 5_000
+
+
+def drive() -> Dataset:
+    """A made-up drive: signs that come nearer, with the jitter of a tracker, each seen for one to two seconds."""
+    starts = np.sort(np.random.default_rng(1).integers(0, FRAMES - 60, TRACKS))
+
+    def tracks() -> Iterator[Track]:
+        for number, start in enumerate(starts.tolist()):
+            rng = np.random.default_rng(number)
+            count = int(rng.integers(25, 51))
+            along = np.linspace(0.0, 1.0, count)
+            side = 16.0 / (1.15 - along)
+            centre = np.stack([640 + rng.uniform(100, 450) * along**2, 360 - 150 * along**2], axis=1)
+            boxes = np.concatenate([centre - side[:, None] / 2, centre + side[:, None] / 2], axis=1)
+            yield Track(
+                uid=f"m{number}",
+                label=number % len(CLASS_NAMES),
+                frames=np.arange(start, start + count, dtype=np.int64),
+                boxes=boxes + rng.normal(0.0, 0.25, boxes.shape),
+                key=np.zeros(count, dtype=np.bool_),
+                occluded=np.zeros(count, dtype=np.bool_),
+                score=rng.random(count),
+                state="accepted",
+            )
+
+    times = np.arange(FRAMES) / 30.0
+    video = DatasetVideo("drive.mp4", "0" * 64, 1280, 720, FRAMES, Fraction(30), times, True, tracks, stop=FRAMES)
+    return Dataset(CLASS_NAMES, (video,))
+
+
+def measure(name: str, zipped: bool, read: bool) -> dict[str, object]:
+    """One format in this process: seconds, peak MB, size, and what came back."""
+    data = drive()
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / ("export.zip" if zipped else "export")
+        begin, worked = time.perf_counter(), time.process_time()
+        try:
+            manifest = export_dataset(data, FORMATS[name], out, zipped=zipped)
+        except TsrError as error:
+            return {"format": name, "refused": str(error)}
+        seconds = time.perf_counter() - begin
+        found: dict[str, object] = {
+            "format": name,
+            "seconds": round(seconds, 2),
+            "cpu_seconds": round(time.process_time() - worked, 2),
+            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+            "files": len(manifest.files),
+            "mb": round(sum(entry["size"] for entry in manifest.files) / 1e6, 1),
+            "boxes": manifest.counts["boxes"],
+        }
+        if read and FORMATS[name].read is not None:
+            begin, worked = time.perf_counter(), time.process_time()
+            back = read_dataset(out, ImportTarget(data.videos[0], CLASS_NAMES))
+            found["read_seconds"] = round(time.perf_counter() - begin, 2)
+            found["read_cpu_seconds"] = round(time.process_time() - worked, 2)
+            found["read_boxes"] = sum(len(track.frames) for track in back.videos[0].tracks())
+            found["read_peak_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    return found
+
+
+def main() -> None:
+    """Measure the formats that were named, else all, each in a process of its own."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("formats", nargs="*", help="names; none: all")
+    parser.add_argument("--folder", action="store_true", help="a folder instead of a ZIP file")
+    parser.add_argument("--read", action="store_true", help="read it back too")
+    parser.add_argument("--here", action="store_true", help="in this process, the result as JSON")
+    args = parser.parse_args()
+    if args.here:
+        print(json.dumps(measure(args.formats[0], not args.folder, args.read)))
+        return
+    for name in args.formats or [known.name for known in FORMATS.values() if not known.needs_pictures]:
+        flags = [flag for flag, on in (("--folder", args.folder), ("--read", args.read)) if on]
+        command = [sys.executable, __file__, name, "--here", *flags]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)  # noqa: S603
+        print(done.stdout.strip() or f"{name}: {done.stderr.strip().splitlines()[-1:]}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

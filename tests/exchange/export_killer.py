@@ -1,0 +1,126 @@
+"""Exports over an older export in child processes that die, or fail, at each step in turn; tells what was left.
+
+Run as a script in a process of its own, since it forks: ``python export_killer.py FOLDER``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from exchange_toys import a_dataset, a_track
+
+from tsr_engine.errors import StorageError
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.registry import FORMATS
+
+OLD, NEW = a_dataset(a_track("old")), a_dataset(a_track("new"), a_track("other", range(50, 60)))
+STEPS = frozenset(
+    {"open", "os.mkdir", "os.rename", "os.remove", "os.rmdir", "fcntl.flock", "shutil.rmtree", "os.listdir"}
+)
+
+
+def state(out: Path) -> str:
+    """Hash of all that stands under a name."""
+    digest = hashlib.sha256()
+    for path in sorted([out, *out.rglob("*")]):
+        digest.update(path.name.encode() + (path.read_bytes() if path.is_file() else b"/"))
+    return digest.hexdigest()
+
+
+def step_of(folder: Path, at: int, act: Callable[[], None]) -> None:
+    """Calls ``act`` at the step of that number: files opened, made, renamed, removed, locked, or put on the disk."""
+    count = 0
+
+    def step() -> None:
+        nonlocal count
+        count += 1
+        if count == at:
+            act()
+
+    def hook(event: str, args: tuple[object, ...]) -> None:
+        if event == "open" and isinstance(args[0], str | bytes) and str(folder) not in os.fsdecode(args[0]):
+            return
+        if event in STEPS or event == "ctypes.dlsym":
+            step()
+
+    real = os.fsync
+
+    def fsync(handle: int) -> None:
+        step()
+        real(handle)
+        step()
+
+    os.fsync = fsync
+    sys.addaudithook(hook)
+
+
+def child(folder: Path, zipped: bool, at: int, mode: str) -> int:
+    """One export in a child; its exit code: 0 went through, 9 was killed, 7 failed with a sentence, 1 else."""
+    pid = os.fork()
+    if pid:
+        return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    code = 1
+    try:
+        armed = True
+
+        def act() -> None:
+            nonlocal armed
+            if mode == "kill":
+                os._exit(9)
+            if armed:
+                armed = False
+                raise OSError(28, "No space left on device")
+
+        step_of(folder, at, act)
+        export_dataset(NEW, FORMATS["cvat-video"], folder / "out", zipped=zipped)
+        code = 0
+    except StorageError:
+        code = 7
+    finally:
+        os._exit(code)
+
+
+def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
+    """Every step in turn, until an export gets through them all."""
+    out = folder / "out"
+
+    def again() -> str:
+        export_dataset(OLD, FORMATS["cvat-video"], out, zipped=zipped)
+        return state(out)
+
+    export_dataset(NEW, FORMATS["cvat-video"], out, zipped=zipped)
+    new, old = state(out), again()
+    codes: list[int] = []
+    kept = replaced = rubbish = 0
+    while codes[-1:] != [0] if mode == "kill" else codes[-8:] != [0] * 8:
+        codes.append(child(folder, zipped, len(codes) + 1, mode))
+        found = state(out)
+        if found not in (old, new):
+            sys.exit(f"step {len(codes)}: what stands there is neither the old nor the new export")
+        kept, replaced = kept + (found == old), replaced + (found == new)
+        rubbish += len(list(folder.iterdir())) > 1
+        if again() != old or [path.name for path in folder.iterdir()] != ["out"]:
+            sys.exit(f"step {len(codes)}: the next export left {sorted(path.name for path in folder.iterdir())}")
+    return {"old": kept, "new": replaced, "rubbish": rubbish, "codes": codes}
+
+
+def main() -> None:
+    """Print a report for folders and ZIP files, killed and failing."""
+    reports = {}
+    for kind in ("folder", "zip"):
+        for mode in ("kill", "fail"):
+            folder = Path(sys.argv[1]) / f"{kind}-{mode}"
+            folder.mkdir()
+            reports[f"{kind}-{mode}"] = ordeal(folder, kind == "zip", mode)
+    print(json.dumps(reports))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+"""ZIP files that try to get out, to unfold without end, or to hide something."""
+
+from __future__ import annotations
+
+import io
+import stat
+import struct
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.archive import ArchiveLimits, pack, unpack
+
+
+def _zip(path: Path, *entries: tuple[str | zipfile.ZipInfo, bytes]) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in entries:
+            archive.writestr(name, content)
+    return path
+
+
+def _refused(archive: Path, folder: Path, limits: ArchiveLimits | None = None) -> str:
+    folder.mkdir()
+    with pytest.raises(ImportFormatError) as caught:
+        unpack(archive, folder, limits=limits)
+    assert archive.name in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("../evil.txt", "leads out"),
+        ("a/../../evil.txt", "leads out"),
+        ("/etc/evil", "absolute"),
+        ("C:/evil", "absolute"),
+        ("..\\evil", "absolute"),
+        ("a\nb.txt", "control characters"),
+        ("x/" * 40 + "a", "too long"),
+        ("a" * 300, "too long"),
+        ("inner.zip", "archive within"),
+        ("deep/inner.tar.gz", "archive within"),
+    ],
+)
+def test_names_that_are_not_safe(tmp_path: Path, name: str, rule: str) -> None:
+    said = _refused(_zip(tmp_path / "bad.zip", ("ok.txt", b"1"), (name, b"2")), tmp_path / "out")
+    assert rule in said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.zip", "out"]
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_name_with_a_hidden_end(tmp_path: Path) -> None:
+    path = _zip(tmp_path / "nul.zip", ("a.xmlX.exe", b"1"))
+    path.write_bytes(path.read_bytes().replace(b"a.xmlX.exe", b"a.xml\0.exe"))
+    assert "control characters" in _refused(path, tmp_path / "out")
+
+
+def test_links_are_refused(tmp_path: Path) -> None:
+    link = zipfile.ZipInfo("annotations.xml")
+    link.create_system = 3
+    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+    assert "link" in _refused(_zip(tmp_path / "link.zip", (link, b"/etc/passwd")), tmp_path / "out")
+
+
+def test_encrypted_entries_are_refused(tmp_path: Path) -> None:
+    path = _zip(tmp_path / "locked.zip", ("a.txt", b"secret"))
+    content = bytearray(path.read_bytes())
+    at = content.rfind(b"PK\x01\x02")
+    content[at + 8] |= 1
+    path.write_bytes(bytes(content))
+    assert "encrypted" in _refused(path, tmp_path / "out")
+
+
+@pytest.mark.parametrize("second", ["a.txt", "A.TXT", "./a.txt"])
+def test_names_that_are_there_twice(tmp_path: Path, second: str) -> None:
+    with pytest.warns(UserWarning, match="Duplicate") if second == "a.txt" else _nothing():
+        path = _zip(tmp_path / "twice.zip", ("a.txt", b"1"), (second, b"2"))
+    assert "twice" in _refused(path, tmp_path / "out")
+
+
+class _nothing:  # noqa: N801
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+
+def test_a_file_that_is_a_folder_too(tmp_path: Path) -> None:
+    assert "at once" in _refused(_zip(tmp_path / "both.zip", ("a", b"1"), ("a/b", b"2")), tmp_path / "out")
+
+
+def test_an_archive_under_another_name(tmp_path: Path) -> None:
+    inner = io.BytesIO()
+    with zipfile.ZipFile(inner, "w") as archive:
+        archive.writestr("x", "y")
+    path = _zip(tmp_path / "outer.zip", ("annotations.xml", inner.getvalue()))
+    assert "archive within" in _refused(path, tmp_path / "out")
+
+
+def test_a_bomb_by_ratio(tmp_path: Path) -> None:
+    path = _zip(tmp_path / "bomb.zip", ("a.xml", b"0" * (8 << 20)))
+    assert "times its packed size" in _refused(path, tmp_path / "out")
+    assert sum(file.stat().st_size for file in (tmp_path / "out").rglob("*")) <= 3 << 20
+
+
+def test_a_bomb_by_size_is_stopped_while_it_unfolds(tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).bytes(3 << 20)
+    path = _zip(tmp_path / "big.zip", ("a.bin", noise), ("b.bin", noise))
+    assert "more than" in _refused(path, tmp_path / "one", ArchiveLimits(single=2 << 20))
+    assert "brings the archive" in _refused(path, tmp_path / "two", ArchiveLimits(total=4 << 20))
+
+
+def test_sizes_that_lie(tmp_path: Path) -> None:
+    path = _zip(tmp_path / "lie.zip", ("a.txt", b"x" * 5000))
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, content.rfind(b"PK\x01\x02") + 24, 10)
+    path.write_bytes(bytes(content))
+    assert "damaged" in _refused(path, tmp_path / "out")
+
+
+def test_too_many_entries(tmp_path: Path) -> None:
+    path = _zip(tmp_path / "many.zip", *((f"{k}.txt", b"") for k in range(20)))
+    assert "20 entries" in _refused(path, tmp_path / "out", ArchiveLimits(entries=10))
+    # The list of entries is not even read when it is too long.
+    assert "bytes" in _refused(path, tmp_path / "again", ArchiveLimits(directory=100))
+
+
+@pytest.mark.parametrize("keep", [0.3, 0.9])
+def test_a_file_that_is_cut_off(tmp_path: Path, keep: float) -> None:
+    path = _zip(tmp_path / "cut.zip", *((f"{k}.txt", bytes(range(256)) * 8) for k in range(5)))
+    path.write_bytes(path.read_bytes()[: int(path.stat().st_size * keep)])
+    assert "ZIP archive" in _refused(path, tmp_path / "out")
+
+
+def test_a_flipped_byte(tmp_path: Path) -> None:
+    path = _zip(tmp_path / "flip.zip", ("a.txt", bytes(range(256)) * 8))
+    content = bytearray(path.read_bytes())
+    content[60] ^= 0xFF
+    path.write_bytes(bytes(content))
+    assert "damaged" in _refused(path, tmp_path / "out")
+
+
+def test_what_is_good_comes_out(tmp_path: Path) -> None:
+    path = _zip(
+        tmp_path / "good.zip",
+        ("annotations.xml", b"<a/>"),
+        ("images/frame_000001.jpg", b"jpeg"),
+        ("__MACOSX/._annotations.xml", b"rubbish"),
+        (".DS_Store", b"rubbish"),
+    )
+    (tmp_path / "all").mkdir()
+    (tmp_path / "some").mkdir()
+    assert sorted(unpack(path, tmp_path / "all")) == ["annotations.xml", "images/frame_000001.jpg"]
+    assert unpack(path, tmp_path / "some", pictures=False) == ["annotations.xml"]
+    assert (tmp_path / "some" / "annotations.xml").read_bytes() == b"<a/>"
+
+
+def test_the_same_files_give_the_same_bytes(tmp_path: Path) -> None:
+    packed = []
+    for order in (("b.txt", "a/c.txt"), ("a/c.txt", "b.txt")):
+        folder = tmp_path / order[0].replace("/", "-")
+        (folder / "a").mkdir(parents=True)
+        for name in order:
+            (folder / name).write_text(name)
+        out = io.BytesIO()
+        pack(folder, out)
+        packed.append(out.getvalue())
+    assert packed[0] == packed[1]
+    assert zipfile.ZipFile(io.BytesIO(packed[0])).namelist() == ["a/c.txt", "b.txt"]

@@ -1,0 +1,203 @@
+"""What an intake refuses, repairs and skips, with file, line and rule."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, a_video, target_of
+
+from tsr_engine.errors import ExportError, ImportFormatError
+from tsr_engine.exchange import checks
+from tsr_engine.exchange.checks import Intake, check_track, read_json, read_text
+from tsr_engine.exchange.labels import CLASS_NAMES
+
+
+@pytest.fixture
+def intake() -> Intake:
+    return Intake(target_of(a_dataset()))
+
+
+@pytest.mark.parametrize(
+    ("edges", "rule"),
+    [
+        ((math.nan, 1, 2, 3), "finite"),
+        ((1, 1, math.inf, 3), "finite"),
+        ((5, 5, 5, 9), "positive width"),
+        ((5, 5, 9, 4), "positive width"),
+    ],
+)
+def test_boxes_that_are_none(intake: Intake, edges: tuple[float, float, float, float], rule: str) -> None:
+    with pytest.raises(ImportFormatError, match=f"f.xml, line 7: box .*{rule}"):
+        intake.box("a", 1, edges, 0, file="f.xml", line=7)
+
+
+@pytest.mark.parametrize("frame", [-1, 100, 10**12])
+def test_frames_outside_of_the_video(intake: Intake, frame: int) -> None:
+    with pytest.raises(ImportFormatError, match=r"f.csv, line 3: frame .* must be in 0 to 99.*counts from 0 or 1"):
+        intake.box("a", frame, (0, 0, 9, 9), 0, file="f.csv", line=3)
+
+
+@pytest.mark.parametrize("frame", ["x", "1.5", math.nan, math.inf, "", None])
+def test_frames_that_are_no_numbers(intake: Intake, frame: object) -> None:
+    with pytest.raises(ImportFormatError, match="f.csv, line 3: frame"):
+        intake.frame(frame, "f.csv", 3)  # type: ignore[arg-type]
+
+
+def test_frames_that_count_from_one(intake: Intake) -> None:
+    assert intake.frame("100", "f", origin=1) == 99
+    with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100"):
+        intake.frame(0, "f", origin=1)
+
+
+@pytest.mark.parametrize("score", [-0.1, 1.1, math.inf])
+def test_scores_outside_of_their_range(intake: Intake, score: float) -> None:
+    with pytest.raises(ImportFormatError, match="line 1: score"):
+        intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=1, score=score)
+
+
+def test_boxes_over_the_edge_are_cut(intake: Intake) -> None:
+    assert intake.box("a", 1, (-5, 10, 700, 400), 0, file="f.xml", line=4)
+    assert not intake.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=5)
+    # Half of the last of two digits is no repair.
+    assert intake.box("a", 3, (-0.005, 0, 640.005, 360), 0, file="f.xml", line=6)
+    found = intake.finish("f.xml")
+    track = next(found.videos[0].tracks())
+    assert track.boxes.tolist() == [[0, 10, 640, 360], [0, 0, 640, 360]]
+    assert found.repaired == (
+        "Boxes that reached over the edge of the picture were cut there: 1; the first is f.xml, line 4.",
+    )
+    assert "outside of the picture; the first: f.xml, line 5, track a" in found.skipped[0].reason
+
+
+def test_a_second_box_in_a_frame(intake: Intake) -> None:
+    intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=1)
+    intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)
+    intake.box("a", 1, (0, 0, 9, 8), 0, file="f", line=3)
+    with pytest.raises(ImportFormatError, match="line 3: track 'a' has a second, different box in frame 1"):
+        intake.finish("f")
+
+
+def test_the_same_row_twice_is_taken_once(intake: Intake) -> None:
+    for _ in range(3):
+        intake.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)
+    found = intake.finish("f")
+    assert len(next(found.videos[0].tracks()).frames) == 1
+    assert found.repaired == ("Boxes that were there twice were taken once: 2; the first is f, line 2.",)
+
+
+def test_unknown_classes_come_in_without_class_or_not_at_all(intake: Intake) -> None:
+    intake.box("a", 1, (0, 0, 9, 9), intake.label("tree", "f", 8), file="f", line=8)
+    found = intake.finish("f")
+    assert next(found.videos[0].tracks()).label == -1
+    assert "Class 'tree' is none of the 43 classes (1 times, first f, line 8)" in found.repaired[0]
+    with pytest.raises(ImportFormatError, match="f, line 8: class 'tree'"):
+        Intake(intake.target, strict=True).label("tree", "f", 8)
+
+
+def test_rows_come_in_any_order(intake: Intake) -> None:
+    for frame in (5, 3, 9):
+        intake.box("a", frame, (frame, 0, frame + 9, 9), frame, file="f")
+    track = next(intake.finish("f").videos[0].tracks())
+    assert track.frames.tolist() == [3, 5, 9]
+    assert track.boxes[:, 0].tolist() == [3, 5, 9]
+    assert track.label == 3
+    assert track.labels is not None
+    assert track.labels.tolist() == [3, 5, 9]
+
+
+def test_lines_between_key_frames_stop_at_an_end(intake: Intake) -> None:
+    intake.box("a", 0, (0, 0, 10, 10), 0, file="f")
+    intake.box("a", 4, (8, 0, 18, 10), 0, file="f", occluded=True)
+    intake.end("a", 6)
+    intake.box("a", 9, (50, 0, 60, 10), 0, file="f")
+    intake.describe("a", until=11)
+    track = next(intake.finish("f", interpolate=True).videos[0].tracks())
+    assert track.frames.tolist() == [0, 1, 2, 3, 4, 5, 9, 10, 11]
+    assert track.boxes[:, 0].tolist() == [0, 2, 4, 6, 8, 8, 50, 50, 50]
+    assert np.flatnonzero(track.key).tolist() == [0, 4, 6]
+    assert np.flatnonzero(track.occluded).tolist() == [4, 5]
+
+
+def test_few_rows_that_stand_for_too_many_boxes(monkeypatch: pytest.MonkeyPatch, intake: Intake) -> None:
+    monkeypatch.setattr(checks, "MAX_BOXES", 500)
+    for k in range(6):
+        intake.box(f"t{k}", 0, (0, 0, 9, 9), 0, file="f")
+        intake.box(f"t{k}", 99, (0, 0, 9, 9), 0, file="f")
+    with pytest.raises(ImportFormatError, match="more than 500 boxes"):
+        intake.finish("f", interpolate=True)
+
+
+def test_a_track_that_never_shows_is_skipped(intake: Intake) -> None:
+    intake.end("a", 3)
+    intake.box("b", 1, (0, 0, 9, 9), 0, file="f")
+    found = intake.finish("f", interpolate=True)
+    assert [track.uid for track in found.videos[0].tracks()] == ["b"]
+    assert found.skipped[0].what == "f: track a"
+
+
+@pytest.mark.parametrize(
+    ("content", "rule"),
+    [
+        ("é".encode("latin-1"), "line 1: byte 0xe9 is not UTF-8"),
+        (b"a\nb\n\xff", "line 3: byte 0xff"),
+        ("a".encode("utf-16"), "line 1: is UTF-16"),
+    ],
+)
+def test_other_encodings(tmp_path: Path, content: bytes, rule: str) -> None:
+    (tmp_path / "f.csv").write_bytes(content)
+    with pytest.raises(ImportFormatError, match=f"f.csv, {rule}"):
+        read_text(tmp_path / "f.csv")
+
+
+def test_a_byte_order_mark_is_no_content(tmp_path: Path) -> None:
+    (tmp_path / "f.csv").write_bytes(b"\xef\xbb\xbfa;b")
+    assert read_text(tmp_path / "f.csv") == "a;b"
+
+
+@pytest.mark.parametrize(
+    ("content", "rule"),
+    [
+        (b'{\n"a": }', "line 2: is not JSON"),
+        (b"[NaN]", "NaN is no JSON number"),
+        (b"[-Infinity]", "-Infinity is no JSON number"),
+        (b"[" * 100_000, "nested too deeply"),
+        (b"[" + b"9" * 5000 + b"]", "is not JSON"),
+        (b"", "line 1: is not JSON"),
+    ],
+)
+def test_json_that_is_none(tmp_path: Path, content: bytes, rule: str) -> None:
+    (tmp_path / "f.json").write_bytes(content)
+    with pytest.raises(ImportFormatError, match=rf"f.json.*{rule}"):
+        read_json(tmp_path / "f.json")
+
+
+def test_a_text_that_is_too_long(tmp_path: Path) -> None:
+    (tmp_path / "f.json").write_bytes(b"[]" * 100)
+    with pytest.raises(ImportFormatError, match="has 200 bytes, more than the 100"):
+        read_json(tmp_path / "f.json", limit=100)
+
+
+@pytest.mark.parametrize(
+    ("change", "rule"),
+    [
+        ({"boxes": np.full((30, 4), np.nan)}, "finite"),
+        ({"boxes": np.tile([5.0, 5, 5, 9], (30, 1))}, "x1 < x2"),
+        ({"frames": np.zeros(30, dtype=np.int64)}, "out of order"),
+        ({"frames": np.arange(80, 110)}, "must be in 0 to 99"),
+        ({"frames": np.arange(-1, 29)}, "must be in 0 to 99"),
+        ({"label": 43}, "class"),
+        ({"label": -2}, "class"),
+        ({"labels": np.full(30, 99)}, "class"),
+        ({"score": np.zeros(3)}, "shape"),
+        ({"boxes": np.zeros((30, 3))}, "shape"),
+        ({"frames": np.zeros(0, dtype=np.int64)}, "no boxes"),
+    ],
+)
+def test_tracks_that_break_a_promise_do_not_go_out(change: dict[str, object], rule: str) -> None:
+    track = replace(a_track(), **change)  # type: ignore[arg-type]
+    with pytest.raises(ExportError, match=f"drive.mp4, track 'm1': .*{rule}"):
+        check_track(track, a_video(), CLASS_NAMES)

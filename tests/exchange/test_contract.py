@@ -1,0 +1,348 @@
+"""One contract for every format: what goes out comes in again, but for what the table below says is lost."""
+
+from __future__ import annotations
+
+import hashlib
+import string
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from exchange_toys import a_track, a_video, target_of, tracks_of
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.export import CROPS, export_dataset
+from tsr_engine.exchange.formats import ExportOptions, Format
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset, recognise
+from tsr_engine.exchange.manifest import read_manifest
+from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.split import deal
+from tsr_engine.io.video_writer import VideoWriter
+
+WIDTH, HEIGHT, FRAMES = 64, 48, 16
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What a format does not give back.
+
+    Attributes:
+        px: by how much an edge may move.
+        uid: tracks get other names.
+        tracks: boxes of different tracks may be joined, and one track's parted.
+        key: all boxes are key frames.
+        occluded: none are.
+        score: ``kept``, or ``lost``; one mean a track counts as lost.
+        ignore: ``kept``, ``lost`` (an ordinary box) or ``dropped`` (the box is not there).
+        labels: a class of a single frame becomes the track's.
+        unknown: tracks without class are not there.
+        state: review state, source and notes.
+    """
+
+    px: float
+    uid: bool = False
+    tracks: bool = False
+    key: bool = False
+    occluded: bool = False
+    score: str = "kept"
+    ignore: str = "kept"
+    labels: bool = False
+    unknown: bool = False
+    state: bool = False
+
+
+LOSSES = {
+    "cvat-video": Loss(0.0051),
+    "cvat-images": Loss(0.0051, key=True),
+    "coco": Loss(0.00011),
+    "yolo": Loss(1e-5, ignore="dropped"),
+    "voc": Loss(0.0051),
+    "mot": Loss(0.0051, key=True, score="lost"),
+    "gtsrb": Loss(0.5, ignore="dropped", labels=True, unknown=True),
+    "gtsdb": Loss(
+        0.5,
+        uid=True,
+        tracks=True,
+        key=True,
+        occluded=True,
+        score="lost",
+        ignore="dropped",
+        unknown=True,
+        state=True,
+    ),
+    "datumaro": Loss(0.00011),
+    "label-studio": Loss(1e-4, occluded=True, score="lost", ignore="lost", labels=True),
+    "tracks-csv": Loss(0.0),
+    "tracks-json": Loss(0.0),
+}
+
+_TEXT = st.text(
+    st.characters(codec="utf-8", exclude_categories=("Cc", "Cs", "Cn", "Co", "Zl", "Zp"), exclude_characters="\ufeff"),
+    min_size=1,
+    max_size=8,
+).filter(lambda text: text == text.strip())
+
+
+def test_the_table_names_every_format() -> None:
+    assert set(LOSSES) == set(FORMATS)
+    assert all(known.write is not None and known.read is not None for known in FORMATS.values())
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("contract") / "drive.mp4"
+    with VideoWriter(path, WIDTH, HEIGHT, Fraction(25)) as writer:
+        for k in range(FRAMES):
+            writer.write(np.full((HEIGHT, WIDTH, 3), 10 * k, dtype=np.uint8))
+    return path
+
+
+def _video(clip: Path, tracks: list[Track], name: str = "drive.mp4", sha: str = "a" * 64) -> DatasetVideo:
+    made = a_video(tracks, frames=FRAMES, name=name, sha=sha)
+    return replace(made, width=WIDTH, height=HEIGHT, path=clip)
+
+
+@st.composite
+def _tracks(draw: st.DrawFn) -> list[Track]:
+    uids = draw(st.lists(_TEXT, max_size=3, unique_by=lambda text: text.casefold()))
+    return [draw(_track(uid)) for uid in uids]
+
+
+@st.composite
+def _track(draw: st.DrawFn, uid: str) -> Track:
+    frames = sorted(draw(st.sets(st.integers(0, FRAMES - 1), min_size=1, max_size=8)))
+    n = len(frames)
+
+    def flags() -> np.ndarray:
+        return np.array(draw(st.lists(st.booleans(), min_size=n, max_size=n)), dtype=np.bool_)
+
+    boxes = []
+    for _ in frames:
+        x = draw(st.floats(0, WIDTH - 2, allow_subnormal=False))
+        y = draw(st.floats(0, HEIGHT - 2, allow_subnormal=False))
+        boxes.append((x, y, x + draw(st.floats(2, WIDTH)), y + draw(st.floats(2, HEIGHT))))
+    edges = np.clip(np.array(boxes), 0, (WIDTH, HEIGHT, WIDTH, HEIGHT))
+    label = draw(st.integers(-1, 42))
+    labels = None
+    if draw(st.booleans()):
+        labels = np.array(draw(st.lists(st.sampled_from((label, label, -1, 7)), min_size=n, max_size=n)))
+        # The class of a track is that of most of its frames; formats with classes by frame have nothing else.
+        labels[: n // 2 + 1] = label
+        labels = None if (labels == label).all() else labels
+    score = np.array(draw(st.lists(st.sampled_from((np.nan, 0.0, 0.25, 0.5, 1.0)), min_size=n, max_size=n)))
+    ignore = flags() if draw(st.booleans()) else None
+    return Track(
+        uid,
+        label,
+        np.array(frames, dtype=np.int64),
+        edges,
+        flags(),
+        flags(),
+        score,
+        labels=labels,
+        ignore=ignore if ignore is not None and ignore.any() else None,
+        state=draw(st.sampled_from(("open", "accepted", "rejected", "needs_work"))),
+        source=draw(st.sampled_from(("engine", "corrected", "human"))),
+        notes=tuple((frames[0], note) for note in draw(st.lists(_TEXT, max_size=2))),
+    )
+
+
+def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]]]:
+    """Each frame that comes back of a track, and what it says."""
+    if loss.unknown and loss.labels and track.label < 0:
+        return
+    for k, frame in enumerate(track.frames.tolist()):
+        label = int(track.label if track.labels is None or loss.labels else track.labels[k])
+        ignore = bool(track.ignore is not None and track.ignore[k])
+        if (ignore and loss.ignore == "dropped") or (loss.unknown and label < 0):
+            continue
+        score = float(track.score[k])
+        yield (
+            frame,
+            {
+                "box": track.boxes[k],
+                "label": label,
+                "ignore": ignore and loss.ignore == "kept",
+                "occluded": bool(track.occluded[k]) and not loss.occluded,
+                "key": bool(track.key[k]) or loss.key,
+                "score": score if loss.score == "kept" and score == score else None,
+            },
+        )
+
+
+def _found(track: Track) -> Iterator[tuple[int, dict[str, object]]]:
+    for k, frame in enumerate(track.frames.tolist()):
+        score = float(track.score[k])
+        yield (
+            frame,
+            {
+                "box": track.boxes[k],
+                "label": int(track.label if track.labels is None else track.labels[k]),
+                "ignore": bool(track.ignore is not None and track.ignore[k]),
+                "occluded": bool(track.occluded[k]),
+                "key": bool(track.key[k]),
+                "score": score if score == score else None,
+            },
+        )
+
+
+def _same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> None:
+    assert np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
+    for name in ("label", "ignore", "occluded"):
+        assert theirs[name] == ours[name], name
+    # Formats that interpolate mark more frames, so that straight lines stay close.
+    assert theirs["key"] or not ours["key"]
+    if loss.score == "kept":
+        assert theirs["score"] == (None if ours["score"] is None else pytest.approx(ours["score"], abs=1e-6))
+
+
+def _compare(dataset: Dataset, back: Dataset, loss: Loss) -> None:
+    wanted = {track.uid: dict(_expected(track, loss)) for track in dataset.videos[0].tracks()}
+    wanted = {uid: frames for uid, frames in wanted.items() if frames}
+    if loss.tracks:
+        _compare_boxes(wanted, back, loss)
+        return
+    got = tracks_of(back)
+    assert set(got) == set(wanted)
+    for track in dataset.videos[0].tracks():
+        if track.uid not in wanted:
+            continue
+        found = dict(_found(got[track.uid]))
+        assert set(found) == set(wanted[track.uid])
+        for frame, ours in wanted[track.uid].items():
+            _same(ours, found[frame], loss)
+        read = got[track.uid]
+        assert (read.state, read.source, read.notes) == (track.state, track.source, track.notes)
+
+
+def _compare_boxes(wanted: dict[str, dict[int, dict[str, object]]], back: Dataset, loss: Loss) -> None:
+    """Frame by frame, whatever the tracks are called; both sides in the order of their rounded boxes."""
+    left = [(frame, said) for frames in wanted.values() for frame, said in frames.items()]
+    right = [(frame, said) for track in back.videos[0].tracks() for frame, said in _found(track)]
+    assert sorted(frame for frame, _ in left) == sorted(frame for frame, _ in right)
+    for frame, ours in left:
+        near = [
+            place
+            for place, (other, theirs) in enumerate(right)
+            if other == frame
+            and theirs["label"] == ours["label"]
+            and np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
+        ]
+        assert near, (frame, ours)
+        right.pop(near[0])
+
+
+def _options(known: Format, **more: object) -> ExportOptions:
+    pictures = "annotated" if known.needs_pictures else "none"
+    return ExportOptions(pictures=pictures, thin_px=0.0, **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+@given(tracks=_tracks())
+def test_what_goes_out_comes_in(name: str, clip: Path, tracks: list[Track]) -> None:
+    dataset = Dataset(CLASS_NAMES, (_video(clip, tracks),))
+    with TemporaryDirectory() as folder:
+        out = Path(folder) / "export.zip"
+        export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=True)
+        _compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
+
+
+def _plain(clip: Path) -> Dataset:
+    """Two signs with a gap, one over the other for a while."""
+    tracks = [
+        a_track("m1", [0, 1, 2, 6, 7], boxes=[(4 + k, 5, 20 + k, 21) for k in range(5)]),
+        a_track("m2", [2, 3, 4], label=1, boxes=[(40, 20 + k, 52, 32 + k) for k in range(3)]),
+        a_track("h1", [12, 13], label=33, boxes=[(10, 10, 30.5, 30.25)] * 2),
+    ]
+    return Dataset(CLASS_NAMES, (_video(clip, tracks),))
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_the_same_data_gives_the_same_bytes(name: str, clip: Path, tmp_path: Path) -> None:
+    digests = set()
+    for turn in ("first", "second"):
+        out = tmp_path / turn / "export.zip"
+        export_dataset(_plain(clip), FORMATS[name], out, _options(FORMATS[name]), zipped=True)
+        digests.add(hashlib.sha256(out.read_bytes()).hexdigest())
+    assert len(digests) == 1
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_an_empty_data_set(name: str, clip: Path, tmp_path: Path) -> None:
+    dataset = Dataset(CLASS_NAMES, (_video(clip, []),))
+    export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
+    assert read_manifest(tmp_path / "out").counts["boxes"] == 0
+    assert not tracks_of(read_dataset(tmp_path / "out", target_of(dataset), FORMATS[name]))
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_an_export_is_recognised_as_what_it_is(name: str, clip: Path, tmp_path: Path) -> None:
+    export_dataset(_plain(clip), FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
+    found = recognise(tmp_path / "out")
+    assert found is not None
+    assert found[0].name == name
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
+    labels = ("Überholverbot", "停止 # x", 'أ: "ب"', "it's [50], {km/h}")
+    tracks = [
+        a_track(f"прокат-{place}", [place], label=place, boxes=[(5 + place, 6, 25 + place, 30)]) for place in range(4)
+    ]
+    dataset = Dataset(labels, (_video(clip, tracks, name="дорога 1.mp4"),))
+    export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
+    back = read_dataset(tmp_path / "out", target_of(dataset), FORMATS[name])
+    _compare(dataset, back, LOSSES[name])
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_hostile_names_end_in_a_file_or_a_sentence(name: str, clip: Path, tmp_path: Path) -> None:
+    tracks = [
+        a_track(uid, [place], boxes=[(5, 6, 25, 30)], notes=((place, uid),))
+        for place, uid in enumerate(("=1+1", "../../x", "a\x00b", "\ud800", "line\nbreak", "<a>&amp;", '";DROP', " "))
+    ]
+    dataset = Dataset(CLASS_NAMES, (_video(clip, tracks, name="../../etc/pass\x01wd"),))
+    export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    allowed = set(string.ascii_letters + string.digits + "-_.")
+    assert all(set(path.name) <= allowed for path in (tmp_path / "out").rglob("*"))
+    back = read_dataset(tmp_path / "out", target_of(dataset), FORMATS[name])
+    assert sum(len(track.frames) for track in back.videos[0].tracks()) == len(tracks)
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_all_sides_of_a_split_come_back(name: str, clip: Path, tmp_path: Path) -> None:
+    dataset = _plain(clip)
+    rule = "track" if name in CROPS else "sign"
+    split = deal(dataset, {"train": 0.6, "val": 0.4}, seed=3, rule=rule)
+    assert set(split.values()) == {"train", "val"}
+    out = tmp_path / "export.zip"
+    told = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name], split=split), zipped=True)
+    assert set(told.counts["classes"]) == {"train", "val"}
+    _compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+@pytest.mark.parametrize("names", [("a.mp4", "b.mp4"), ("drive.mp4", "drive.mp4")], ids=("other", "same"))
+def test_of_two_videos_each_gets_its_own(
+    name: str, names: tuple[str, str], clip: Path, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    if names[0] == names[1] and name in {"cvat-video", "cvat-images", "datumaro", "label-studio"}:
+        pytest.skip("these find a video by its name")
+    videos = [
+        _video(clip, [a_track("m1", [place + 1], boxes=[(5, 6 + place, 25, 30)])], name=given, sha=str(place) * 64)
+        for place, given in enumerate(names)
+    ]
+    dataset = Dataset(CLASS_NAMES, tuple(videos))
+    export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
+    for video in videos:
+        own = Dataset(CLASS_NAMES, (video,))
+        _compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])

@@ -1,0 +1,114 @@
+"""CVAT for images 1.1: boxes by picture, tracks by an attribute."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, target_of, there_and_back, tracks_of
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.split import deal
+
+HEAD = '<annotations>\n<image id="0" name="{}" width="640" height="360">\n'
+BOX = '<box label="stop" occluded="0" xtl="{}" ytl="1" xbr="9" ybr="9">{}</box>\n'
+
+
+def _read(tmp_path: Path, content: str, **switches: str) -> Dataset:
+    path = tmp_path / "annotations.xml"
+    path.write_text(content, encoding="utf-8")
+    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["cvat-images"])
+
+
+def _file(*boxes: str, name: str = "frame_000007.jpg") -> str:
+    return HEAD.format(name) + "".join(boxes) + "</image>\n</annotations>"
+
+
+def test_there_and_back(tmp_path: Path) -> None:
+    data = a_dataset()
+    back = tracks_of(there_and_back(data, "cvat-images", tmp_path))
+    for uid, track in tracks_of(data).items():
+        again = back[uid]
+        assert again.frames.tolist() == track.frames.tolist()
+        assert np.abs(again.boxes - track.boxes).max() <= 0.005 + 1e-9
+        assert (again.occluded == track.occluded).all()
+        assert np.allclose(again.score, track.score, atol=1e-5, equal_nan=True)
+        assert (again.label, again.state, again.source, again.notes) == (
+            track.label,
+            track.state,
+            track.source,
+            track.notes,
+        )
+
+
+def test_pictures_stand_in_order_with_their_subset(tmp_path: Path) -> None:
+    data = a_dataset(a_track("m1", range(10, 13)), a_track("m2", range(12, 15)), a_track("m3", range(50, 52)))
+    split = deal(data, {"train": 0.5, "val": 0.5}, 1)
+    export_dataset(data, FORMATS["cvat-images"], tmp_path / "o", ExportOptions(split=split), zipped=False)
+    root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
+    images = root.findall("image")
+    assert [image.get("id") for image in images] == [str(k) for k in range(7)]
+    assert [image.get("name") for image in images] == [f"frame_{k:06d}.jpg" for k in (10, 11, 12, 13, 14, 50, 51)]
+    assert [len(image.findall("box")) for image in images] == [1, 1, 2, 1, 1, 1, 1]
+    side = split["a" * 64, "m1"]
+    assert [image.get("subset") == side for image in images] == [True] * 5 + [False] * 2
+    assert root.findtext("meta/task/mode") == "annotation"
+
+
+def test_boxes_without_a_name_are_tracks_of_their_own(tmp_path: Path) -> None:
+    found = _read(tmp_path, _file(BOX.format(1, ""), BOX.format(2, "")))
+    assert [track.frames.tolist() for track in tracks_of(found).values()] == [[7], [7]]
+
+
+def test_tags_and_other_shapes_are_skipped(tmp_path: Path) -> None:
+    found = _read(tmp_path, _file('<tag label="stop"/>', "<polygon/>", BOX.format(1, "")))
+    assert [item.what for item in found.skipped] == ["annotations.xml: 1 tags", "annotations.xml: 1 shapes"]
+    assert len(tracks_of(found)) == 1
+
+
+def test_pictures_of_another_size(tmp_path: Path) -> None:
+    content = _file(BOX.format(1, "")).replace("640", "320").replace("360", "180")
+    with pytest.raises(ImportFormatError, match="line 2: is about pictures of 320x180"):
+        _read(tmp_path, content)
+    found = _read(tmp_path, content, size="scale")
+    assert next(iter(tracks_of(found).values())).boxes.tolist() == [[2, 2, 18, 18]]
+
+
+def test_what_datumaro_writes(tmp_path: Path) -> None:
+    ended = BOX.format(1, "").replace("<box", '<box outside="1" keyframe="1"')
+    found = _read(tmp_path, _file(BOX.format(2, ""), ended).replace(' width="640" height="360"', ""))
+    assert [track.boxes.tolist() for track in tracks_of(found).values()] == [[[2, 1, 9, 9]]]
+
+
+UID = '<attribute name="uid">a</attribute>'
+
+
+@pytest.mark.parametrize(
+    ("content", "rule"),
+    [
+        (_file(BOX.format("nan", "")), "line 3: box .* finite"),
+        (_file(BOX.format(9, "")), "line 3: box .* positive width"),
+        (_file(BOX.format("x", "")), "line 3: xtl of <box> must be a number"),
+        (_file(BOX.format(1, UID), BOX.format(2, UID)), "line 4: track 'a' has a second, different box in frame 7"),
+        (_file(BOX.format(1, ""), name="frame_000100.jpg"), "line 2: frame 100 must be in 0 to 99"),
+        (_file(BOX.format(1, ""), name="front.jpg"), "line 2: the picture 'front.jpg' has no frame number"),
+        (_file(BOX.format(1, "").replace('"0"', '"no"')), "line 3: occluded of <box> must be 0 or 1"),
+        (_file(BOX.format(1, '<attribute name="score">x</attribute>')), "line 3: the attribute score"),
+        ("<annotations>\n<track/></annotations>", "line 2: has <track> elements: it is CVAT for video"),
+        (
+            HEAD.format("frame_1").replace(' width="640"', "") + "<box/></image></annotations>",
+            "<image> must have width",
+        ),
+        ('<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><annotations/>', "line 1: a DOCTYPE"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, content: str, rule: str) -> None:
+    with pytest.raises(ImportFormatError, match=f"annotations.xml.*{rule}"):
+        _read(tmp_path, content)

@@ -1,0 +1,281 @@
+"""CVAT for video 1.1: what is written, what comes back, and what is refused with file and line."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.thinning import key_frames
+
+Read = Callable[..., Dataset]
+
+BOX = '<box frame="{}" keyframe="{}" outside="{}" xtl="10" ytl="10" xbr="{}" ybr="22"/>'
+SAMPLE = """<?xml version="1.0" encoding="utf-8"?>
+<annotations>
+ <version>1.1</version>
+ <meta><task><mode>interpolation</mode><original_size><width>640</width><height>360</height></original_size></task></meta>
+ <track id="0" label="stop" source="auto">
+  <box frame="10" keyframe="1" outside="0" occluded="0" xtl="10.00" ytl="10.00" xbr="20.00" ybr="22.00" z_order="0">
+    <attribute name="uid">t-7f3a</attribute><attribute name="score">0.93</attribute></box>
+  <box frame="40" keyframe="1" outside="1" occluded="0" xtl="18.00" ytl="11.00" xbr="40.00" ybr="35.00" z_order="0"/>
+ </track>
+</annotations>
+"""
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Read:
+    """Reads text as a file on the video of the small data set."""
+
+    def once(content: str, **switches: str) -> Dataset:
+        path = tmp_path / "annotations.xml"
+        path.write_text(content, encoding="utf-8")
+        return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["cvat-video"])
+
+    return once
+
+
+def _track(*boxes: str, label: str = "stop", id: int = 0) -> str:
+    return f'<track id="{id}" label="{label}">\n' + "\n".join(boxes) + "\n</track>\n"
+
+
+def _file(*tracks: str) -> str:
+    return "<annotations>\n" + "".join(tracks) + "</annotations>"
+
+
+def test_the_sample_of_the_documentation(read: Read) -> None:
+    found = read(SAMPLE)
+    track = tracks_of(found)["t-7f3a"]
+    assert track.frames.tolist() == list(range(10, 40))
+    assert (track.boxes == [10, 10, 20, 22]).all()
+    assert np.flatnonzero(track.key).tolist() == [0]
+    assert track.score[0] == 0.93
+    assert np.isnan(track.score[1:]).all()
+    assert (track.label, track.source) == (14, "imported")
+    assert found.repaired == ()
+    assert found.skipped == ()
+
+
+def test_every_shown_frame_is_written_and_gaps_end_with_outside(tmp_path: Path) -> None:
+    track = a_track("m1", [10, 11, 12, 20, 21, 98, 99], jitter=0)
+    export_dataset(a_dataset(track), FORMATS["cvat-video"], tmp_path / "o", zipped=False)
+    root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
+    rows = [(int(b.get("frame", "")), b.get("keyframe"), b.get("outside")) for b in root.iter("box")]
+    # The last run ends with the video: behind it there is no frame to end in.
+    assert [row[:1] + row[2:] for row in rows] == [
+        *((frame, "0") for frame in (10, 11, 12)),
+        (13, "1"),
+        *((frame, "0") for frame in (20, 21)),
+        (22, "1"),
+        *((frame, "0") for frame in (98, 99)),
+    ]
+    keys = key_frames(track, 0.5, rounding=0.005)
+    assert [key == "1" for _, key, outside in rows if outside == "0"] == keys.tolist()
+    assert all(key == "1" for _, key, outside in rows if outside == "1")
+    text = root.find("meta/task/labels/label/name")
+    assert text is not None
+    assert text.text == CLASS_NAMES[0]
+    assert {
+        a.findtext("name"): a.findtext("mutable") for a in root.findall("meta/task/labels/label[1]//attribute")
+    } == {
+        "uid": "False",
+        "state": "False",
+        "source": "False",
+        "note": "False",
+        "score": "True",
+    }
+    assert root.findtext("meta/task/stop_frame") == "99"
+    assert root.findtext("meta/task/original_size/width") == "640"
+    assert root.findtext("meta/task/source") == "drive.mp4"
+
+
+@pytest.mark.parametrize("rows", ["all", "keys"])
+@pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
+def test_there_and_back(tmp_path: Path, rows: str, thin_px: float) -> None:
+    data = a_dataset()
+    back = tracks_of(there_and_back(data, "cvat-video", tmp_path, thin_px=thin_px, switches={"rows": rows}))
+    assert list(back) == ["m1", "m2", "h3"]
+    for uid, track in tracks_of(data).items():
+        again = back[uid]
+        assert again.frames.tolist() == track.frames.tolist()
+        assert np.abs(again.boxes - track.boxes).max() <= max(thin_px, 0.005) + 1e-9
+        assert (again.occluded == track.occluded).all()
+        assert (again.label, again.state, again.source, again.notes) == (
+            track.label,
+            track.state,
+            track.source,
+            track.notes,
+        )
+        assert (again.key == key_frames(track, thin_px, rounding=0.005)).all()
+        assert np.allclose(again.score[again.key], track.score[again.key], atol=1e-5, equal_nan=True)
+
+
+def test_classes_of_frames_and_regions_to_ignore_come_back(tmp_path: Path) -> None:
+    labels = np.full(30, 14)
+    labels[5:9] = 1
+    ignore = np.zeros(30, dtype=np.bool_)
+    ignore[20:] = True
+    back = tracks_of(there_and_back(a_dataset(a_track(labels=labels, ignore=ignore)), "cvat-video", tmp_path))["m1"]
+    assert back.labels is not None
+    assert back.labels.tolist() == labels.tolist()
+    assert back.ignore is not None
+    assert back.ignore.tolist() == ignore.tolist()
+
+
+def test_names_that_look_like_markup(tmp_path: Path) -> None:
+    track = a_track('<a href="x">&amp;\'"', notes=((10, "a]]>b"), (11, "\x00\x1b \\u0041 \ufffe")))
+    data = Dataset(("<b>&\"'", "ok"), (a_video([track], name='<drive> & "co".mp4'),))
+    data = Dataset(data.labels, (a_video([a_track(track.uid, label=0, notes=track.notes)], name=data.videos[0].name),))
+    back = tracks_of(there_and_back(data, "cvat-video", tmp_path))[track.uid]
+    assert back.label == 0
+    assert back.notes == track.notes
+
+
+def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
+    one = a_video([a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)])
+    two = a_video([a_track("n1")], name="night drive.mp4", sha="b" * 64)
+    data = Dataset(CLASS_NAMES, (one, two))
+    export_dataset(data, FORMATS["cvat-video"], tmp_path / "two.zip", zipped=True)
+    with zipfile.ZipFile(tmp_path / "two.zip") as archive:
+        names = sorted(archive.namelist())
+    assert names == ["drive/annotations.xml", "manifest.json", "night-drive/annotations.xml"]
+    assert sorted(tracks_of(read_dataset(tmp_path / "two.zip", target_of(data)))) == ["m0", "m1", "m2", "m3"]
+    split = deal(data, {"train": 0.6, "val": 0.4}, 1)
+    options = ExportOptions(split=split)
+    export_dataset(data, FORMATS["cvat-video"], tmp_path / "four.zip", options, zipped=True)
+    assert sorted(tracks_of(read_dataset(tmp_path / "four.zip", target_of(data)))) == ["m0", "m1", "m2", "m3"]
+    export_dataset(a_dataset(*one.tracks()), FORMATS["cvat-video"], tmp_path / "own", options, zipped=False)
+    for side in ("train", "val"):
+        root = ET.parse(tmp_path / "own" / side / "annotations.xml").getroot()
+        found = {a.text for a in root.iter("attribute") if a.get("name") == "uid" and a.text}
+        assert found == {uid for (video, uid), on in split.items() if on == side and video == "a" * 64}
+    foreign = a_video(name="elsewhere.mp4")
+    with pytest.raises(ImportFormatError, match="none in a folder called elsewhere"):
+        read_dataset(tmp_path / "two.zip", target_of(Dataset(CLASS_NAMES, (foreign,))))
+
+
+def test_only_key_frames_count_and_the_last_row_says_where_the_track_ends(read: Read) -> None:
+    boxes = [BOX.format(1, 1, 0, 20), BOX.format(2, 0, 0, 99), BOX.format(5, 1, 0, 24), BOX.format(7, 0, 0, 99)]
+    track = tracks_of(read(_file(_track(*boxes))))["cvat-0"]
+    assert track.frames.tolist() == [1, 2, 3, 4, 5, 6, 7]
+    assert track.boxes[:, 2].tolist() == [20, 21, 22, 23, 24, 24, 24]
+
+
+def test_a_single_shape_is_one_frame(read: Read) -> None:
+    assert tracks_of(read(_file(_track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20)))))[
+        "cvat-0"
+    ].frames.tolist() == [3]
+
+
+def test_the_end_behind_the_last_frame(read: Read) -> None:
+    found = read(_file(_track(BOX.format(98, 1, 0, 20), BOX.format(100, 1, 1, 20))))
+    assert tracks_of(found)["cvat-0"].frames.tolist() == [98, 99]
+
+
+def test_turned_boxes_become_upright(read: Read) -> None:
+    box = '<box frame="3" keyframe="1" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'
+    found = read(_file(_track(box.format("90.00")), _track(box.format("0.00"), id=1)))
+    assert np.allclose(tracks_of(found)["cvat-0"].boxes, [[110, 90, 130, 130]])
+    assert tracks_of(found)["cvat-1"].boxes.tolist() == [[100, 100, 140, 120]]
+    assert "Turned boxes were replaced by the upright boxes around them: 1" in found.repaired[0]
+    with pytest.raises(ImportFormatError, match="line 3: rotation must be finite"):
+        read(_file(_track(box.format("nan"))))
+
+
+def test_tracks_of_one_name_are_kept_apart(read: Read) -> None:
+    box = '<box frame="{}" keyframe="1" xtl="1" ytl="1" xbr="9" ybr="9"><attribute name="uid">a</attribute></box>'
+    found = read(_file(_track(box.format(1)), _track(box.format(2)), _track(box.format(3))))
+    assert list(tracks_of(found)) == ["a", "a-2", "a-3"]
+    assert "a is now a-2" in found.repaired[0]
+
+
+def test_other_shapes_are_skipped(read: Read) -> None:
+    found = read(_file('<track id="0" label="stop"><polygon frame="1"/></track>', _track(BOX.format(3, 1, 0, 20))))
+    assert len(tracks_of(found)) == 1
+    assert found.skipped[0].what == "annotations.xml, line 2: track"
+    assert "polygon" in found.skipped[0].reason
+
+
+def test_pictures_of_another_size(read: Read) -> None:
+    half = SAMPLE.replace("<width>640</width><height>360", "<width>320</width><height>180")
+    with pytest.raises(ImportFormatError, match="line 4: is about pictures of 320x180 px, drive.mp4 has 640x360"):
+        read(half)
+    found = read(half, size="scale")
+    assert tracks_of(found)["t-7f3a"].boxes[0].tolist() == [20, 20, 40, 44]
+    assert "scaled from 320x180 to 640x360" in found.repaired[0]
+
+
+@pytest.mark.parametrize(
+    ("content", "rule"),
+    [
+        ('<!DOCTYPE annotations [<!ENTITY a "aaaa">]>\n<annotations>&a;</annotations>', "line 1: a DOCTYPE"),
+        ('<!DOCTYPE annotations SYSTEM "http://x/y.dtd"><annotations/>', "line 1: a DOCTYPE"),
+        ("<annotations>\n<track>\n&xxe;</track></annotations>", "line 3: is not well-formed XML: undefined entity"),
+        ("<annotations>\n<track></annotations>", "line 2: is not well-formed XML: mismatched tag"),
+        ("", "no element found"),
+        ("<annotations>" + "<track>" * 100, "nested deeper than 32"),
+        ("<annotations><image/></annotations>", "line 1: has <image> elements: it is CVAT for images"),
+        (_file('<track id="0"/>'), "line 2: <track> must have label"),
+        (_file(_track('<box frame="1"/>')), "line 3: <box> must have keyframe"),
+        (_file(_track(BOX.format(1, "yes", 0, 20))), "line 3: keyframe of <box> must be 0 or 1. Got 'yes'"),
+        (_file(_track(BOX.format(1, 1, 2, 20))), "line 3: outside of <box> must be 0 or 1"),
+        (_file(_track(BOX.format(1, 1, 0, 20), BOX.format(100, 1, 0, 20))), "line 4: frame 100 must be in 0 to 99"),
+        (_file(_track(BOX.format(-1, 1, 0, 20))), "line 3: frame -1"),
+        (_file(_track(BOX.format("1.5", 1, 0, 20))), "line 3: frame 1.5"),
+        (_file(_track(BOX.format(10**9, 1, 1, 20))), "line 3: frame 1000000000"),
+        (_file(_track(BOX.format(1, 1, 0, "nan"))), "line 3: box .* finite"),
+        (_file(_track(BOX.format(1, 1, 0, "inf"))), "line 3: box .* finite"),
+        (_file(_track(BOX.format(1, 1, 0, "5"))), "line 3: box .* positive width"),
+        (_file(_track(BOX.format(1, 1, 0, "wide"))), "line 3: xbr of <box> must be a number. Got 'wide'"),
+        (_file(_track('<box frame="1" keyframe="1" xtl="1" ytl="1" xbr="9"/>')), "line 3: <box> must have ybr"),
+        (_file(_track(BOX.format(1, 1, 0, 20), BOX.format(1, 1, 0, 21))), "line 4: track 'cvat-0' has a second"),
+        (SAMPLE.replace("0.93", "high"), "line 6: the attribute score must be a number"),
+        (SAMPLE.replace("0.93", "7"), "line 6: score 7.0 must be in 0 to 1"),
+        (SAMPLE.replace("640", "wide"), "line 4: <original_size> must have"),
+    ],
+)
+def test_what_is_refused(read: Read, content: str, rule: str) -> None:
+    with pytest.raises(ImportFormatError, match=f"^annotations.xml, .*{rule}"):
+        read(content)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
+def test_encodings_that_the_header_names(tmp_path: Path, encoding: str) -> None:
+    content = SAMPLE.replace("utf-8", encoding).replace("t-7f3a", "tö")
+    (tmp_path / "a.xml").write_bytes(content.encode(encoding))
+    assert "tö" in tracks_of(read_dataset(tmp_path / "a.xml", target_of(a_dataset())))
+
+
+def test_an_encoding_that_the_header_lies_about(tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_bytes(SAMPLE.replace("t-7f3a", "tö").encode("latin-1"))
+    with pytest.raises(ImportFormatError, match="a.xml, line 7: is not well-formed XML"):
+        read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
+
+
+def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_text(_file(_track(BOX.format(3, 1, 0, 20), label="Halt")))
+    found = read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
+    assert tracks_of(found)["cvat-0"].label == -1
+    assert "Class 'Halt' is none of the 43 classes (1 times, first a.xml, line 2)" in found.repaired[0]
+    found = read_dataset(tmp_path / "a.xml", target_of(a_dataset(), label_map={"Halt": 14}))
+    assert tracks_of(found)["cvat-0"].label == 14
+    assert found.repaired == ()
+
+
+def test_no_tracks_at_all(tmp_path: Path) -> None:
+    empty = Dataset(CLASS_NAMES, (a_video(),))
+    assert not tracks_of(there_and_back(empty, "cvat-video", tmp_path))

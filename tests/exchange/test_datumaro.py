@@ -1,0 +1,212 @@
+"""Datumaro JSON: what is written, what comes back, and what is refused with file and place."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.thinning import key_frames
+
+SAMPLE: dict[str, Any] = {
+    "dm_format_version": "1.0",
+    "media_type": 2,
+    "infos": {},
+    "categories": {
+        "label": {"label_groups": [], "labels": [{"name": "stop", "parent": "", "attributes": []}], "attributes": []},
+        "mask": {"colormap": []},
+    },
+    "items": [
+        {
+            "id": "frame_000010",
+            "annotations": [
+                {
+                    "id": 0,
+                    "type": "bbox",
+                    "attributes": {"occluded": False, "track_id": 7, "keyframe": True, "outside": False},
+                    "group": 0,
+                    "label_id": 0,
+                    "z_order": 0,
+                    "bbox": [10, 10, 10, 12],
+                }
+            ],
+            "attr": {"frame": 10},
+            "image": {"path": "frame_000010.jpg", "size": [360, 640]},
+        }
+    ],
+}
+
+
+def _read(tmp_path: Path, content: Any, **switches: str) -> Dataset:
+    path = tmp_path / "default.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["datumaro"])
+
+
+def _with(path: str, value: Any) -> dict[str, Any]:
+    """The sample with one value changed; ``...`` takes it out."""
+    content = copy.deepcopy(SAMPLE)
+    at: Any = content
+    *parents, last = [int(part) if part.isdigit() else part for part in path.split("/")]
+    for part in parents:
+        at = at[part]
+    if value is ...:
+        del at[last]
+    else:
+        at[last] = value
+    return content
+
+
+BOX = "items/0/annotations/0"
+
+
+def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
+    found = _read(tmp_path, SAMPLE)
+    track = tracks_of(found)["datumaro-7"]
+    assert (track.frames.tolist(), track.boxes.tolist(), track.label) == ([10], [[10, 10, 20, 22]], 14)
+    assert (found.skipped, found.repaired) == ((), ())
+
+
+def test_what_is_written(tmp_path: Path) -> None:
+    data = a_dataset(a_track("m1", range(10, 13), boxes=[(1, 2, 11, 22), (2, 2, 12, 22), (3, 2, 13, 22)]))
+    export_dataset(data, FORMATS["datumaro"], tmp_path / "o", zipped=False)
+    content = json.loads((tmp_path / "o" / "annotations" / "default.json").read_text())
+    assert [label["name"] for label in content["categories"]["label"]["labels"]] == list(CLASS_NAMES)
+    assert [item["id"] for item in content["items"]] == ["frame_000010", "frame_000011", "frame_000012"]
+    item = content["items"][0]
+    assert item["image"] == {"path": "frame_000010.jpg", "size": [360, 640]}
+    assert item["attr"]["frame"] == 10
+    box = item["annotations"][0]
+    assert (box["bbox"], box["label_id"], box["type"]) == ([1, 2, 10, 20], 14, "bbox")
+    assert box["attributes"]["track_id"] == 1
+    assert [i["annotations"][0]["attributes"]["keyframe"] for i in content["items"]] == [True, False, True]
+
+
+def test_there_and_back(tmp_path: Path) -> None:
+    data = a_dataset()
+    back = tracks_of(there_and_back(data, "datumaro", tmp_path))
+    for uid, track in tracks_of(data).items():
+        again = back[uid]
+        assert again.frames.tolist() == track.frames.tolist()
+        assert np.abs(again.boxes - track.boxes).max() <= 1e-4
+        assert (again.occluded == track.occluded).all()
+        assert (again.key == key_frames(track, 0.5, rounding=0.00005)).all()
+        assert np.allclose(again.score, track.score, atol=1e-7, equal_nan=True)
+        assert (again.label, again.state, again.source, again.notes) == (
+            track.label,
+            track.state,
+            track.source,
+            track.notes,
+        )
+
+
+def test_a_file_for_each_subset(tmp_path: Path) -> None:
+    data = a_dataset(*(a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)))
+    split = deal(data, {"train": 0.5, "val": 0.5}, 1)
+    export_dataset(data, FORMATS["datumaro"], tmp_path / "o", ExportOptions(split=split), zipped=False)
+    for side in ("train", "val"):
+        content = json.loads((tmp_path / "o" / "annotations" / f"{side}.json").read_text())
+        uids = {box["attributes"]["uid"] for item in content["items"] for box in item["annotations"]}
+        assert uids == {uid for (_, uid), on in split.items() if on == side}
+    assert sorted(tracks_of(read_dataset(tmp_path / "o", target_of(data)))) == ["m0", "m1", "m2", "m3"]
+
+
+def test_track_numbers_of_two_videos_differ(tmp_path: Path) -> None:
+    videos = (a_video([a_track("m1"), a_track("m2")]), a_video([a_track("m1")], name="b.mp4", sha="b" * 64))
+    export_dataset(Dataset(CLASS_NAMES, videos), FORMATS["datumaro"], tmp_path / "o", zipped=False)
+    content = json.loads((tmp_path / "o" / "annotations" / "default.json").read_text())
+    numbers = {box["attributes"]["track_id"] for item in content["items"] for box in item["annotations"]}
+    assert numbers == {1, 2, 3}
+    assert len({item["id"] for item in content["items"]}) == len(content["items"]) == 60
+
+
+def test_marks_of_the_end_are_no_boxes(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    last = copy.deepcopy(content["items"][0])
+    last["id"], last["attr"]["frame"] = "frame_000015", 15
+    last["annotations"][0]["attributes"]["outside"] = True
+    content["items"].append(last)
+    assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10]
+    sparse = _read(tmp_path, content, interpolate="yes")
+    assert tracks_of(sparse)["datumaro-7"].frames.tolist() == [10, 11, 12, 13, 14]
+
+
+def test_other_annotations_are_skipped(tmp_path: Path) -> None:
+    found = _read(tmp_path, _with(f"{BOX}/type", "polygon"))
+    assert not tracks_of(found)
+    assert found.skipped[0].what == "1 annotations"
+
+
+def test_boxes_without_a_track_are_tracks_of_their_own(tmp_path: Path) -> None:
+    content = _with(f"{BOX}/attributes", {})
+    content["items"][0]["annotations"].append(copy.deepcopy(content["items"][0]["annotations"][0]))
+    assert len(tracks_of(_read(tmp_path, content))) == 2
+
+
+def test_pictures_of_another_size(tmp_path: Path) -> None:
+    content = _with("items/0/image/size", [180, 320])
+    with pytest.raises(ImportFormatError, match="item 1: is about pictures of 320x180"):
+        _read(tmp_path, content)
+    assert tracks_of(_read(tmp_path, content, size="scale"))["datumaro-7"].boxes.tolist() == [[20, 20, 40, 44]]
+
+
+@pytest.mark.parametrize(
+    ("content", "rule"),
+    [
+        ("{", "line 1: is not JSON"),
+        ("[]", "must be an object with a list of items"),
+        (_with("items", {}), "must be an object with a list of items"),
+        (_with("categories", {}), "has no categories.label.labels"),
+        (_with("items/0", 7), "item 1: must be an object"),
+        (_with("items/0/annotations", 7), "item 1: must be an object with a list"),
+        (_with(BOX, 7), "item 1, box 1: must be an object"),
+        (_with("items/0/attr/frame", 100), "item 1: frame 100 must be in 0 to 99"),
+        (_with("items/0/attr/frame", -1), "item 1: frame -1"),
+        (_with("items/0/attr/frame", [1]), "item 1: frame"),
+        (_with("items/0/image/size", "big"), "item 1: image.size must be"),
+        (_with(f"{BOX}/label_id", 1), "item 1, box 1: label_id 1 must be 0 to 0"),
+        (_with(f"{BOX}/label_id", None), "item 1, box 1: label_id None"),
+        (_with(f"{BOX}/bbox", [1, 2, 3]), "item 1, box 1: bbox must be four numbers"),
+        (_with(f"{BOX}/bbox", [1, 2, "3", 4]), "item 1, box 1: bbox must be four numbers"),
+        (_with(f"{BOX}/bbox", [True, 2, 3, 4]), "item 1, box 1: bbox must be four numbers"),
+        (_with(f"{BOX}/bbox", [1, 2, -3, 4]), "item 1, box 1: box .* positive width"),
+        (_with(f"{BOX}/bbox", [1, 2, 10**400, 4]), "item 1, box 1: a number is too large"),
+        (_with(f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a number"),
+        (_with(f"{BOX}/attributes/score", 1.5), "item 1, box 1: score 1.5"),
+        (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[NaN, 1, 1, 1]"), "NaN is no JSON number"),
+        (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[1e999, 1, 1, 1]"), "item 1, box 1: box .* finite"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, content: Any, rule: str) -> None:
+    with pytest.raises(ImportFormatError, match=f"default.json.*{rule}"):
+        _read(tmp_path, content)
+
+
+def test_a_picture_without_a_frame_number(tmp_path: Path) -> None:
+    content = _with("items/0/id", "front")
+    assert tracks_of(_read(tmp_path, content))["datumaro-7"].frames.tolist() == [10]
+    del content["items"][0]["attr"]
+    with pytest.raises(ImportFormatError, match="item 1: 'front' has no frame number"):
+        _read(tmp_path, content)
+
+
+def test_two_different_boxes_of_a_track_in_one_frame(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    again = copy.deepcopy(content["items"][0]["annotations"][0])
+    again["bbox"] = [11, 10, 10, 12]
+    content["items"][0]["annotations"].append(again)
+    with pytest.raises(ImportFormatError, match="track 'datumaro-7' has a second, different box in frame 10"):
+        _read(tmp_path, content)

@@ -1,0 +1,75 @@
+"""What filters let through, and that they say what they held back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, tracks_of
+
+from tsr_engine.errors import UsageError
+from tsr_engine.exchange.filters import Filters, filtered, inside_picture
+
+
+def _skips(data: object) -> list[str]:
+    return [f"{item.what} {item.reason}" for item in data.skipped]  # type: ignore[attr-defined]
+
+
+def test_states_and_classes() -> None:
+    data = a_dataset()
+    some = filtered(data, Filters(states=frozenset({"accepted", "open"})))
+    assert sorted(tracks_of(some)) == ["m1", "m2"]
+    assert _skips(some) == ["drive.mp4: 1 tracks Their review state is rejected."]
+    some = filtered(data, Filters(classes=frozenset({14, -1})))
+    assert sorted(tracks_of(some)) == ["h3", "m1"]
+    assert _skips(some) == ["drive.mp4: 1 tracks Their class was not chosen."]
+
+
+def test_frames() -> None:
+    some = filtered(a_dataset(), Filters(first=35, stop=85))
+    assert [track.frames.tolist() for track in some.videos[0].tracks()] == [
+        [*range(35, 40)],
+        [*range(35, 43)],
+        [*range(80, 85)],
+    ]
+    assert (some.videos[0].first, some.videos[0].stop) == (35, 85)
+    assert tracks_of(some)["m1"].notes == ()
+    assert "52 boxes They lie outside of frames 35 to 84." in _skips(some)[0]
+
+
+def test_small_boxes() -> None:
+    track = a_track(jitter=0)
+    some = filtered(a_dataset(track), Filters(min_side=30))
+    kept = tracks_of(some)["m1"]
+    assert 0 < len(kept.frames) < 30
+    assert (kept.boxes[:, 2] - kept.boxes[:, 0]).min() >= 30
+    assert f"{30 - len(kept.frames)} boxes Their shorter side is below 30 px." in _skips(some)[0]
+    assert not tracks_of(filtered(a_dataset(track), Filters(min_side=1000)))
+
+
+def test_without_filters_nothing_is_said() -> None:
+    assert filtered(a_dataset(), Filters()).skipped == ()
+
+
+@pytest.mark.parametrize(
+    "more", [{"first": -1}, {"first": 5, "stop": 5}, {"min_side": -1.0}, {"min_side": float("nan")}]
+)
+def test_filters_that_are_none(more: dict[str, float]) -> None:
+    with pytest.raises(UsageError):
+        Filters(**more)  # type: ignore[arg-type]
+
+
+def test_frames_behind_the_end() -> None:
+    with pytest.raises(UsageError, match="frames 0 to 99"):
+        filtered(a_dataset(), Filters(first=100))
+
+
+def test_boxes_are_cut_at_the_picture() -> None:
+    boxes = np.tile([10.0, 10, 20, 20], (4, 1))
+    boxes[0], boxes[1] = [-5, -5, 5, 5], [700, 10, 710, 20]
+    track, cut = inside_picture(a_track(frames=range(4), boxes=boxes), a_dataset().videos[0])
+    assert track is not None
+    assert track.frames.tolist() == [0, 2, 3]
+    assert track.boxes[0].tolist() == [0, 0, 5, 5]
+    assert cut == 1
+    gone, _ = inside_picture(a_track(frames=range(4), boxes=boxes + 1000), a_dataset().videos[0])
+    assert gone is None

@@ -1,0 +1,220 @@
+"""Label Studio video JSON: frames from 1, percent, and only videos of constant rate."""
+
+from __future__ import annotations
+
+import copy
+import json
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
+
+from tsr_engine.errors import ExportError, ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.split import deal
+from tsr_engine.exchange.thinning import key_frames
+
+SAMPLE: list[dict[str, Any]] = [
+    {
+        "data": {"video": "https://host/drive.mp4", "fps": 25.0},
+        "predictions": [
+            {
+                "model_version": "engine-abc",
+                "score": 0.9,
+                "result": [
+                    {
+                        "id": "t7",
+                        "type": "videorectangle",
+                        "from_name": "box",
+                        "to_name": "video",
+                        "origin": "prediction",
+                        "value": {
+                            "framesCount": 100,
+                            "duration": 4.0,
+                            "labels": ["stop"],
+                            "sequence": [
+                                {"frame": 11, "time": 0.44, "x": 10, "y": 20, "width": 5, "height": 10, "rotation": 0,
+                                 "enabled": True},
+                                {"frame": 41, "time": 1.64, "x": 40, "y": 20, "width": 5, "height": 10, "rotation": 0,
+                                 "enabled": False},
+                            ],
+                        },
+                        "meta": {"text": ["uid=7f3a"]},
+                    }
+                ],
+            }
+        ],
+    }
+]  # fmt: skip
+REGION = "0/predictions/0/result/0"
+
+
+def _read(tmp_path: Path, content: Any, data: Dataset | None = None) -> Dataset:
+    path = tmp_path / "tasks.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return read_dataset(path, target_of(a_dataset() if data is None else data), FORMATS["label-studio"])
+
+
+def _with(path: str, value: Any) -> list[dict[str, Any]]:
+    content = copy.deepcopy(SAMPLE)
+    at: Any = content
+    *parents, last = [int(part) if part.isdigit() else part for part in path.split("/")]
+    for part in parents:
+        at = at[part]
+    if value is ...:
+        del at[last]
+    else:
+        at[last] = value
+    return content
+
+
+def test_the_sample_of_the_documentation(tmp_path: Path) -> None:
+    found = _read(tmp_path, SAMPLE)
+    track = tracks_of(found)["7f3a"]
+    assert track.frames.tolist() == list(range(10, 41))
+    assert np.allclose(track.boxes[0], [64, 72, 96, 108])
+    assert np.allclose(track.boxes[15], [160, 72, 192, 108])
+    assert np.flatnonzero(track.key).tolist() == [0, 30]
+    assert (found.skipped, found.repaired) == ((), ())
+
+
+def test_a_region_that_stays_enabled_is_shown_to_the_end(tmp_path: Path) -> None:
+    content = _with(f"{REGION}/value/sequence/1/enabled", True)
+    assert tracks_of(_read(tmp_path, content))["7f3a"].frames.tolist() == list(range(10, 100))
+
+
+def test_what_is_written(tmp_path: Path) -> None:
+    boxes = [(64, 36, 128, 72)] * 3 + [(320, 180, 640, 360)]
+    track = a_track("m1", [0, 1, 2, 50], boxes=boxes, score=np.array([0.5, 0.7, np.nan, np.nan]))
+    told = export_dataset(a_dataset(track), FORMATS["label-studio"], tmp_path / "o", zipped=False)
+    task = json.loads((tmp_path / "o" / "tasks.json").read_text())[0]
+    assert (task["data"]["video"], task["data"]["fps"]) == ("drive.mp4", 25.0)
+    region = task["predictions"][0]["result"][0]
+    assert (region["id"], region["type"], region["origin"]) == ("m1", "videorectangle", "prediction")
+    assert region["score"] == 0.6
+    assert (region["value"]["framesCount"], region["value"]["duration"]) == (100, 4.0)
+    assert region["value"]["sequence"] == [
+        {"frame": 1, "time": 0.04, "x": 10, "y": 10, "width": 10, "height": 10, "rotation": 0, "enabled": True},
+        {"frame": 3, "time": 0.12, "x": 10, "y": 10, "width": 10, "height": 10, "rotation": 0, "enabled": False},
+        {"frame": 51, "time": 2.04, "x": 50, "y": 50, "width": 50, "height": 50, "rotation": 0, "enabled": False},
+    ]
+    assert told.skipped[0]["what"] == "2 scores"
+    config = ET.parse(tmp_path / "o" / "label_config.xml").getroot()
+    assert [label.get("value") for label in config.iter("Label")] == list(CLASS_NAMES)
+    video = config.find("Video")
+    assert video is not None
+    assert video.get("framerate") == "$fps"
+
+
+@pytest.mark.parametrize("thin_px", [0.0, 0.5, 3.0])
+@pytest.mark.parametrize("kind", ["predictions", "annotations"])
+def test_there_and_back(tmp_path: Path, thin_px: float, kind: str) -> None:
+    data = a_dataset()
+    back = tracks_of(there_and_back(data, "label-studio", tmp_path, thin_px=thin_px, switches={"as": kind}))
+    for uid, track in tracks_of(data).items():
+        again = back[uid]
+        assert again.frames.tolist() == track.frames.tolist()
+        assert np.abs(again.boxes - track.boxes).max() <= max(thin_px, 1e-4)
+        assert (again.key == key_frames(track, thin_px, rounding=1e-4)).all()
+        assert (again.label, again.state, again.source, again.notes) == (
+            track.label,
+            track.state,
+            track.source,
+            track.notes,
+        )
+
+
+def test_a_file_for_each_subset(tmp_path: Path) -> None:
+    data = a_dataset(*(a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)))
+    split = deal(data, {"train": 0.5, "val": 0.5}, 1)
+    export_dataset(data, FORMATS["label-studio"], tmp_path / "o", ExportOptions(split=split), zipped=False)
+    for side in ("train", "val"):
+        task = json.loads((tmp_path / "o" / f"tasks_{side}.json").read_text())[0]
+        uids = {region["id"] for region in task["predictions"][0]["result"]}
+        assert uids == {uid for (_, uid), on in split.items() if on == side}
+    assert sorted(tracks_of(read_dataset(tmp_path / "o", target_of(data)))) == ["m0", "m1", "m2", "m3"]
+
+
+def test_a_variable_frame_rate_is_refused_both_ways(tmp_path: Path) -> None:
+    for change in ({"constant_rate": False}, {"rate": None}):
+        data = a_dataset()
+        data = replace(data, videos=(replace(data.videos[0], **change),))  # type: ignore[arg-type]
+        with pytest.raises(ExportError, match=r"^drive.mp4 has a variable frame rate; .* choose CVAT for video\.$"):
+            export_dataset(data, FORMATS["label-studio"], tmp_path / "o", zipped=False)
+        assert not (tmp_path / "o").exists()
+        with pytest.raises(ImportFormatError, match="tasks.json: counts frames by time, but drive.mp4 has a variable"):
+            _read(tmp_path, SAMPLE, data)
+
+
+def test_frames_that_were_counted_at_another_rate(tmp_path: Path) -> None:
+    with pytest.raises(ImportFormatError, match="region 1: was drawn on 96 frames, drive.mp4 has 100"):
+        _read(tmp_path, _with(f"{REGION}/value/framesCount", 96))
+    assert tracks_of(_read(tmp_path, _with(f"{REGION}/value/framesCount", 101)))
+
+
+def test_people_before_predictions_and_the_right_task(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    region = copy.deepcopy(content[0]["predictions"][0]["result"][0])
+    region["meta"]["text"] = ["uid=human", "looks bent"]
+    content[0]["annotations"] = [{"was_cancelled": True, "result": []}, {"result": [region, {"type": "choices"}]}]
+    content.insert(0, {"data": {"video": "other.mp4"}, "annotations": [{"result": [region]}]})
+    found = _read(tmp_path, content)
+    assert list(tracks_of(found)) == ["human"]
+    assert tracks_of(found)["human"].notes == ((10, "looks bent"),)
+    assert len(found.skipped) == 3
+    foreign = Dataset(CLASS_NAMES, (a_video(name="elsewhere.mp4"),))
+    with pytest.raises(ImportFormatError, match=r"has 2 tasks, none about elsewhere\.mp4"):
+        _read(tmp_path, content, foreign)
+
+
+def test_turned_boxes_become_upright(tmp_path: Path) -> None:
+    content = _with(f"{REGION}/value/sequence/0/rotation", 90)
+    found = _read(tmp_path, content)
+    # About its upper left corner, clockwise: 32 px wide and 36 high becomes 36 wide to the left and 32 high.
+    assert np.allclose(tracks_of(found)["7f3a"].boxes[0], [64 - 36, 72, 64, 72 + 32])
+    assert found.repaired[0].startswith("Turned boxes were replaced by the upright boxes around them: 1")
+
+
+@pytest.mark.parametrize(
+    ("content", "rule"),
+    [
+        ("[", "line 1: is not JSON"),
+        ("7", "must be a list of tasks"),
+        ([7], "must be a list of tasks"),
+        ([{"data": {}}], "task 1: has neither annotations nor predictions"),
+        (_with(REGION, 7), "region 1: must be an object"),
+        (_with(f"{REGION}/value", ...), "region 1: must have a value with a sequence"),
+        (_with(f"{REGION}/value/sequence/1", 7), "region 1, key frame 2: must be an object"),
+        (_with(f"{REGION}/value/sequence/1/frame", 0), "key frame 2: frame 0 must be in 1 to 100"),
+        (_with(f"{REGION}/value/sequence/1/frame", 101), "key frame 2: frame 101 must be in 1 to 100"),
+        (_with(f"{REGION}/value/sequence/1/frame", "x"), "key frame 2: frame 'x'"),
+        (_with(f"{REGION}/value/sequence/1/frame", ...), "key frame 2: frame ''"),
+        (_with(f"{REGION}/value/sequence/1/x", ...), "key frame 2: x must be a number"),
+        (_with(f"{REGION}/value/sequence/1/x", "1"), "key frame 2: x must be a number"),
+        (_with(f"{REGION}/value/sequence/1/x", 10**400), "key frame 2: x is too large"),
+        (_with(f"{REGION}/value/sequence/1/width", -1), "key frame 2: box .* positive width"),
+        (_with(f"{REGION}/value/sequence/1/frame", 11), "has a second, different box in frame 10"),
+        (json.dumps(SAMPLE).replace('"x": 40', '"x": NaN'), "NaN is no JSON number"),
+        (json.dumps(SAMPLE).replace('"x": 40', '"x": 1e999'), "key frame 2: box .* finite"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, content: Any, rule: str) -> None:
+    with pytest.raises(ImportFormatError, match=f"tasks.json.*{rule}"):
+        _read(tmp_path, content)
+
+
+def test_regions_of_one_name_are_kept_apart(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    content[0]["predictions"][0]["result"] *= 2
+    found = _read(tmp_path, content)
+    assert list(tracks_of(found)) == ["7f3a", "7f3a-2"]
+    assert "7f3a is now 7f3a-2" in found.repaired[0]

@@ -1,0 +1,134 @@
+"""Frames out as files: the right ones, with the hash of what was decoded, and names that lead back."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, a_video, there_and_back, tracks_of
+
+from tsr_engine.errors import ExportError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.pictures import frame_in_name, prefixes, safe_stem, stream_frames, wanted_frames
+from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """30 frames, each brighter than the one before."""
+    path = tmp_path_factory.mktemp("clip") / "drive.mp4"
+    with VideoWriter(path, 64, 48, Fraction(25)) as writer:
+        for k in range(30):
+            writer.write(np.full((48, 64, 3), 8 * k, dtype=np.uint8))
+    return path
+
+
+def _video(clip: Path, *tracks: object) -> DatasetVideo:
+    small = replace(a_video(tracks, frames=30), width=64, height=48, path=clip)  # type: ignore[arg-type]
+    return replace(small, name=clip.name)
+
+
+def _small(uid: str, frames: list[int]) -> object:
+    return a_track(uid, frames, boxes=np.tile([10.0, 10, 30, 30], (len(frames), 1)))
+
+
+@pytest.mark.parametrize(
+    ("format", "pattern"),
+    [
+        ("cvat-video", "images/frame_{:06d}.png"),
+        ("cvat-images", "images/frame_{:06d}.jpg"),
+        ("datumaro", "images/default/frame_{:06d}.jpg"),
+    ],
+)
+def test_pictures_of_annotated_frames(tmp_path: Path, clip: Path, format: str, pattern: str) -> None:
+    data = Dataset(CLASS_NAMES, (_video(clip, _small("m1", [3, 4, 20])),))
+    told = export_dataset(data, FORMATS[format], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False)
+    table = told.content["videos"][0]["frame_table"]
+    assert table["frame"] == [3, 4, 20]
+    assert table["file"] == [pattern.format(frame) for frame in (3, 4, 20)]
+    with open_video(clip) as video:
+        for frame, file, digest in zip(table["frame"], table["file"], table["picture_sha256"], strict=True):
+            picture = video.read(frame).picture
+            assert hashlib.sha256(picture.tobytes()).hexdigest() == digest
+            written = cv2.imread(str(tmp_path / "out" / file))
+            assert written is not None
+            assert np.abs(written.astype(int) - picture).max() <= (0 if file.endswith("png") else 3)
+    every = export_dataset(data, FORMATS[format], tmp_path / "out", ExportOptions(pictures="all"), zipped=False)
+    assert every.content["videos"][0]["frame_table"]["frame"] == list(range(30))
+    assert every.counts["pictures"] == 30
+
+
+def test_label_studio_shows_the_video_itself(tmp_path: Path, clip: Path) -> None:
+    data = Dataset(CLASS_NAMES, (_video(clip, _small("m1", [3])),))
+    with pytest.raises(ExportError, match="Export without pictures"):
+        export_dataset(data, FORMATS["label-studio"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
+
+
+def test_a_video_whose_file_is_not_known(tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=r"drive.mp4 is not known.*without pictures"):
+        export_dataset(a_dataset(), FORMATS["cvat-images"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
+    assert not list(tmp_path.iterdir())
+
+
+def test_frames_come_one_at_a_time_and_in_order(clip: Path) -> None:
+    wanted = np.array([0, 7, 29])
+    seen = [(frame.ordinal, int(frame.picture.mean())) for frame in stream_frames(_video(clip), wanted)]
+    assert [ordinal for ordinal, _ in seen] == [0, 7, 29]
+    assert all(abs(mean - 8 * ordinal) < 6 for ordinal, mean in seen)
+    assert not list(stream_frames(_video(clip), np.zeros(0, dtype=np.int64)))
+
+
+def test_which_frames_are_wanted() -> None:
+    video = replace(a_video(), first=10, stop=15)
+    shown = np.array([11, 13])
+    assert wanted_frames(video, shown, "none").tolist() == []
+    assert wanted_frames(video, shown, "annotated").tolist() == [11, 13]
+    assert wanted_frames(video, shown, "all").tolist() == [10, 11, 12, 13, 14]
+
+
+@pytest.mark.parametrize(
+    ("name", "frame"),
+    [
+        ("frame_000010.jpg", 10),
+        ("frame_000010", 10),
+        ("images/train/frame_000010.png", 10),
+        ("drive_frame_000010.jpg", 10),
+        ("drive-2_frame_000010.jpg", 10),
+        ("other_frame_000010.jpg", None),
+        ("000123.jpg", 123),
+        ("img00123.png", 123),
+        ("picture.jpg", None),
+        ("", None),
+    ],
+)
+def test_names_lead_back_to_frames(name: str, frame: int | None) -> None:
+    assert frame_in_name(name, a_video()) == frame
+
+
+def test_names_of_several_videos_differ() -> None:
+    names = ["drive.mp4", "a/Drive.mov", "ä b.mp4", "...", "x" * 200 + ".mp4"]
+    data = Dataset(CLASS_NAMES, tuple(a_video(name=name) for name in names))
+    made = prefixes(data)
+    assert made[:4] == ["drive-1_", "Drive-2_", "b_", "video_"]
+    assert len({prefix.casefold() for prefix in made}) == 5
+    assert len(safe_stem(names[-1])) == 60
+    assert prefixes(a_dataset()) == [""]
+
+
+@pytest.mark.parametrize("format", ["cvat-images", "datumaro"])
+def test_of_several_videos_the_right_one_comes_back(tmp_path: Path, format: str) -> None:
+    one = a_video([a_track("m1", range(10, 20))])
+    two = a_video([a_track("m2", range(30, 40)), a_track("m3", range(50, 60))], name="other.mp4", sha="b" * 64)
+    back = there_and_back(Dataset(CLASS_NAMES, (one, two)), format, tmp_path)
+    assert sorted(tracks_of(back)) == ["m1"]
+    assert any("another video" in item.reason for item in back.skipped)

@@ -1,0 +1,335 @@
+"""Traps of MOT, GTSDB, GTSRB crops and the plain tables: each put right or refused with file, line and rule."""
+
+from __future__ import annotations
+
+import configparser
+import json
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, a_track, a_video, target_of, tracks_of
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, read_results
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.gtsrb_crops import crop_with_border
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.split import deal
+from tsr_engine.io.gtsdb import read_gtsdb
+from tsr_engine.io.gtsrb import read_items
+from tsr_engine.io.video_writer import VideoWriter
+
+
+def _read(path: Path, name: str, **switches: str) -> Dataset:
+    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS[name])
+
+
+def _refused(path: Path, name: str, *words: str, **switches: str) -> None:
+    with pytest.raises(ImportFormatError) as error:
+        _read(path, name, **switches)
+    for word in words:
+        assert word in str(error.value)
+
+
+def _file(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _one(dataset: Dataset) -> tuple[list[int], list[list[float]]]:
+    (track,) = tracks_of(dataset).values()
+    return track.frames.tolist(), track.boxes.tolist()
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("rows") / "drive.mp4"
+    rng = np.random.default_rng(5)
+    with VideoWriter(path, 64, 48, Fraction(25)) as writer:
+        for _ in range(12):
+            writer.write(cv2.resize(rng.integers(0, 255, (6, 8, 3), dtype=np.uint8), (64, 48)))
+    return path
+
+
+def _on(clip: Path, *tracks: object) -> Dataset:
+    video = replace(a_video(tracks, frames=12), width=64, height=48, path=clip)  # type: ignore[arg-type]
+    return Dataset(CLASS_NAMES, (video,))
+
+
+# ----------------------------------------------------------------------------------------------------------------- MOT
+
+
+def test_mot_has_the_exact_sequence_file(tmp_path: Path) -> None:
+    dataset = a_dataset(a_track("m7", [10, 11], boxes=[(10, 20, 30, 50)] * 2), rate=Fraction(30000, 1001))
+    export_dataset(dataset, FORMATS["mot"], tmp_path / "out", zipped=False)
+    parser = configparser.ConfigParser()
+    parser.optionxform = str  # type: ignore[assignment,method-assign]
+    parser.read(tmp_path / "out" / "seqinfo.ini")
+    info = dict(parser["Sequence"])
+    assert list(info) == ["name", "imDir", "frameRate", "seqLength", "imWidth", "imHeight", "imExt"]
+    assert [info[name] for name in ("frameRate", "seqLength", "imWidth", "imHeight")] == ["30", "100", "640", "360"]
+    rows = (tmp_path / "out" / "gt" / "gt.txt").read_text().splitlines()
+    assert rows == ["11,7,10.00,20.00,20.00,30.00,1,15,1", "12,7,10.00,20.00,20.00,30.00,1,15,1"]
+    assert (tmp_path / "out/gt/labels.txt").read_text().splitlines()[14] == CLASS_NAMES[14]
+    assert read_mot_truth(tmp_path / "out/gt/gt.txt").frame.tolist() == [10, 11]
+
+
+def test_mot_from_one(tmp_path: Path) -> None:
+    dataset = a_dataset(a_track("m7", [10], boxes=[(10, 20, 30, 50)]))
+    told = export_dataset(
+        dataset, FORMATS["mot"], tmp_path / "out", ExportOptions(switches={"origin": "1"}), zipped=False
+    )
+    assert told.content["format"]["origin"] == 1
+    assert (tmp_path / "out/gt/gt.txt").read_text() == "11,7,11.00,21.00,20.00,30.00,1,15,1\n"
+    # The manifest beside tells; without it a person must.
+    assert _one(_read(tmp_path / "out", "mot"))[1] == [[10, 20, 30, 50]]
+    (tmp_path / "out" / "manifest.json").unlink()
+    assert _one(_read(tmp_path / "out", "mot"))[1] == [[11, 21, 31, 51]]
+    assert _one(_read(tmp_path / "out", "mot", origin="1"))[1] == [[10, 20, 30, 50]]
+
+
+def test_mot_scores_go_out_as_detections(tmp_path: Path) -> None:
+    dataset = a_dataset(a_track("m1", [0, 1], boxes=[(10, 20, 30, 50)] * 2, score=np.array([0.5, np.nan])))
+    export_dataset(dataset, FORMATS["mot"], tmp_path / "out", zipped=False)
+    path = tmp_path / "out" / "det" / "det.txt"
+    assert path.read_text() == "1,-1,10.00,20.00,20.00,30.00,0.5,-1,-1,-1\n"
+    (track,) = tracks_of(_read(path, "mot")).values()
+    assert (track.frames.tolist(), track.score.tolist(), track.label) == ([0], [0.5], -1)
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("0,1,10,10,20,20,1,15,1", ("line 1", "1 to 100", "0 or 1")),
+        ("101,1,10,10,20,20,1,15,1", ("line 1", "1 to 100")),
+        ("1,1,nan,10,20,20,1,15,1", ("line 1", "finite")),
+        ("1,1,10,10,-20,20,1,15,1", ("line 1", "positive width")),
+        ("1,1.5,10,10,20,20,1,15,1", ("line 1", "track id")),
+        ("1,1,10,10,20,20,0.5,15,1", ("line 1", "column 7", "results have 10")),
+        ("1,1,10,10,20,20,1,15,7", ("line 1", "visibility")),
+        ("1,1,10,10,20", ("line 1", "9 columns", "Got 5")),
+        ("1,1,10,10,20,20,1,15,1\n1,2,10,10,20,20", ("line 2", "9 columns")),
+        ("1,1,ten,10,20,20,1,15,1", ("line 1", "column 3")),
+        ("1,1,10,10,20,20,1,15,1\n1,1,90,10,20,20,1,15,1", ("line 2", "second, different box")),
+    ],
+)
+def test_mot_that_breaks_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
+    _refused(_file(tmp_path, "gt.txt", row + "\n"), "mot", "gt.txt", *words)
+
+
+def test_mot_classes_that_count_from_zero(tmp_path: Path) -> None:
+    _file(tmp_path, "gt/gt.txt", "1,1,10,10,20,20,1,0,1\n")
+    _file(tmp_path, "gt/labels.txt", "stop\nyield\n")
+    _refused(tmp_path, "mot", "gt/gt.txt, line 1", "class 0", "first_class=0")
+    (track,) = tracks_of(_read(tmp_path, "mot", first_class="0")).values()
+    assert track.label == 14
+
+
+def test_mot_of_frames_that_count_from_zero(tmp_path: Path) -> None:
+    path = _file(tmp_path, "gt.txt", "0,1,10,10,20,20,1,14,1\n")
+    assert _one(_read(path, "mot", first_frame="0"))[0] == [0]
+
+
+# --------------------------------------------------------------------------------------------------------------- GTSDB
+
+
+def test_gtsdb_is_read_by_the_engine_as_it_was(tmp_path: Path, clip: Path) -> None:
+    dataset = _on(
+        clip, a_track("m1", [3], boxes=[(10, 11, 30, 33)]), a_track("h2", [5], label=-1, boxes=[(1, 1, 9, 9)])
+    )
+    told = export_dataset(dataset, FORMATS["gtsdb"], tmp_path / "out", ExportOptions(pictures="all"), zipped=False)
+    assert (tmp_path / "out/gt.txt").read_text() == "00003.jpg;10;11;29;32;14\n"
+    scenes = read_gtsdb(tmp_path / "out")
+    assert len(scenes) == 12
+    assert (tmp_path / "out/pictures.txt").read_text().splitlines() == [scene.name for scene in scenes]
+    assert scenes[3].boxes.tolist() == [[10, 11, 30, 33]]
+    assert told.content["format"]["corners"] == "inclusive"
+    assert any("without class" in item["what"] for item in told.skipped)
+
+
+def test_gtsdb_corners(tmp_path: Path) -> None:
+    path = _file(tmp_path, "gt.txt", "00010.ppm;10;11;29;32;14\n")
+    assert _one(_read(path, "gtsdb"))[1] == [[10, 11, 30, 33]]
+    assert _one(_read(path, "gtsdb", corners="exclusive"))[1] == [[10, 11, 29, 32]]
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("00010.ppm;10;11;29;32", ("line 1", "file;left;top")),
+        ("00010.ppm;10;11;29;32;43", ("line 1", "class 43", "0 to 42")),
+        ("00010.ppm;10.5;11;29;32;4", ("line 1", "whole numbers")),
+        ("00010.ppm;-1;11;29;32;4", ("line 1", "pixels from 0")),
+        ("00010.ppm;40;11;29;32;4", ("line 1", "positive width")),
+        ("00100.ppm;10;11;29;32;4", ("line 1", "0 to 99")),
+        ("picture.ppm;10;11;29;32;4", ("line 1", "no frame number")),
+    ],
+)
+def test_gtsdb_that_breaks_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
+    _refused(_file(tmp_path, "gt.txt", row + "\n"), "gtsdb", "gt.txt", *words)
+
+
+# --------------------------------------------------------------------------------------------------------------- GTSRB
+
+
+def test_crops_at_the_edge_go_on_with_the_last_pixel() -> None:
+    picture = np.arange(48 * 64 * 3, dtype=np.uint32).reshape(48, 64, 3).astype(np.uint8)
+    crop, roi = crop_with_border(picture, (0, 2, 60, 22))
+    assert roi == (6, 5, 66, 25)
+    assert crop.shape == (30, 72, 3)
+    assert (crop[5:25, 6:66] == picture[2:22, 0:60]).all()
+    assert (crop[5:25, 0] == picture[2:22, 0]).all()
+    assert (crop[0, 6:66] == picture[0, 0:60]).all()
+    assert (crop[5:25, -1] == picture[2:22, 63]).all()
+
+
+def test_crops_are_read_by_the_engine_as_the_benchmark_is(tmp_path: Path, clip: Path) -> None:
+    tracks = (
+        a_track("m1", [2, 3, 7], boxes=[(0, 0, 20, 20), (1, 1, 22, 23), (30, 20, 64, 48)]),
+        a_track("m2", [3], boxes=[(40, 10, 60, 31)]),
+        a_track("m3", [4], label=1, boxes=[(5, 5, 25, 26)]),
+        a_track("m4", [4], label=-1, boxes=[(5, 5, 25, 26)]),
+    )
+    told = export_dataset(
+        _on(clip, *tracks), FORMATS["gtsrb"], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False
+    )
+    items = {item.filename: item for item in read_items(tmp_path / "out") if item.class_id == 14}
+    assert sorted(items) == ["00000_00000.ppm", "00000_00001.ppm", "00000_00002.ppm", "00001_00000.ppm"]
+    assert items["00000_00001.ppm"].roi == (5, 5, 26, 27)
+    for item in items.values():
+        picture = cv2.imread(str(item.path))
+        assert item.roi is not None
+        assert item.roi[2] + item.roi[0] == picture.shape[1]
+    assert (tmp_path / "out/00001/GT-00001.csv").read_text().splitlines()[1] == "00000_00000.ppm;30;31;5;5;25;26;1"
+    assert any("without class" in item["what"] for item in told.skipped)
+
+
+def test_crops_of_one_sign_are_on_one_side(tmp_path: Path, clip: Path) -> None:
+    tracks = [a_track(f"m{k}", [k, k + 1, k + 2], boxes=[(5, 5, 25, 26)] * 3) for k in range(8)]
+    dataset = _on(clip, *tracks)
+    split = deal(dataset, {"train": 0.5, "val": 0.5}, seed=1, rule="track")
+    options = ExportOptions(pictures="annotated", split=split, switches={"picture": "png"})
+    export_dataset(dataset, FORMATS["gtsrb"], tmp_path / "out", options, zipped=False)
+    sides = {side: {p.name[:5] for p in (tmp_path / "out" / side / "00014").glob("*.png")} for side in ("train", "val")}
+    assert not sides["train"] & sides["val"]
+    assert len(sides["train"] | sides["val"]) == 8
+    assert all(sides.values())
+
+
+def test_crops_of_the_benchmark_say_no_place(tmp_path: Path) -> None:
+    header = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"
+    _file(tmp_path, "00014/GT-00014.csv", f"{header}\n00000_00000.ppm;29;30;5;6;24;25;14\n")
+    _refused(tmp_path, "gtsrb", "crops.csv", "where in the video")
+
+
+# --------------------------------------------------------------------------------------------------------------- plain
+
+
+def test_the_layouts_of_tables_are_those_of_the_engine(tmp_path: Path) -> None:
+    dataset = a_dataset(a_track("m7", [3, 4], boxes=[(10, 20, 30.125, 50)] * 2, score=np.array([0.5, 0.25])))
+    for layout in ("full", "results", "truth"):
+        options = ExportOptions(switches={"layout": layout})
+        export_dataset(dataset, FORMATS["tracks-csv"], tmp_path / layout, options, zipped=False)
+    results = read_results(tmp_path / "results" / "drive.csv")
+    assert (results.track_id.tolist(), results.score.tolist()) == ([7, 7], [0.5, 0.25])
+    assert read_results(tmp_path / "full" / "drive.csv").boxes[0].tolist() == [10, 20, 30.125, 50]
+    assert read_clip_truth(tmp_path / "truth" / "drive.csv").frame.tolist() == [3, 4]
+    for layout, uid in (("full", "m7"), ("results", "7"), ("truth", "7")):
+        assert set(tracks_of(_read(tmp_path / layout, "tracks-csv"))) == {uid}
+
+
+def test_tables_of_somebody_else(tmp_path: Path) -> None:
+    path = _file(tmp_path, "det.csv", "Frame;Left;Top;Width;Height;Label;Confidence\n1;10;20;30;40;stop;0.5\n")
+    back = _read(path, "tracks-csv", first_frame="1")
+    (track,) = tracks_of(back).values()
+    assert (track.frames.tolist(), track.boxes.tolist()) == ([0], [[10, 20, 40, 60]])
+    assert (track.label, track.score.tolist()) == (14, [0.5])
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("0,1,10,20,nan,40,14", ("line 2", "x2", "finite")),
+        ("0,1,10,20,5,40,14", ("line 2", "positive width")),
+        ("100,1,10,20,30,40,14", ("line 2", "0 to 99")),
+        ("0.5,1,10,20,30,40,14", ("line 2", "frame 0.5")),
+        ("0,1,10,20,30,40", ("line 2", "7 cells", "Got 6")),
+        ("0,1,10,20,30,40,1.5", ("line 2", "class_id")),
+        ("0,1,10,20,30,40,14\n0,1,11,20,30,40,14", ("line 3", "second, different box")),
+        ('0,1,"10,20,30,40,14', ("line 2", "CSV")),
+    ],
+)
+def test_tables_that_break_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
+    path = _file(tmp_path, "rows.csv", f"frame,track_id,x1,y1,x2,y2,class_id\n{row}\n")
+    _refused(path, "tracks-csv", "rows.csv", *words)
+
+
+def test_a_table_without_boxes(tmp_path: Path) -> None:
+    _refused(_file(tmp_path, "rows.csv", "frame,speed\n0,1\n"), "tracks-csv", "rows.csv, line 1", "header")
+    path = tmp_path / "latin.csv"
+    path.write_bytes("frame,x1,y1,x2,y2,label\n0,1,2,30,40,Überholverbot\n".encode("latin-1"))
+    _refused(path, "tracks-csv", "latin.csv, line 2", "UTF-8")
+
+
+def test_cells_that_are_formulas(tmp_path: Path) -> None:
+    dataset = a_dataset(a_track("=1+1", [3], boxes=[(10, 20, 30, 50)]))
+    options = ExportOptions(switches={"formulas": "quoted"})
+    export_dataset(dataset, FORMATS["tracks-csv"], tmp_path / "out", options, zipped=False)
+    assert ",'=1+1," in (tmp_path / "out" / "drive.csv").read_text()
+    assert set(tracks_of(_read(tmp_path / "out", "tracks-csv"))) == {"=1+1"}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"tracks": [{"id": 5, "class": "stop", "boxes": [{"frame": 3, "box": [1, 2, 30, 40]}]}]},
+        [{"id": 5, "label": "stop", "boxes": [{"frame": 3, "bbox": [1, 2, 29, 38]}]}],
+        [{"frame": 3, "track_id": "5", "class_id": 14, "xyxy": [1, 2, 30, 40], "confidence": 0.5}],
+        {"detections": [{"frame": 3, "id": 5, "class": "Stop", "xywh": [1, 2, 29, 38]}], "classes": []},
+    ],
+)
+def test_json_of_somebody_else(tmp_path: Path, content: object) -> None:
+    back = _read(_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json")
+    track = tracks_of(back)["5"]
+    assert (track.frames.tolist(), track.boxes.tolist(), track.label) == ([3], [[1, 2, 30, 40]], 14)
+
+
+def test_detections_are_linked_or_not(tmp_path: Path) -> None:
+    moving = [
+        {"frame": k, "box": [10 + 2 * k, 10, 40 + 2 * k, 40], "class": "stop", "score": 0.5} for k in (0, 1, 2, 5, 20)
+    ]
+    other = [{"frame": k, "box": [300, 10, 330, 40], "class": "yield"} for k in range(3)]
+    path = _file(tmp_path, "mine.json", json.dumps({"detections": [*moving, *other]}))
+    linked = tracks_of(_read(path, "tracks-json"))
+    assert sorted(track.frames.tolist() for track in linked.values()) == [[0, 1, 2], [0, 1, 2, 5], [20]]
+    assert len(tracks_of(_read(path, "tracks-json", link="none"))) == 8
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ({"tracks": [{"boxes": []}]}, ("track 1", "must have an id")),
+        ({"tracks": [{"id": 1, "boxes": []}, {"id": "1", "boxes": []}]}, ("track 2", "second track")),
+        ({"tracks": [{"id": 1, "boxes": [{"frame": 100, "box": [1, 2, 3, 4]}]}]}, ("track 1, box 1", "0 to 99")),
+        ({"tracks": [{"id": 1, "boxes": [{"frame": 1, "box": [1, 2, 3]}]}]}, ("track 1, box 1", "[x1, y1, x2, y2]")),
+        ({"tracks": [{"id": 1, "boxes": [{"box": [1, 2, 3, 4]}]}]}, ("track 1, box 1", "frame number")),
+        ({"detections": [{"frame": 1, "box": [1, 2, 3, 4], "score": 7}]}, ("detection 1", "score")),
+        ({"detections": [{"frame": 1, "box": [5, 2, 3, 4]}]}, ("detection 1", "positive width")),
+        ({"detections": [{"frame": 1, "box": [1, 2, 3, 4], "key": 3}]}, ("detection 1", "true or false")),
+        ({"video": {"width": 1, "height": 1}, "tracks": []}, ("1x1", "640x360")),
+        ({"format": "tsr-tracks", "version": 2, "tracks": []}, ("version must be 1",)),
+        ({"boxes": []}, ("tracks or detections",)),
+    ],
+)
+def test_json_that_breaks_a_rule(tmp_path: Path, content: object, words: tuple[str, ...]) -> None:
+    _refused(_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json", "mine.json", *words)

@@ -1,0 +1,111 @@
+"""What other libraries read out of our files equals what we wrote."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.oracles.conftest import Ask, boxes_of, same_boxes
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.registry import FORMATS
+
+
+def _export(dataset: Dataset, name: str, out: Path, **switches: str) -> Path:
+    options = ExportOptions(pictures="all", switches=switches, thin_px=0.5)
+    export_dataset(dataset, FORMATS[name], out, options, zipped=False)
+    # A manifest is ours; the libraries must not need it gone, but MOT readers take folders as they are.
+    return out
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "px"),
+    [
+        ("coco", "coco", 0.001),
+        ("yolo", "yolo", 0.001),
+        ("voc", "voc", 0.006),
+        ("mot", "mot_seq", 0.011),
+        ("datumaro", "datumaro", 0.001),
+        ("cvat-images", "cvat", 0.006),
+    ],
+)
+def test_datumaro_reads(dataset: Dataset, ask: Ask, tmp_path: Path, ours: str, theirs: str, px: float) -> None:
+    found = ask("datumaro", "read", theirs, _export(dataset, ours, tmp_path / "out"))
+    same_boxes(boxes_of(dataset), found["boxes"], px)
+
+
+def test_datumaro_reads_tracks_of_cvat(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+    found = ask("datumaro", "read", "cvat", _export(dataset, "cvat-video", tmp_path / "out"))
+    shown = [box for box in found["boxes"] if not box[6].get("outside")]
+    same_boxes(boxes_of(dataset), shown, 0.006)
+    assert len({box[6]["track_id"] for box in shown}) == 2
+    # Ends of tracks and gaps: one more box each, marked as outside.
+    assert len(found["boxes"]) - len(shown) == 3
+
+
+def test_datumaro_reads_tracks_of_coco(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+    found = ask("datumaro", "read", "coco", _export(dataset, "coco", tmp_path / "out"))
+    by_track: dict[int, int] = {}
+    for box in found["boxes"]:
+        by_track[box[6]["track_id"]] = by_track.get(box[6]["track_id"], 0) + 1
+    assert sorted(by_track.values()) == [4, 6]
+
+
+def test_datumaro_reads_tracks_of_mot(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+    found = ask("datumaro", "read", "mot_seq", _export(dataset, "mot", tmp_path / "out"))
+    assert sorted({box[6]["track_id"] for box in found["boxes"]}) == [1, 2]
+
+
+@pytest.mark.parametrize(("name", "px"), [("coco", 0.001), ("yolo", 0.001)])
+def test_supervision_reads(dataset: Dataset, ask: Ask, tmp_path: Path, name: str, px: float) -> None:
+    found = ask("supervision", "read", name, _export(dataset, name, tmp_path / "out"))
+    same_boxes(boxes_of(dataset), found["boxes"], px)
+
+
+def test_supervision_reads_voc_as_the_devkit_does(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+    found = ask("supervision", "read", "voc", _export(dataset, "voc", tmp_path / "out", coordinates="devkit"))
+    same_boxes(boxes_of(dataset), found["boxes"], 0.51)
+    # The trap: edges from 0 come back one pixel up and left.
+    moved = ask("supervision", "read", "voc", _export(dataset, "voc", tmp_path / "cvat", coordinates="cvat"))
+    assert sorted(moved["boxes"])[0][2] == pytest.approx(boxes_of(dataset)[0][2] - 1, abs=0.51)
+
+
+def test_pycocotools_reads_and_scores(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+    found = ask("pycocotools", "read", "coco", _export(dataset, "coco", tmp_path / "out"))
+    same_boxes(boxes_of(dataset), found["boxes"], 0.001)
+    assert found["ap"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "px"),
+    [("coco", "coco", 0.001), ("yolo", "yolo", 0.001), ("voc", "voc", 0.006), ("cvat-images", "cvat", 0.006)],
+)
+def test_globox_reads(dataset: Dataset, ask: Ask, tmp_path: Path, ours: str, theirs: str, px: float) -> None:
+    found = ask("globox", "read", theirs, _export(dataset, ours, tmp_path / "out"))
+    same_boxes(boxes_of(dataset), found["boxes"], px)
+
+
+def test_motmetrics_reads_what_counts_from_one(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+    found = ask("motmetrics", "read", "mot", _export(dataset, "mot", tmp_path / "out", origin="1"))
+    same_boxes(boxes_of(dataset), found["boxes"], 0.011)
+    assert {box[6]["track"] for box in found["boxes"]} == {1, 2}
+
+
+@pytest.mark.parametrize("origin", ["0", "1"])
+def test_trackeval_scores_our_truth_against_itself(dataset: Dataset, ask: Ask, tmp_path: Path, origin: str) -> None:
+    _export(dataset, "mot", tmp_path / "sequence", origin=origin)
+    score = ask("trackeval", "score", "mot", tmp_path)
+    assert score["boxes"] == score["counted"] == len(boxes_of(dataset))
+    assert (score["HOTA"], score["MOTA"], score["IDF1"]) == (pytest.approx(1.0),) * 3
+    assert score["IDSW"] == 0
+
+
+def test_ultralytics_trains_from_it_as_it_is(dataset: Dataset, ask: Ask, tmp_path: Path) -> None:
+    found = ask("ultralytics", "check", "yolo", _export(dataset, "yolo", tmp_path / "out"))
+    assert found["bad"] == []
+    assert found["verified"] == len(boxes_of(dataset))
+    assert found["names"] == {str(place): name for place, name in enumerate(dataset.labels)}
+    assert found["tensor"][0] == 3
+    same_boxes(boxes_of(dataset), found["boxes"], 0.001)

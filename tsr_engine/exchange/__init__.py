@@ -1,0 +1,1 @@
+"""Annotations of drive videos to and from the formats of other tools."""

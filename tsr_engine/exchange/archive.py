@@ -1,0 +1,257 @@
+"""ZIP archives: unpacked without trust, packed the same on every machine.
+
+What is refused is refused while reading, by what really comes out: the sizes that an archive announces are claims.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.io.pictures import SUFFIXES
+
+__all__ = ["ArchiveLimits", "files_below", "pack", "unpack"]
+
+_CHUNK = 1 << 20
+_ARCHIVES = (
+    ".zip",
+    ".7z",
+    ".rar",
+    ".tar",
+    ".gz",
+    ".tgz",
+    ".bz2",
+    ".tbz",
+    ".tbz2",
+    ".xz",
+    ".txz",
+    ".zst",
+    ".lz",
+    ".jar",
+)
+_MAGIC = (
+    b"PK\x03\x04",
+    b"7z\xbc\xaf\x27\x1c",
+    b"Rar!\x1a\x07",
+    b"\x1f\x8b\x08",
+    b"BZh",
+    b"\xfd7zXZ\x00",
+    b"\x28\xb5\x2f\xfd",
+)
+_STORED = SUFFIXES - {".ppm", ".pgm", ".bmp"}
+_TINY = 256
+"""Bytes of a file that is not worth compressing: setting up a compressor takes longer than writing it."""
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+_FREE_RATIO = 1 << 20
+"""Bytes of an entry that may unfold at any ratio: a file of zeros is no attack."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArchiveLimits:
+    """What an archive may unfold to.
+
+    Attributes:
+        entries: most files and folders.
+        total: most bytes of all files together.
+        single: most bytes of one file.
+        ratio: most bytes that a packed byte may unfold to; text of annotations stays below 60.
+        directory: most bytes of the list of entries, checked before it is read.
+    """
+
+    entries: int = 400_000
+    total: int = 32 << 30
+    single: int = 8 << 30
+    ratio: int = 250
+    directory: int = 64 << 20
+
+
+def unpack(path: Path, folder: Path, *, limits: ArchiveLimits | None = None, pictures: bool = True) -> list[str]:
+    """Unpack a ZIP archive into an empty folder.
+
+    Args:
+        path: the archive.
+        folder: exists and is empty.
+        limits: what it may unfold to; unset: ``ArchiveLimits()``.
+        pictures: False: leave pictures out, as an import of annotations does not look at them.
+
+    Returns:
+        names of the unpacked files, relative to ``folder``.
+
+    Raises:
+        ImportFormatError: over a limit, damaged, encrypted, or a name or kind of entry that is not safe; names the
+            entry and the rule. ``folder`` may then hold a part.
+    """
+    limits = ArchiveLimits() if limits is None else limits
+    _check_directory(path, limits)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return _unpack(archive, path, folder, limits, pictures)
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        EOFError,
+        NotImplementedError,
+        struct.error,
+        ValueError,
+        OverflowError,
+    ) as e:
+        raise ImportFormatError(f"{path.name}: the archive is damaged: {e}. Pack it again.") from None
+
+
+def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: None) -> None:
+    """Pack a folder: sorted names, fixed dates and permissions, so the same files give the same bytes.
+
+    Args:
+        folder: all its files go in, with names relative to it.
+        target: an open file.
+        progress: called after each megabyte; raises to stop.
+    """
+    done = 0
+    with zipfile.ZipFile(target, "w", allowZip64=True) as archive:
+        for name in files_below(folder):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.create_system = 3
+            entry.external_attr = (stat.S_IFREG | 0o644) << 16
+            path = f"{folder}/{name}"
+            size = os.stat(path).st_size  # noqa: PTH116 - Path objects take longer than the work on 100,000 files
+            stored = size < _TINY or name[name.rfind(".") :].lower() in _STORED
+            entry.compress_type = zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED
+            with open(path, "rb", buffering=0) as stream:  # noqa: PTH123
+                if size <= _CHUNK:
+                    archive.writestr(entry, stream.read())
+                    done += size
+                else:
+                    entry.file_size = size
+                    with archive.open(entry, "w") as out:
+                        while chunk := stream.read(_CHUNK):
+                            out.write(chunk)
+                            done += len(chunk)
+                            progress()
+            if done >= _CHUNK:
+                done = 0
+                progress()
+
+
+def files_below(folder: Path) -> list[str]:
+    """Names of all files in a folder and below, relative to it, with slashes, sorted; folders can hold 100,000."""
+    out: list[str] = []
+    waiting = [""]
+    while waiting:
+        prefix = waiting.pop()
+        with os.scandir(f"{folder}/{prefix}") as entries:
+            for entry in entries:
+                if entry.is_dir(follow_symlinks=False):
+                    waiting.append(f"{prefix}{entry.name}/")
+                elif entry.is_file(follow_symlinks=False):
+                    out.append(prefix + entry.name)
+    return sorted(out)
+
+
+def _check_directory(path: Path, limits: ArchiveLimits) -> None:
+    """Look at the end record before anybody reads the list of entries into memory."""
+    with path.open("rb") as stream:
+        size = stream.seek(0, 2)
+        begin = max(0, size - (1 << 16) - 64)
+        stream.seek(begin)
+        tail = stream.read()
+    at = tail.rfind(b"PK\x05\x06")
+    if at < 0 or at + 22 > len(tail):
+        raise ImportFormatError(f"{path.name}: is no ZIP archive, or its end is missing. Pack or copy it again.")
+    entries, directory = struct.unpack_from("<HI", tail, at + 10)
+    wide = tail.rfind(b"PK\x06\x06", 0, at)
+    if wide >= 0 and wide + 48 <= len(tail) and (entries == 0xFFFF or directory == 0xFFFFFFFF):
+        entries, directory = struct.unpack_from("<QQ", tail, wide + 32)
+    if entries > limits.entries or directory > limits.directory:
+        raise ImportFormatError(
+            f"{path.name}: has {entries} entries in a list of {directory} bytes; at most {limits.entries} in "
+            f"{limits.directory} are read. Split it."
+        )
+
+
+def _unpack(archive: zipfile.ZipFile, path: Path, folder: Path, limits: ArchiveLimits, pictures: bool) -> list[str]:
+    entries = archive.infolist()
+    if len(entries) > limits.entries:
+        raise ImportFormatError(
+            f"{path.name}: has {len(entries)} entries; at most {limits.entries} are read. Split it."
+        )
+    taken: set[str] = set()
+    chosen: list[tuple[zipfile.ZipInfo, str]] = []
+    for entry in entries:
+        name = _safe_name(path, entry)
+        if name.casefold() in taken:
+            raise _refuse(path, entry, "is there twice")
+        if name and not _is_rubbish(name):
+            taken.add(name.casefold())
+            if not entry.is_dir() and (pictures or Path(name).suffix.lower() not in SUFFIXES):
+                chosen.append((entry, name))
+    total = 0
+    for entry, name in chosen:
+        target = folder / name
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with archive.open(entry) as source, target.open("xb") as out:
+                total += _copy(path, entry, source, out, total, limits)
+        except (FileExistsError, NotADirectoryError):
+            raise _refuse(path, entry, "is a file and a folder at once") from None
+        except RuntimeError:
+            raise _refuse(path, entry, "is encrypted") from None
+    return [name for _, name in chosen]
+
+
+def _copy(path: Path, entry: zipfile.ZipInfo, source: object, out: BinaryIO, before: int, limits: ArchiveLimits) -> int:
+    done = 0
+    packed = max(entry.compress_size, 1)
+    while chunk := source.read(_CHUNK):  # type: ignore[attr-defined]
+        if done == 0 and chunk.startswith(_MAGIC):
+            raise _refuse(path, entry, "is an archive within the archive")
+        done += len(chunk)
+        if done > limits.single:
+            raise _refuse(path, entry, f"unfolds to more than {limits.single} bytes")
+        if before + done > limits.total:
+            raise _refuse(path, entry, f"brings the archive to more than {limits.total} bytes")
+        if done > _FREE_RATIO and done / packed > limits.ratio:
+            raise _refuse(path, entry, f"unfolds to more than {limits.ratio} times its packed size")
+        out.write(chunk)
+    return done
+
+
+def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:
+    """The entry's name as a relative path with slashes; empty for the top folder itself."""
+    name = entry.filename
+    if entry.flag_bits & 0x1:
+        raise _refuse(path, entry, "is encrypted")
+    kind = stat.S_IFMT(entry.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise _refuse(path, entry, "is a link or another special file")
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise _refuse(path, entry, "is packed in another way than deflate")
+    # zipfile cuts a name at a NUL; what it was before shows in orig_filename.
+    if "\0" in entry.orig_filename or any(ord(letter) < 32 for letter in name):
+        raise _refuse(path, entry, "has control characters in its name")
+    if name.startswith("/") or "\\" in name or name[1:2] == ":":
+        raise _refuse(path, entry, "has an absolute name or one of another system")
+    parts = [part for part in name.split("/") if part not in ("", ".")]
+    if ".." in parts:
+        raise _refuse(path, entry, "leads out of its folder")
+    if len(parts) > 32 or any(len(part.encode("utf-8", "replace")) > 255 for part in parts):
+        raise _refuse(path, entry, "has too long a name")
+    if parts and not entry.is_dir() and parts[-1].lower().endswith(_ARCHIVES):
+        raise _refuse(path, entry, "is an archive within the archive")
+    return "/".join(parts)
+
+
+def _is_rubbish(name: str) -> bool:
+    return name.startswith("__MACOSX/") or name.rsplit("/", 1)[-1] in (".DS_Store", "Thumbs.db", "desktop.ini")
+
+
+def _refuse(path: Path, entry: zipfile.ZipInfo, rule: str) -> ImportFormatError:
+    name = ascii(entry.filename[:120])[1:-1]
+    return ImportFormatError(f"{path.name}: the entry {name} {rule}. Pack only the annotation files, as they are.")

@@ -1,0 +1,377 @@
+"""The rules that every import and export obeys, in one place.
+
+A reader hands each row to an ``Intake``, which refuses or repairs it with a sentence that names file, line and rule,
+and makes the tracks. ``check_track`` guards the writers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.errors import ExportError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.formats import ImportTarget, Switch
+from tsr_engine.exchange.labels import LabelMatcher
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, place_of, read_json, read_text, refuse
+from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, dense
+
+__all__ = ["MAX_BOXES", "MAX_JSON_BYTES", "SIZE_SWITCH", "Intake", "check_track", "read_json", "read_text", "refuse"]
+
+MAX_BOXES = 10_000_000
+"""Most boxes of one import; a few bytes of key frames can stand for any number of frames."""
+_STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
+_SAME_PX = 1e-6
+
+
+SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file is about pictures of another size.")
+
+
+def check_track(track: Track, video: DatasetVideo, labels: Sequence[str]) -> None:
+    """The promises of ``Track``, for the writers.
+
+    Raises:
+        ExportError: one is broken; names video, track and frame.
+    """
+
+    def fail(rule: str) -> ExportError:
+        return ExportError(f"{video.name}, track {track.uid!r}: {rule} Correct the track, or leave it out.")
+
+    n = len(track.frames)
+    if n == 0:
+        raise fail("has no boxes.")
+    for name in ("key", "occluded", "score", "labels", "ignore"):
+        values = getattr(track, name)
+        if values is not None and values.shape != (n,):
+            raise fail(f"{name} has shape {values.shape}, must have ({n},).")
+    if track.boxes.shape != (n, 4):
+        raise fail(f"boxes have shape {track.boxes.shape}, must have ({n}, 4).")
+    if n > 1 and not (np.diff(track.frames) > 0).all():
+        raise fail("has two boxes in one frame, or frames out of order.")
+    if track.frames[0] < 0 or track.frames[-1] >= video.frames:
+        raise fail(f"frames {track.frames[0]} to {track.frames[-1]} must be in 0 to {video.frames - 1}.")
+    bad = ~np.isfinite(track.boxes).all(axis=1)
+    bad |= (track.boxes[:, 0] >= track.boxes[:, 2]) | (track.boxes[:, 1] >= track.boxes[:, 3])
+    if bad.any():
+        k = int(np.flatnonzero(bad)[0])
+        raise fail(f"frame {track.frames[k]}: box {track.boxes[k].tolist()} must be finite with x1 < x2, y1 < y2.")
+    used = track.labels if track.labels is not None else np.array([track.label])
+    if min(int(used.min()), track.label) < -1 or max(int(used.max()), track.label) >= len(labels):
+        raise fail(f"has a class outside of 0 to {len(labels) - 1}.")
+
+
+class Intake:
+    """Takes rows of a file in any order, checks them, and makes the data set.
+
+    Refused (``ImportFormatError``): numbers that are not finite, boxes without area, frames outside of the video, two
+    different boxes of one track in one frame. Repaired, each kind with one sentence: boxes that reach over the
+    picture's edge are cut there, the same row twice is taken once. Skipped: boxes wholly outside of the picture.
+    Names of no class come in as -1 with a sentence; ``strict`` refuses them.
+    """
+
+    def __init__(self, target: ImportTarget, *, strict: bool = False) -> None:
+        """``strict`` refuses names that are no class."""
+        self.target = target
+        self.matcher = LabelMatcher(target.labels, target.label_map)
+        self._strict = strict
+        self._boxes = 0
+        self._outside: list[str] = []
+        self._tracks: dict[str, TrackRows] = {}
+        self._skipped: list[Skipped] = []
+        self._repaired: list[str] = []
+        self._counts: dict[str, list[Any]] = {}
+        self._unknown: dict[str, list[Any]] = {}
+
+    def __len__(self) -> int:
+        return len(self._tracks)
+
+    def __contains__(self, uid: str) -> bool:
+        return uid in self._tracks
+
+    def label(self, name: str, file: str, line: int | str | None = None) -> int:
+        """The class number of a name; -1 where no class has it.
+
+        Raises:
+            ImportFormatError: no class has it and the intake is strict.
+        """
+        found = self.matcher(name)
+        if found is not None:
+            return found
+        if self._strict:
+            raise refuse(
+                file, line, f"class {name[:80]!r} is none of the {len(self.target.labels)} classes. Map it to one."
+            )
+        entry = self._unknown.setdefault(name, [0, file, line])
+        entry[0] += 1
+        return -1
+
+    def repair(self, sentence: str) -> None:
+        """Tell what was put right."""
+        self._repaired.append(sentence)
+
+    def count(self, what: str, file: str, line: int | str | None = None) -> None:
+        """Tell of one more repair of a kind: ``what`` is said once, with the number and the first place."""
+        entry = self._counts.setdefault(what, [0, file, line])
+        entry[0] += 1
+
+    def skip(self, what: str, reason: str) -> None:
+        """Tell what was left out and why."""
+        self._skipped.append(Skipped(what, reason))
+
+    def unique(self, uid: str, file: str, line: int | str | None = None) -> str:
+        """A name for a new track: ``uid``, or where that is taken already ``uid-2`` and so on, with a sentence."""
+        if uid not in self._tracks:
+            return uid
+        again = 2
+        while f"{uid}-{again}" in self._tracks:
+            again += 1
+        self.count(f"Tracks whose name was taken were given another one ({uid} is now {uid}-{again})", file, line)
+        return f"{uid}-{again}"
+
+    def scale(self, width: float, height: float, file: str, line: int | str | None = None) -> tuple[float, float]:
+        """Factors from the pictures that a file is about to those of the video; (1, 1) where they have one size.
+
+        Raises:
+            ImportFormatError: other size, unless the switch ``size`` says ``scale``.
+        """
+        video = self.target.video
+        if (width, height) == (video.width, video.height):
+            return 1.0, 1.0
+        if self.target.switches.get("size") == "scale" and 0 < width < 1e6 and 0 < height < 1e6:
+            told = f"{file}: boxes were scaled from {width:g}x{height:g} to {video.width}x{video.height} px."
+            if told not in self._repaired:
+                self._repaired.append(told)
+            return video.width / width, video.height / height
+        raise refuse(
+            file,
+            line,
+            f"is about pictures of {width:g}x{height:g} px, {video.name} has {video.width}x{video.height}. Choose the "
+            "right video, or import with size=scale.",
+        )
+
+    def describe(
+        self,
+        uid: str,
+        *,
+        state: str = "open",
+        source: str = "imported",
+        notes: Sequence[tuple[int, str]] = (),
+        until: int = -1,
+    ) -> None:
+        """What is known of a track besides its boxes; makes the track if it is new.
+
+        Args:
+            uid: the track.
+            state: taken as ``open`` where it is none of the states.
+            source: as in ``Track``.
+            notes: frame and text.
+            until: the last key frame's box holds up to this frame, inclusive; -1: it does not.
+        """
+        rows = self._tracks.setdefault(uid, TrackRows())
+        rows.state = state if state in _STATES else "open"
+        rows.source = source
+        rows.notes.extend(notes)
+        rows.until = max(rows.until, until)
+
+    def frame(self, frame: float | str, file: str, line: int | str | None = None, *, origin: int = 0) -> int:
+        """A frame number as an ordinal.
+
+        Raises:
+            ImportFormatError: not a whole number, or not a frame of the video.
+        """
+        try:
+            number = float(frame)
+            ordinal = int(number) - origin
+        except (TypeError, ValueError, OverflowError):
+            raise refuse(file, line, f"frame {str(frame)[:40]!r} must be a whole number. Correct it.") from None
+        count = self.target.video.frames
+        if number != int(number) or not 0 <= ordinal < count:
+            raise refuse(
+                file,
+                line,
+                f"frame {frame} must be in {origin} to {count - 1 + origin}, the frames of {self.target.video.name}. "
+                "Check that it is the right video and whether the file counts from 0 or 1.",
+            )
+        return ordinal
+
+    def box(
+        self,
+        uid: str,
+        frame: int,
+        edges: tuple[float, float, float, float],
+        label: int,
+        *,
+        file: str,
+        line: int | str | None = None,
+        key: bool = True,
+        occluded: bool = False,
+        ignore: bool = False,
+        score: float = math.nan,
+    ) -> bool:
+        """One box of one track; ``frame`` is an ordinal. False: it was left out.
+
+        Raises:
+            ImportFormatError: it breaks a rule.
+        """
+        video = self.target.video
+        x1, y1, x2, y2 = edges
+        # NaN and infinities fail every one of these comparisons or the size check.
+        if not (math.isfinite(x1) and math.isfinite(y1) and math.isfinite(x2) and math.isfinite(y2)):
+            raise refuse(file, line, f"box {_text(edges)} must have four finite numbers. Correct it.")
+        if not (x1 < x2 and y1 < y2):
+            raise refuse(
+                file, line, f"box {_text(edges)} must have a positive width and height. Correct it, or delete the row."
+            )
+        if not 0 <= frame < video.frames:
+            self.frame(frame, file, line)
+        if not (score != score or 0.0 <= score <= 1.0):
+            raise refuse(file, line, f"score {score} must be in 0 to 1. Scale the scores.")
+        if x1 < 0 or y1 < 0 or x2 > video.width or y2 > video.height:
+            cut = (max(x1, 0.0), max(y1, 0.0), min(x2, float(video.width)), min(y2, float(video.height)))
+            if cut[0] >= cut[2] or cut[1] >= cut[3]:
+                self._outside.append(f"{place_of(file, line)}, track {uid}: {_text(edges)}")
+                return False
+            # Files with rounded numbers overshoot by half of their last digit.
+            if max(cut[0] - x1, cut[1] - y1, x2 - cut[2], y2 - cut[3]) > 0.011:
+                self.count("Boxes that reached over the edge of the picture were cut there", file, line)
+            x1, y1, x2, y2 = cut
+        rows = self._tracks.get(uid)
+        if rows is None:
+            rows = self._tracks[uid] = TrackRows()
+        rows.frame.append(frame)
+        rows.kind.append(BOX)
+        rows.edges.extend((x1, y1, x2, y2))
+        rows.label.append(label)
+        rows.flags.append(key | occluded << 1 | ignore << 2)
+        rows.score.append(score)
+        rows.place.append(line if isinstance(line, int) else -1)
+        return True
+
+    def end(self, uid: str, frame: int) -> None:
+        """From this frame on the track is not shown, until its next box; may lie beyond the last frame."""
+        rows = self._tracks.setdefault(uid, TrackRows())
+        rows.frame.append(frame)
+        rows.kind.append(END)
+        rows.edges.extend((0.0, 0.0, 0.0, 0.0))
+        rows.label.append(-1)
+        rows.flags.append(0)
+        rows.score.append(math.nan)
+        rows.place.append(-1)
+
+    def finish(self, file: str, *, interpolate: bool = False) -> Dataset:
+        """The data set: one video, its tracks in the order in which they first came.
+
+        Args:
+            file: for messages.
+            interpolate: draw straight lines from each box to the track's next one, unless ``end`` lies between;
+                before an ``end`` the box stands still.
+
+        Raises:
+            ImportFormatError: a track has two different boxes in one frame.
+        """
+        tracks: list[Track] = []
+        for uid, rows in self._tracks.items():
+            track = self._track(uid, rows, file, interpolate)
+            if track is None:
+                self.skip(f"{file}: track {uid}", "It has no box that is shown.")
+            else:
+                tracks.append(track)
+        self._tell_counts()
+        video = self.target.video
+        described = DatasetVideo(
+            name=video.name,
+            sha256=video.sha256,
+            width=video.width,
+            height=video.height,
+            frames=video.frames,
+            rate=video.rate,
+            times=video.times,
+            constant_rate=video.constant_rate,
+            tracks=lambda: iter(tracks),
+            path=video.path,
+            first=video.first,
+            stop=video.stop or video.frames,
+        )
+        return Dataset(self.target.labels, (described,), tuple(self._skipped), tuple(self._repaired))
+
+    def _tell_counts(self) -> None:
+        if self._outside:
+            self.skip(f"{len(self._outside)} boxes", f"They lie outside of the picture; the first: {self._outside[0]}.")
+        for what, (count, file, line) in self._counts.items():
+            self._repaired.append(f"{what}: {count}; the first is {place_of(file, line)}.")
+        for name, (count, file, line) in self._unknown.items():
+            self._repaired.append(
+                f"Class {name[:80]!r} is none of the {len(self.target.labels)} classes ({count} times, first "
+                f"{place_of(file, line)}); its tracks came in without class."
+            )
+
+    def _track(self, uid: str, rows: TrackRows, file: str, interpolate: bool) -> Track | None:
+        frames = np.frombuffer(rows.frame, dtype=np.int64)
+        kind = np.frombuffer(rows.kind, dtype=np.int8)
+        # A box and an end in one frame: the box is shown, the end says nothing.
+        order = np.lexsort((kind, frames))
+        take = order
+        if len(order) > 1 and (np.diff(frames[order]) == 0).any():
+            take = self._without_twins(uid, rows, order, file)
+        frames, kind = frames[take], kind[take]
+        edges = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4)[take]
+        label = np.frombuffer(rows.label, dtype=np.int64)[take]
+        flags = np.frombuffer(rows.flags, dtype=np.int8)[take]
+        score = np.frombuffer(rows.score, dtype=np.float64)[take]
+        is_box = kind == BOX
+        if not is_box.any():
+            return None
+        if interpolate:
+            self._boxes += max(int(frames[-1]), rows.until) + 1 - int(frames[0])
+            if self._boxes > MAX_BOXES:
+                raise refuse(file, None, f"has more than {MAX_BOXES} boxes between its key frames. Split it.")
+            frames, edges, label, flags, score = dense(frames, is_box, edges, label, flags, score, rows.until)
+        else:
+            frames, edges, label = frames[is_box], edges[is_box], label[is_box]
+            flags, score = flags[is_box], score[is_box]
+        common = common_label(label)
+        ignore = (flags & 4) > 0
+        return Track(
+            uid=uid,
+            label=common,
+            frames=frames.copy(),
+            boxes=edges.copy(),
+            key=(flags & 1) > 0,
+            occluded=(flags & 2) > 0,
+            score=score.copy(),
+            labels=None if (label == common).all() else label.copy(),
+            ignore=ignore if ignore.any() else None,
+            state=rows.state,
+            source=rows.source,
+            notes=tuple(rows.notes),
+        )
+
+    def _without_twins(self, uid: str, rows: TrackRows, order: np.ndarray[Any, Any], file: str) -> np.ndarray[Any, Any]:
+        take: list[int] = []
+        for place in order.tolist():
+            before = take[-1] if take else -1
+            if before < 0 or rows.frame[before] != rows.frame[place]:
+                take.append(place)
+                continue
+            if rows.kind[place] == END:
+                continue
+            line = rows.place[place] if rows.place[place] >= 0 else None
+            ours, other = rows.edges[4 * place : 4 * place + 4], rows.edges[4 * before : 4 * before + 4]
+            if max(abs(a - b) for a, b in zip(ours, other, strict=True)) > _SAME_PX or (
+                rows.label[place] != rows.label[before]
+            ):
+                raise refuse(
+                    file,
+                    line,
+                    f"track {uid!r} has a second, different box in frame {rows.frame[place]}; a track has one box a "
+                    "frame. Give the other sign its own id, or delete one.",
+                )
+            self.count("Boxes that were there twice were taken once", file, line)
+        return np.array(take, dtype=np.int64)
+
+
+def _text(edges: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{edge:g}" for edge in edges) + ")"

@@ -1,0 +1,148 @@
+"""COCO detection: one JSON file a subset; tracks by the attributes ``track_id`` and ``keyframe``, as CVAT has them.
+
+Boxes are ``x, y, width, height`` in px from 0; category and image ids count from 1. A place to ignore is a crowd.
+A flat list of results (``image_id, category_id, bbox, score``) is read as detections. Source: cocodataset.org,
+format-data; attributes: ``format-coco.md`` of CVAT's documentation.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.coco_reader import coco_files, read_coco
+from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.notes import notes_to_text
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.rounding import rounded
+
+__all__ = ["FORMAT"]
+
+_DECIMALS = 4
+_TRUTH = ("false", "true")
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    labels, _, _ = used_labels(dataset)
+    suffix = options.switches.get("image", "jpg")
+    lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
+    total = sum(len(part.frames) for part in lists)
+    (folder / "annotations").mkdir()
+    done = boxes = 0
+    for subset in subsets_in(lists, options):
+        with (folder / "annotations" / f"instances_{subset}.json").open("w", encoding="utf-8", newline="") as out:
+            out.write('{"info":{},"licenses":[{"id":0,"name":"","url":""}],\n"categories":[')
+            categories = [{"id": at, "name": name, "supercategory": ""} for at, name in enumerate(labels, start=1)]
+            out.write(",\n".join(map(_dump, categories)) + '],\n"images":[')
+            comma = "\n"
+            for part in lists:
+                about = f'{_dump(part.video.name)},"video_sha256":{_dump(part.video.sha256)}'
+                for frame, _ in part.listed(subset):
+                    out.write(comma + _image(part, frame, suffix, about))
+                    comma = ",\n"
+                    done += 1
+                    options.progress(done, total)
+            out.write('],\n"annotations":[')
+            comma = "\n"
+            for part in lists:
+                for text in _annotations(part, subset, labels, boxes):
+                    out.write(comma + text)
+                    comma = ",\n"
+                    boxes += 1
+            out.write("]}\n")
+    pictures = write_files(
+        lists, folder, options, lambda part, frame, subset: f"images/{subset}/{part.stem(frame)}.{suffix}"
+    )
+    return [], {"origin": 0, "first_category": 1, "decimals": _DECIMALS, "pictures": pictures}
+
+
+def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
+    """An image; its id follows from video and frame, so that results of a detector find back without this file.
+
+    ``about`` is the text of the video's name, and of the keys behind it.
+    """
+    video = part.video
+    time = "" if video.times is None else f'"pts":{round(float(video.times[frame]), 6)},'
+    # One of these a picture: put together by hand, since encoding a dictionary takes several times as long.
+    return (
+        f'{{"id":{part.first_frame + frame + 1},"width":{video.width},"height":{video.height},'
+        f'"file_name":{json.dumps(f"{part.stem(frame)}.{suffix}")},"license":0,"flickr_url":"","coco_url":"",'
+        f'"date_captured":0,"frame":{frame},{time}"video":{about}}}'
+    )
+
+
+def _annotations(part: PictureList, subset: str, labels: list[str], before: int) -> Iterator[str]:
+    """The text of each annotation; ``before`` have been written in the files before."""
+    rows = part.rows
+    numbers = {name: at for at, name in enumerate(labels, start=1)}
+    heads = [
+        _dump(
+            {
+                "uid": info.uid,
+                "state": info.state,
+                "source": info.source,
+                **({"note": notes_to_text(info.notes)} if info.notes else {}),
+            }
+        )[1:]
+        for info in rows.tracks
+    ]
+    edges = rounded(rows.boxes, _DECIMALS, part.video.width, part.video.height)
+    edges[:, 2:] = np.round(edges[:, 2:] - edges[:, :2], _DECIMALS)
+    boxes = edges.tolist()
+    for frame, at in part.listed(subset):
+        for k in range(at.start, at.stop):
+            before += 1
+            score = float(rows.score[k])
+            yield (
+                f'{{"id":{before},"image_id":{part.first_frame + frame + 1},'
+                f'"category_id":{numbers[label_name(labels, int(rows.label[k]))]},'
+                f'"bbox":[{",".join(map(repr, boxes[k]))}],'
+                f'"area":{round(boxes[k][2] * boxes[k][3], 4)},"segmentation":[],"iscrowd":{int(rows.ignore[k])},'
+                f'"attributes":{{"occluded":{_TRUTH[int(rows.occluded[k])]},"rotation":0.0,'
+                f'"track_id":{part.first_track + int(rows.track[k]) + 1},"keyframe":{_TRUTH[int(rows.key[k])]},'
+                + (f'"score":{score:.9g},' if score == score else "")
+                + heads[rows.track[k]]
+                + "}"
+            )
+
+
+def _dump(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, separators=(",", ":"))
+
+
+def _sniff(path: Path) -> bool:
+    for file in coco_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+        with file.open("rb") as stream:
+            start = stream.read(1 << 16)
+        if b'"dm_format_version"' in start or b'"media_type"' in start or b'"image/' in start:
+            return False
+        return (b'"images"' in start and (b'"file_name"' in start or b'"categories"' in start)) or (
+            b'"image_id"' in start and b'"bbox"' in start
+        )
+    return False
+
+
+FORMAT = Format(
+    name="coco",
+    title="COCO",
+    summary="Boxes by picture in JSON, for most detectors; tracks as attributes that CVAT understands.",
+    write=_write,
+    read=read_coco,
+    sniff=_sniff,
+    export_switches=(IMAGE_SWITCH,),
+    import_switches=(
+        SIZE_SWITCH,
+        Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
+        LINK_SWITCH,
+        Switch("first_id", ("1", "0"), "Where ids count from in a list of results that comes without its images."),
+    ),
+    docs="coco.md",
+)

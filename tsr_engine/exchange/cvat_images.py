@@ -1,0 +1,218 @@
+"""CVAT for images 1.1: boxes by picture in one XML file.
+
+CVAT's pictures know no tracks, so a track is the boxes that share the attribute ``uid``. Described in
+``format-cvat.md`` of CVAT's documentation.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
+from tsr_engine.exchange.cvat import (
+    SHAPES,
+    attribute_line,
+    attributes_of,
+    box_edges,
+    find_files,
+    flag,
+    header,
+    label_lines,
+    sniff_mode,
+)
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.notes import notes_from_text, notes_to_text
+from tsr_engine.exchange.pictures import (
+    WrittenPicture,
+    frame_in_name,
+    prefixes,
+    wanted_frames,
+    write_pictures,
+)
+from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.split import subset_of, subsets_of_frames
+from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
+
+__all__ = ["FORMAT"]
+
+_DECIMALS = 2
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    labels, ignore, _ = used_labels(dataset)
+    suffix = options.switches.get("image", "jpg")
+    gathered = [rows_by_frame(video, only=_chosen(video, options)) for video in dataset.videos]
+    listed = [
+        np.union1d(rows.frames, wanted_frames(video, rows.frames, options.pictures))
+        for video, rows in zip(dataset.videos, gathered, strict=True)
+    ]
+    total = sum(len(frames) for frames in listed)
+    names = prefixes(dataset)
+    done = 0
+    with (folder / "annotations.xml").open("w", encoding="utf-8", newline="") as out:
+        single = dataset.videos[0] if len(dataset.videos) == 1 else None
+        out.writelines(
+            header(
+                name=Path(single.name).stem if single else "drives",
+                size=total,
+                mode="annotation",
+                subset="default",
+                labels=label_lines(labels, ["ignore"] if ignore else [], mutable=False),
+                video=single,
+            )
+        )
+        for video, rows, frames, prefix in zip(dataset.videos, gathered, listed, names, strict=True):
+            subsets, side = subsets_of_frames(video, options.split)
+            places = dict(rows.by_frame())
+            heads = _heads(rows, dataset.labels)
+            boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height).tolist() if len(rows) else []
+            for frame in frames.tolist():
+                subset = f' subset="{subsets[side[frame]]}"' if options.split else ""
+                out.write(
+                    f' <image id="{done}" name={quoted(f"{prefix}frame_{frame:06d}.{suffix}")}{subset} '
+                    f'width="{video.width}" height="{video.height}">\n'
+                )
+                place = places.get(frame)
+                if place is not None:
+                    out.writelines(
+                        _box(rows, k, boxes[k], heads, dataset.labels) for k in range(place.start, place.stop)
+                    )
+                out.write(" </image>\n")
+                done += 1
+                options.progress(done, total)
+        out.write("</annotations>\n")
+    pictures: list[WrittenPicture] = []
+    if options.pictures != "none":
+        for place_of, (video, frames, prefix) in enumerate(zip(dataset.videos, listed, names, strict=True)):
+            files = [f"images/{prefix}frame_{frame:06d}.{suffix}" for frame in frames.tolist()]
+            for picture in write_pictures(video, place_of, frames, folder, files):
+                pictures.append(picture)
+                options.progress(len(pictures), total)
+    return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
+
+
+def _chosen(video: DatasetVideo, options: ExportOptions) -> set[str] | None:
+    if not options.split:
+        return None
+    uids = (track.uid for track in video.tracks())
+    return {uid for uid in uids if subset_of(video, uid, options.split) is not None}
+
+
+def _heads(rows: FrameRows, labels: tuple[str, ...]) -> list[str]:
+    """The attributes that all boxes of a track share."""
+    return [
+        attribute_line("uid", info.uid)
+        + attribute_line("state", info.state)
+        + attribute_line("source", info.source)
+        + attribute_line("note", notes_to_text(info.notes))
+        for info in rows.tracks
+    ]
+
+
+def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: tuple[str, ...]) -> str:
+    info = rows.tracks[rows.track[k]]
+    x1, y1, x2, y2 = edges
+    score = float(rows.score[k])
+    attributes = heads[rows.track[k]]
+    attributes += f'<attribute name="score">{score:.6g}</attribute>' if score == score else ""
+    attributes += attribute_line("ignore", "true") if rows.ignore[k] else ""
+    source = "auto" if info.source == "engine" else "manual"
+    return (
+        f'  <box label={quoted(label_name(labels, int(rows.label[k])))} source="{source}" '
+        f'occluded="{int(rows.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
+        f'z_order="0">{attributes}</box>\n'
+    )
+
+
+def _read(path: Path, target: ImportTarget) -> Dataset:
+    intake = Intake(target)
+    files = find_files(path, target.video)
+    for file, name in files:
+        other = tags = shapes = 0
+        for node in elements(file, "annotations", ("track", "image"), name=name):
+            if node.tag == "track":
+                raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it as that.")
+            tags += sum(child.tag == "tag" for child in node.children)
+            shapes += sum(child.tag in SHAPES for child in node.children)
+            other += not _read_image(node, name, intake)
+        for count, what, reason in (
+            (other, "pictures", f"Their names are of another video than {target.video.name}."),
+            (tags, "tags", "They are about whole pictures."),
+            (shapes, "shapes", "They are no boxes."),
+        ):
+            if count:
+                intake.skip(f"{name}: {count} {what}", reason)
+    return intake.finish(files[0][1])
+
+
+def _read_image(node: Node, file: str, intake: Intake) -> bool:
+    """Takes the boxes of one picture; False: it is of another video."""
+    video = intake.target.video
+    name = attribute(node, "name", file)
+    ordinal = frame_in_name(name, video)
+    if ordinal is None:
+        if "_frame_" in name:
+            return False
+        raise refuse(file, node.line, f"the picture {name[:80]!r} has no frame number. Call it frame_000010.jpg.")
+    if not any(child.tag == "box" for child in node.children):
+        return True
+    frame = intake.frame(ordinal, file, node.line)
+    scale = (1.0, 1.0)
+    # Datumaro leaves the size out where it does not know the picture.
+    if "width" in node.attrib or "height" in node.attrib:
+        scale = intake.scale(number(node, "width", file), number(node, "height", file), file, node.line)
+    for count, child in enumerate(node.all("box")):
+        if flag(child, "outside", file, "0"):
+            # Datumaro carries CVAT's marks of the end of a track into pictures.
+            continue
+        values = attributes_of(child)
+        said = (values.get("uid", "") or values.get("track_id", "")).strip()
+        uid = said or f"frame{frame}-{count + 1}"
+        if not said:
+            uid = intake.unique(uid, file, child.line)
+        label = intake.label(attribute(child, "label", file), file, child.line)
+        score = values.get("score", "").strip()
+        try:
+            value = float(score) if score else math.nan
+        except ValueError:
+            raise refuse(file, child.line, f"the attribute score must be a number. Got {score[:40]!r}.") from None
+        known = uid in intake
+        taken = intake.box(
+            uid,
+            frame,
+            box_edges(child, file, intake, scale),
+            label,
+            file=file,
+            line=child.line,
+            occluded=flag(child, "occluded", file, "0"),
+            ignore=values.get("ignore", "").strip().lower() == "true",
+            score=value,
+        )
+        if taken and not known:
+            intake.describe(
+                uid,
+                state=values.get("state", "").strip() or "open",
+                source=values.get("source", "").strip() or "imported",
+                notes=notes_from_text(values.get("note", ""), frame),
+            )
+    return True
+
+
+FORMAT = Format(
+    name="cvat-images",
+    title="CVAT for images 1.1",
+    summary="Boxes by picture in one XML file; tracks are kept together by an attribute.",
+    write=_write,
+    read=_read,
+    sniff=lambda path: sniff_mode(path) == "annotation",
+    export_switches=(Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),),
+    import_switches=(SIZE_SWITCH,),
+    docs="cvat-images.md",
+)

@@ -1,0 +1,260 @@
+"""CVAT for video 1.1: tracks with key frames in one XML file.
+
+Every shown frame is written, key frames with ``keyframe="1"``; CVAT's importer keeps only those and interpolates
+linearly. A gap, and the end of a track, is one more box with ``outside="1"``. Coordinates are px edges from 0 with two
+decimals; CVAT for video 1.1 is described in ``format-cvat.md`` of CVAT's documentation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
+from tsr_engine.exchange.cvat import (
+    SHAPES,
+    attribute_line,
+    attributes_of,
+    box_edges,
+    find_files,
+    flag,
+    header,
+    label_lines,
+    sniff_mode,
+    source_of,
+)
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.notes import notes_from_text, notes_to_text
+from tsr_engine.exchange.pictures import WrittenPicture, frames_of, safe_stem, wanted_frames, write_pictures
+from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.thinning import key_frames
+from tsr_engine.exchange.xml import Node, attribute, elements, quoted
+
+__all__ = ["FORMAT"]
+
+_DECIMALS = 2
+_ROUNDING = 0.5 * 10**-_DECIMALS
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    labels, ignore, changes = used_labels(dataset)
+    extra = [*(["ignore"] if ignore else []), *(["frame_label"] if changes else [])]
+    subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
+    total = sum(1 for video in dataset.videos for _ in video.tracks())
+    pictures: list[WrittenPicture] = []
+    parts: list[dict[str, Any]] = []
+    done = keys = 0
+    folders = _folders(dataset, subsets)
+    for place, video in enumerate(dataset.videos):
+        for subset in subsets:
+            name = folders[place, subset]
+            home = folder / name if name else folder
+            home.mkdir(parents=True, exist_ok=True)
+            with (home / "annotations.xml").open("w", encoding="utf-8", newline="") as out:
+                out.writelines(
+                    header(
+                        name=Path(video.name).stem,
+                        size=video.frames,
+                        mode="interpolation",
+                        subset=subset,
+                        labels=label_lines(labels, extra, mutable=True),
+                        video=video,
+                    )
+                )
+                number = 0
+                for track in video.tracks():
+                    if subset_of(video, track.uid, options.split) != subset:
+                        continue
+                    keys += _write_track(out, number, track, video, dataset.labels, options)
+                    number, done = number + 1, done + 1
+                    options.progress(done, total)
+                out.write("</annotations>\n")
+            parts.append({"folder": name, "video": place, "subset": subset, "tracks": number})
+        prefix = next(folders[place, subset] for subset in subsets)
+        pictures += _pictures(video, place, folder, prefix if len(subsets) == 1 else _stem(folders, place), options)
+    told = {"origin": 0, "decimals": _DECIMALS, "key_frames": keys, "parts": parts, "pictures": pictures}
+    return [], told
+
+
+def _folders(dataset: Dataset, subsets: list[str]) -> dict[tuple[int, str], str]:
+    """Folder of each video and subset; CVAT holds one video in one file, so several need a folder each."""
+    out: dict[tuple[int, str], str] = {}
+    stems = [safe_stem(video.name) for video in dataset.videos]
+    for place, stem in enumerate(stems):
+        own = stem if stems.count(stem) == 1 else f"{stem}-{place + 1}"
+        for subset in subsets:
+            if len(dataset.videos) == 1:
+                out[place, subset] = "" if len(subsets) == 1 else subset
+            else:
+                out[place, subset] = own if len(subsets) == 1 else f"{own}_{subset}"
+    return out
+
+
+def _stem(folders: dict[tuple[int, str], str], place: int) -> str:
+    """Where the pictures of a video go that has several subsets: beside their folders."""
+    names = [name for (at, _), name in folders.items() if at == place]
+    return names[0].rsplit("_", 1)[0] if "_" in names[0] else ""
+
+
+def _pictures(
+    video: DatasetVideo, place: int, folder: Path, home: str, options: ExportOptions
+) -> Iterator[WrittenPicture]:
+    if options.pictures == "none":
+        return
+    frames = wanted_frames(video, frames_of(video), options.pictures)
+    base = f"{home}/images" if home else "images"
+    names = [f"{base}/frame_{frame:06d}.{options.switches.get('image', 'png')}" for frame in frames.tolist()]
+    for count, picture in enumerate(write_pictures(video, place, frames, folder, names)):
+        options.progress(count + 1, len(frames))
+        yield picture
+
+
+def _write_track(
+    out: TextIO, number: int, track: Track, video: DatasetVideo, labels: tuple[str, ...], options: ExportOptions
+) -> int:
+    """Writes one ``<track>``; returns the number of its key frames."""
+    key = key_frames(track, options.thin_px, rounding=_ROUNDING)
+    boxes = rounded(track.boxes, _DECIMALS, video.width, video.height).tolist()
+    uid = attribute_line("uid", track.uid)
+    fixed = (
+        attribute_line("state", track.state)
+        + attribute_line("source", track.source)
+        + attribute_line("note", notes_to_text(track.notes))
+    )
+    every = options.switches.get("rows", "all") == "all"
+    frames, occluded, score = track.frames.tolist(), track.occluded.tolist(), track.score.tolist()
+    lines = [f' <track id="{number}" label={quoted(label_name(labels, track.label))} source="{source_of(track)}">\n']
+    last = len(frames) - 1
+    for k, (frame, is_key) in enumerate(zip(frames, key.tolist(), strict=True)):
+        if is_key or every:
+            x1, y1, x2, y2 = boxes[k]
+            value = score[k]
+            changing = uid + (f'<attribute name="score">{value:.6g}</attribute>' if value == value else "")
+            if track.ignore is not None and track.ignore[k]:
+                changing += attribute_line("ignore", "true")
+            if track.labels is not None and track.labels[k] != track.label:
+                changing += attribute_line("frame_label", label_name(labels, int(track.labels[k])))
+            lines.append(
+                f'  <box frame="{frame}" keyframe="{is_key:d}" outside="0" occluded="{occluded[k]:d}" xtl="{x1:.2f}" '
+                f'ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{changing}{fixed if is_key else ""}</box>\n'
+            )
+        ends = k == last or frames[k + 1] != frame + 1
+        if ends and frame + 1 < video.frames:
+            x1, y1, x2, y2 = boxes[k]
+            lines.append(
+                f'  <box frame="{frame + 1}" keyframe="1" outside="1" occluded="0" xtl="{x1:.2f}" ytl="{y1:.2f}" '
+                f'xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{uid}</box>\n'
+            )
+    lines.append(" </track>\n")
+    out.writelines(lines)
+    return int(np.count_nonzero(key))
+
+
+def _read(path: Path, target: ImportTarget) -> Dataset:
+    intake = Intake(target)
+    files = find_files(path, target.video)
+    for file, name in files:
+        scale = (1.0, 1.0)
+        for node in elements(file, "annotations", ("meta", "track", "image"), name=name):
+            if node.tag == "meta":
+                scale = _scale(node, name, intake)
+            elif node.tag == "image":
+                raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it as that.")
+            else:
+                _read_track(node, name, intake, scale)
+    return intake.finish(files[0][1], interpolate=True)
+
+
+def _scale(meta: Node, file: str, intake: Intake) -> tuple[float, float]:
+    size = next((size for kind in meta.children if (size := kind.child("original_size")) is not None), None)
+    if size is None:
+        return 1.0, 1.0
+    try:
+        width, height = float(size.value("width")), float(size.value("height"))
+    except ValueError:
+        raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
+    return intake.scale(width, height, file, size.line)
+
+
+def _read_track(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> None:
+    shapes = {child.tag for child in node.children} & SHAPES
+    if shapes:
+        intake.skip(f"{file}, line {node.line}: track", f"It consists of {', '.join(sorted(shapes))}, not boxes.")
+        return
+    label = intake.label(attribute(node, "label", file), file, node.line)
+    rows = [(child, attributes_of(child)) for child in node.all("box")]
+    said = next((values["uid"] for _, values in rows if values.get("uid", "").strip()), "").strip()
+    uid = intake.unique(said or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
+    first: dict[str, str] = {}
+    last_row = -1
+    for child, values in rows:
+        is_key = flag(child, "keyframe", file)
+        outside = flag(child, "outside", file, "0")
+        frame = _frame(child, file, intake, outside=outside)
+        if not outside:
+            last_row = max(last_row, frame)
+        if not is_key:
+            continue
+        if outside:
+            intake.end(uid, frame)
+            continue
+        first = first or values
+        own = values.get("frame_label", "").strip()
+        intake.box(
+            uid,
+            frame,
+            box_edges(child, file, intake, scale),
+            intake.label(own, file, child.line) if own else label,
+            file=file,
+            line=child.line,
+            occluded=flag(child, "occluded", file, "0"),
+            ignore=values.get("ignore", "").strip().lower() == "true",
+            score=_score(values.get("score", "").strip(), file, child),
+        )
+    intake.describe(
+        uid,
+        state=first.get("state", "").strip() or "open",
+        source=first.get("source", "").strip() or "imported",
+        notes=notes_from_text(first.get("note", ""), max(last_row, 0)),
+        until=last_row,
+    )
+
+
+def _frame(node: Node, file: str, intake: Intake, *, outside: bool) -> int:
+    value = attribute(node, "frame", file)
+    # The mark of the end may lie one step behind the last frame.
+    if outside and value == str(intake.target.video.frames):
+        return intake.target.video.frames
+    return intake.frame(value, file, node.line)
+
+
+def _score(value: str, file: str, node: Node) -> float:
+    if not value:
+        return math.nan
+    try:
+        return float(value)
+    except ValueError:
+        raise refuse(file, node.line, f"the attribute score must be a number. Got {value[:40]!r}.") from None
+
+
+FORMAT = Format(
+    name="cvat-video",
+    title="CVAT for video 1.1",
+    summary="Tracks with key frames in one XML file, for correcting in CVAT and back.",
+    write=_write,
+    read=_read,
+    sniff=lambda path: sniff_mode(path) == "interpolation",
+    export_switches=(
+        Switch("rows", ("all", "keys"), "Every shown frame, as CVAT writes it, or only key frames: a smaller file."),
+        Switch("image", ("png", "jpg"), "Format of the pictures, where they go out."),
+    ),
+    import_switches=(SIZE_SWITCH,),
+    docs="cvat-video.md",
+)

@@ -1,0 +1,111 @@
+"""What every format writes and reads: videos with tracks, free of any file format.
+
+Frames are ordinals in presentation order from 0; boxes are edges ``x1, y1, x2, y2`` in px of the upright picture,
+from 0, the right and lower edge exclusive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Dataset", "DatasetVideo", "Skipped", "Track"]
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """One physical sign in one video.
+
+    Attributes:
+        uid: stable name of the track within its video (the review tool's key: ``m7``, ``h3f2...``).
+        label: index into the labels of the data set; -1: not known.
+        frames: frames that show it, strictly ascending, shape (n,).
+        boxes: shape (n, 4), px edges; finite, ``x1 < x2`` and ``y1 < y2``.
+        key: frames that hold a statement of their own; the others can be interpolated, shape (n,).
+        occluded: shape (n,).
+        score: 0 to 1, NaN where there is none, shape (n,).
+        labels: label of each frame where it differs from ``label``; None: it does not, else shape (n,).
+        ignore: neither right nor wrong in an evaluation (a don't-care region), shape (n,); None: nowhere.
+        state: how far review is: ``open``, ``accepted``, ``rejected``, ``needs_work`` or, of a truth, ``truth``.
+        source: ``engine``, ``corrected``, ``human``, ``truth`` or ``imported``.
+        notes: what people wrote: frame and text.
+    """
+
+    uid: str
+    label: int
+    frames: NDArray[np.int64]
+    boxes: NDArray[np.float64]
+    key: NDArray[np.bool_]
+    occluded: NDArray[np.bool_]
+    score: NDArray[np.float64]
+    labels: NDArray[np.int64] | None = None
+    ignore: NDArray[np.bool_] | None = None
+    state: str = "open"
+    source: str = "engine"
+    notes: tuple[tuple[int, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetVideo:
+    """One video and what it shows.
+
+    Attributes:
+        name: file name, for people.
+        sha256: of the file; empty: not known (an import).
+        width: px, upright.
+        height: px, upright.
+        frames: frames that decode.
+        rate: announced frames a second, exact; None: not known.
+        times: presentation time of each frame in s, shape (frames,); None: not known.
+        constant_rate: True: all frames lie ``1 / rate`` apart.
+        tracks: makes a new pass over the tracks, in an order that does not change.
+        path: the file, where pictures are wanted.
+        first: first frame that was looked at; frames outside ``first <= frame < stop`` say nothing about signs.
+        stop: frame after the last that was looked at.
+        provenance: for the manifest: run, engine, models, parameters, edit revision.
+    """
+
+    name: str
+    sha256: str
+    width: int
+    height: int
+    frames: int
+    rate: Fraction | None
+    times: NDArray[np.float64] | None
+    constant_rate: bool
+    tracks: Callable[[], Iterator[Track]]
+    path: Path | None = None
+    first: int = 0
+    stop: int = 0
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Skipped:
+    """Something that did not go out or come in, and why."""
+
+    what: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Dataset:
+    """Videos under one list of labels.
+
+    Attributes:
+        labels: names, the class number is the place in the list.
+        videos: in an order that does not change.
+        skipped: what was left out on the way here.
+        repaired: what was put right on the way here, one sentence each.
+    """
+
+    labels: tuple[str, ...]
+    videos: Sequence[DatasetVideo]
+    skipped: tuple[Skipped, ...] = ()
+    repaired: tuple[str, ...] = ()

@@ -1,0 +1,300 @@
+"""Datumaro JSON: one file a subset, one item a picture; tracks by the attributes ``track_id`` and ``keyframe``.
+
+Boxes are ``x, y, width, height`` in px from 0. The form is that of Datumaro's own exporter, format version 1.0.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, read_json, refuse
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.notes import notes_from_text, notes_to_text
+from tsr_engine.exchange.pictures import WrittenPicture, frame_in_name, prefixes, wanted_frames, write_pictures
+from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.split import subset_of, subsets_of_frames
+
+__all__ = ["FORMAT"]
+
+_DECIMALS = 4
+_IMAGE = 2
+"""Datumaro's number for still pictures."""
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    labels, _, _ = used_labels(dataset)
+    numbers = {name: place for place, name in enumerate(labels)}
+    suffix = options.switches.get("image", "jpg")
+    gathered: list[FrameRows] = []
+    offsets: list[int] = []
+    tracks = 0
+    for video in dataset.videos:
+        uids = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) is not None}
+        gathered.append(rows_by_frame(video, thin_px=options.thin_px, rounding=0.5 * 10**-_DECIMALS, only=uids))
+        offsets.append(tracks)
+        tracks += len(gathered[-1].tracks)
+    listed = [
+        np.union1d(rows.frames, wanted_frames(video, rows.frames, options.pictures))
+        for video, rows in zip(dataset.videos, gathered, strict=True)
+    ]
+    sides = [subsets_of_frames(video, options.split) for video in dataset.videos]
+    total = sum(len(frames) for frames in listed)
+    names = prefixes(dataset)
+    (folder / "annotations").mkdir()
+    done = 0
+    for subset in sides[0][0] if sides else ["default"]:
+        with (folder / "annotations" / f"{subset}.json").open("w", encoding="utf-8", newline="") as out:
+            out.write(_head(labels))
+            comma = ""
+            for place, video in enumerate(dataset.videos):
+                kinds, side = sides[place]
+                frames = listed[place][side[listed[place]] == kinds.index(subset)] if subset in kinds else []
+                items = _items(video, gathered[place], frames, names[place], suffix, offsets[place], numbers, labels)
+                for item in items:
+                    out.write(comma + item)
+                    comma = ",\n"
+                    done += 1
+                    options.progress(done, total)
+            out.write("\n]}\n")
+    pictures: list[WrittenPicture] = []
+    if options.pictures != "none":
+        for place, video in enumerate(dataset.videos):
+            kinds, side = sides[place]
+            files = [
+                f"images/{kinds[side[frame]]}/{names[place]}frame_{frame:06d}.{suffix}"
+                for frame in listed[place].tolist()
+            ]
+            for picture in write_pictures(video, place, listed[place], folder, files):
+                pictures.append(picture)
+                options.progress(len(pictures), total)
+    return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
+
+
+def _head(labels: list[str]) -> str:
+    head = {
+        "dm_format_version": "1.0",
+        "media_type": _IMAGE,
+        "infos": {},
+        "categories": {
+            "label": {
+                "label_groups": [],
+                "labels": [{"name": name, "parent": "", "attributes": []} for name in labels],
+                # Attributes that are declared survive Datumaro's conversion to other formats.
+                "attributes": ["occluded", "uid", "score", "state", "source", "note", "ignore"],
+            },
+            "mask": {"colormap": []},
+        },
+    }
+    return json.dumps(head)[:-1] + ', "items": [\n'
+
+
+def _items(
+    video: DatasetVideo,
+    rows: FrameRows,
+    frames: Any,
+    prefix: str,
+    suffix: str,
+    offset: int,
+    numbers: dict[str, int],
+    labels: list[str],
+) -> Iterator[str]:
+    """The text of each item."""
+    places = dict(rows.by_frame())
+    heads = [
+        json.dumps(
+            {
+                "track_id": offset + place + 1,
+                "uid": info.uid,
+                "state": info.state,
+                "source": info.source,
+                **({"note": notes_to_text(info.notes)} if info.notes else {}),
+            },
+        )[1:-1]
+        for place, info in enumerate(rows.tracks)
+    ]
+    boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height)
+    boxes[:, 2:] = np.round(boxes[:, 2:] - boxes[:, :2], _DECIMALS)
+    edges = boxes.tolist()
+    truth = ("false", "true")
+    for frame in frames.tolist() if len(frames) else ():
+        name = f"{prefix}frame_{frame:06d}"
+        out: list[str] = []
+        at = places.get(frame, slice(0, 0))
+        for number, k in enumerate(range(at.start, at.stop)):
+            score = float(rows.score[k])
+            out.append(
+                f'{{"id":{number},"type":"bbox","attributes":{{"occluded":{truth[int(rows.occluded[k])]},'
+                f'"keyframe":{truth[int(rows.key[k])]},"outside":false,'
+                + (f'"score":{score:.9g},' if score == score else "")
+                + ('"ignore":true,' if rows.ignore[k] else "")
+                + f"{heads[rows.track[k]]}}},"
+                f'"group":0,"label_id":{numbers[label_name(labels, int(rows.label[k]))]},"z_order":0,'
+                f'"bbox":[{",".join(map(repr, edges[k]))}]}}'
+            )
+        extra = "" if video.times is None else f',"time":{float(video.times[frame]):.6f}'
+        yield (
+            f'{{"id":{json.dumps(name)},"annotations":[{",".join(out)}],"attr":{{"frame":{frame}{extra}}},'
+            f'"image":{{"path":{json.dumps(f"{name}.{suffix}")},"size":[{video.height},{video.width}]}}}}'
+        )
+
+
+def _read(path: Path, target: ImportTarget) -> Dataset:
+    intake = Intake(target)
+    files = _files(path)
+    if not files:
+        raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
+    other = shapes = 0
+    for file in files:
+        content = read_json(file)
+        if not isinstance(content, dict) or not isinstance(content.get("items"), list):
+            raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
+        names = _label_names(content, file.name)
+        for place, item in enumerate(content["items"]):
+            where = f"item {place + 1}"
+            if not isinstance(item, dict) or not isinstance(item.get("annotations", []), list):
+                raise refuse(file.name, where, "must be an object with a list of annotations. Correct it.")
+            frame = _frame(item, file.name, where, intake)
+            if frame is None:
+                other += 1
+                continue
+            scale = _scale(item, file.name, where, intake)
+            for count, note in enumerate(item.get("annotations", [])):
+                shapes += not _annotation(note, names, frame, scale, intake, file.name, f"{where}, box {count + 1}")
+    if other:
+        intake.skip(f"{other} pictures", f"Their names are of another video than {target.video.name}.")
+    if shapes:
+        intake.skip(f"{shapes} annotations", "They are no boxes.")
+    return intake.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
+
+
+def _files(path: Path) -> list[Path]:
+    if path.is_file():
+        return [path]
+    inside = path / "annotations" if (path / "annotations").is_dir() else path
+    return sorted(file for file in inside.glob("*.json") if file.name != "manifest.json")
+
+
+def _label_names(content: dict[str, Any], file: str) -> list[str]:
+    try:
+        return [str(label["name"]) for label in content["categories"]["label"]["labels"]]
+    except (KeyError, TypeError):
+        raise refuse(file, None, "has no categories.label.labels with names. Export as Datumaro again.") from None
+
+
+def _frame(item: dict[str, Any], file: str, where: str, intake: Intake) -> int | None:
+    """Ordinal of an item; None: of another video."""
+    attr = item.get("attr")
+    image = item.get("image")
+    name = str(item.get("id") or (image.get("path", "") if isinstance(image, dict) else ""))
+    found = frame_in_name(name, intake.target.video)
+    if found is None and "_frame_" in name:
+        return None
+    if isinstance(attr, dict) and "frame" in attr:
+        return intake.frame(attr["frame"], file, where)
+    if found is None:
+        raise refuse(file, where, f"{name[:80]!r} has no frame number, and no attr.frame. Call it frame_000010.")
+    return intake.frame(found, file, where)
+
+
+def _scale(item: dict[str, Any], file: str, where: str, intake: Intake) -> tuple[float, float]:
+    image = item.get("image")
+    size = image.get("size") if isinstance(image, dict) else None
+    if size is None:
+        return 1.0, 1.0
+    video = intake.target.video
+    if size == [video.height, video.width]:
+        return 1.0, 1.0
+    if not (isinstance(size, list) and len(size) == 2 and all(isinstance(side, int | float) for side in size)):
+        raise refuse(file, where, f"image.size must be [height, width]. Got {str(size)[:60]}.")
+    return intake.scale(float(size[1]), float(size[0]), file, where)
+
+
+def _annotation(
+    note: Any, names: list[str], frame: int, scale: tuple[float, float], intake: Intake, file: str, where: str
+) -> bool:
+    """Takes one annotation; False: it is no box."""
+    if not isinstance(note, dict):
+        raise refuse(file, where, "must be an object. Correct it.")
+    if note.get("type") != "bbox":
+        return False
+    label = note.get("label_id")
+    if not isinstance(label, int) or not 0 <= label < len(names):
+        raise refuse(file, where, f"label_id {label!r} must be 0 to {len(names) - 1}. Correct it.")
+    box = note.get("bbox")
+    if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
+        raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
+    said = note.get("attributes", {})
+    said = said if isinstance(said, dict) else {}
+    track = said.get("track_id")
+    uid = str(said.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
+    if not uid:
+        uid = intake.unique(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
+    if said.get("outside") in (True, "true", "True"):
+        # Datumaro keeps CVAT's marks of the end as boxes.
+        intake.end(uid, frame)
+        return True
+    score = said.get("score")
+    if score is not None and type(score) not in (int, float):
+        raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
+    x, y, width, height = (_float(side, file, where) for side in box)
+    known = uid in intake
+    taken = intake.box(
+        uid,
+        frame,
+        (x * scale[0], y * scale[1], (x + width) * scale[0], (y + height) * scale[1]),
+        intake.label(names[label], file, where),
+        file=file,
+        line=where,
+        key=said.get("keyframe", True) not in (False, "false", "False"),
+        occluded=said.get("occluded") in (True, "true", "True"),
+        ignore=said.get("ignore") in (True, "true", "True"),
+        score=math.nan if score is None else _float(score, file, where),
+    )
+    if taken and not known:
+        intake.describe(
+            uid,
+            state=str(said.get("state", "open")),
+            source=str(said.get("source", "imported")),
+            notes=notes_from_text(str(said.get("note", "")), frame),
+        )
+    return True
+
+
+def _float(value: float, file: str, where: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise refuse(file, where, "a number is too large. Correct it.") from None
+
+
+def _sniff(path: Path) -> bool:
+    for file in _files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+        with file.open("rb") as stream:
+            start = stream.read(1 << 14)
+        return b'"dm_format_version"' in start or (b'"media_type"' in start and b'"categories"' in start)
+    return False
+
+
+FORMAT = Format(
+    name="datumaro",
+    title="Datumaro JSON",
+    summary="Boxes by picture with tracks as attributes, for Datumaro and everything that it converts to.",
+    write=_write,
+    read=_read,
+    sniff=_sniff,
+    export_switches=(Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),),
+    import_switches=(
+        SIZE_SWITCH,
+        Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
+    ),
+    docs="datumaro.md",
+)

@@ -1,0 +1,95 @@
+"""A data set out in one format: checked, written, described, then shown under its name in one step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.errors import ExportError, StorageError
+from tsr_engine.exchange.archive import pack
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.filters import inside_pictures
+from tsr_engine.exchange.formats import ExportOptions, Format
+from tsr_engine.exchange.manifest import MANIFEST, Manifest, describe, hash_files, survey
+from tsr_engine.exchange.publish import fsync_tree, publish, workshop
+from tsr_engine.exchange.registry import switches_of
+from tsr_engine.exchange.split import check_leaks
+from tsr_engine.io.atomic import storage_error
+
+__all__ = ["CROPS", "export_dataset"]
+
+CROPS = frozenset({"gtsrb"})
+"""Formats that cut signs out of their frames: a frame may serve two sides."""
+
+
+def export_dataset(
+    dataset: Dataset,
+    format: Format,
+    out: Path,
+    options: ExportOptions | None = None,
+    *,
+    zipped: bool,
+    about: Mapping[str, Any] | None = None,
+) -> Manifest:
+    """Write a data set to a folder or ZIP file that appears whole or not at all.
+
+    An older export of that name stays whole until the new one takes its place in one rename. A kill at any moment
+    leaves at most a hidden sibling, which the next export to the same name removes.
+
+    Args:
+        dataset: what to write; its tracks are read a few times.
+        format: must be one that writes.
+        out: the folder, or with ``zipped`` the file; an older export there is replaced, anything else is not.
+        options: unset: no pictures, defaults. Missing switches take their defaults.
+        zipped: one ZIP file, the same bytes for the same data.
+        about: goes into the manifest as ``asked``.
+
+    Returns:
+        The manifest, as written.
+
+    Raises:
+        ExportError: the format cannot hold the data, a track breaks a promise, or the split leaks.
+        UsageError: an option that the format does not have.
+        StorageError: no room or no permission, or ``out`` is something else than an export.
+    """
+    options = ExportOptions() if options is None else options
+    if format.write is None:
+        raise ExportError(f"{format.title} is read only. Choose another format.")
+    if format.needs_pictures and options.pictures == "none":
+        raise ExportError(f"{format.title} consists of pictures. Export with pictures.")
+    options = replace(options, switches=switches_of(format, dict(options.switches), reading=False))
+    _check_place(out, zipped)
+    found = survey(dataset, options)
+    check_leaks(dataset, options.split, whole_frames=format.name not in CROPS)
+    try:
+        with workshop(out) as shop:
+            folder = shop / "export"
+            folder.mkdir()
+            skipped, extra = format.write(inside_pictures(dataset), folder, options)
+            everything = [*dataset.skipped, *found.skipped, *skipped]
+            manifest = describe(
+                dataset, format, options, found, everything, extra, hash_files(folder), {} if about is None else about
+            )
+            manifest.write(folder)
+            made = folder
+            if zipped:
+                made = shop / "export.zip"
+                with made.open("xb") as stream:
+                    pack(folder, stream, lambda: options.progress(found.tracks, found.tracks))
+            fsync_tree(made)
+            publish(made, out)
+    except OSError as error:
+        raise storage_error(out, error) from None
+    return manifest
+
+
+def _check_place(out: Path, zipped: bool) -> None:
+    if zipped and out.is_dir():
+        raise StorageError(f"Cannot write {out}: it is a folder. Name a file.")
+    if not zipped and out.exists():
+        if not out.is_dir():
+            raise StorageError(f"Cannot write {out}: it is a file. Name a folder.")
+        if not (out / MANIFEST).is_file() and any(out.iterdir()):
+            raise StorageError(f"{out} has files but is no earlier export, so it stays as it is. Name another folder.")

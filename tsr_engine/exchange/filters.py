@@ -1,0 +1,162 @@
+"""Which part of a data set goes out: review states, classes, sizes, frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import UsageError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+
+__all__ = ["Filters", "filtered", "inside_picture", "inside_pictures", "part_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Filters:
+    """What goes out; a track must pass all.
+
+    Attributes:
+        states: review states; None: all.
+        classes: class numbers, -1 for tracks without class; None: all.
+        min_side: boxes whose shorter side is below, in px, stay here; None: all sizes.
+        first: first frame.
+        stop: frame after the last; None: to the end.
+    """
+
+    states: frozenset[str] | None = None
+    classes: frozenset[int] | None = None
+    min_side: float | None = None
+    first: int = 0
+    stop: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.first < 0 or (self.stop is not None and self.stop <= self.first):
+            raise UsageError(f"The frames must be 0 <= first < stop. Got {self.first} to {self.stop}.")
+        if self.min_side is not None and not 0 <= self.min_side < float("inf"):
+            raise UsageError(f"The smallest side must be 0 px or more. Got {self.min_side}.")
+
+
+def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
+    """The track in some of its frames only; None: in no frame.
+
+    Args:
+        track: the track.
+        chosen: shape (n,).
+    """
+    if chosen.all():
+        return track
+    if not chosen.any():
+        return None
+    frames = track.frames[chosen]
+    known = set(frames.tolist())
+    return replace(
+        track,
+        frames=frames,
+        boxes=track.boxes[chosen],
+        key=track.key[chosen],
+        occluded=track.occluded[chosen],
+        score=track.score[chosen],
+        labels=None if track.labels is None else track.labels[chosen],
+        ignore=None if track.ignore is None else track.ignore[chosen],
+        notes=tuple(note for note in track.notes if note[0] in known),
+    )
+
+
+def filtered(dataset: Dataset, filters: Filters) -> Dataset:
+    """The data set as the filters let it through, with the number of what they held back.
+
+    Tracks are filtered anew in each pass; one pass is made here to count.
+
+    Raises:
+        UsageError: the frames begin after the end of a video.
+    """
+    videos: list[DatasetVideo] = []
+    skipped = list(dataset.skipped)
+    for video in dataset.videos:
+        end = video.stop or video.frames
+        first, stop = max(video.first, filters.first), min(end, filters.stop or end)
+        if first >= stop:
+            raise UsageError(
+                f"{video.name} was looked at in frames {video.first} to {end - 1}; none of frames {filters.first} to "
+                f"{(filters.stop or video.frames) - 1} is among them. Choose others."
+            )
+        part = replace(video, first=first, stop=stop, tracks=_passes(video, filters, first, stop))
+        videos.append(part)
+        skipped += _held_back(video, part, filters)
+    return replace(dataset, videos=tuple(videos), skipped=tuple(skipped))
+
+
+def inside_picture(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:
+    """The track with its boxes cut at the edges of the picture; None: it lies wholly outside. And how many were cut."""
+    boxes = track.boxes
+    size = (video.width, video.height)
+    if (boxes[:, :2] >= 0).all() and (boxes[:, 2:] <= size).all():
+        return track, 0
+    cut = np.clip(boxes, 0.0, (*size, *size))
+    part = part_of(replace(track, boxes=cut), (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3]))
+    if part is None:
+        return None, 0
+    reaching = (cut != boxes).any(axis=1) & (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3])
+    return part, int(reaching.sum())
+
+
+def inside_pictures(dataset: Dataset) -> Dataset:
+    """The data set with all boxes cut at the edges of their pictures, in each pass anew."""
+    return replace(dataset, videos=tuple(replace(video, tracks=_cut(video)) for video in dataset.videos))
+
+
+def _cut(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
+    def once() -> Iterator[Track]:
+        for track in video.tracks():
+            part, _ = inside_picture(track, video)
+            if part is not None:
+                yield part
+
+    return once
+
+
+def _passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Callable[[], Iterator[Track]]:
+    """Makes passes over the tracks that get through."""
+
+    def once() -> Iterator[Track]:
+        for track in video.tracks():
+            kept = _kept(track, filters, first, stop)
+            if kept is not None:
+                yield kept
+
+    return once
+
+
+def _kept(track: Track, filters: Filters, first: int, stop: int) -> Track | None:
+    if filters.states is not None and track.state not in filters.states:
+        return None
+    if filters.classes is not None and track.label not in filters.classes:
+        return None
+    chosen = (track.frames >= first) & (track.frames < stop)
+    if filters.min_side is not None:
+        sides = np.minimum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
+        chosen &= sides >= filters.min_side
+    return part_of(track, chosen)
+
+
+def _held_back(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> list[Skipped]:
+    states: dict[str, int] = {}
+    classes = frames = small = 0
+    for track in video.tracks():
+        if filters.states is not None and track.state not in filters.states:
+            states[track.state] = states.get(track.state, 0) + 1
+        elif filters.classes is not None and track.label not in filters.classes:
+            classes += 1
+        else:
+            inside = (track.frames >= part.first) & (track.frames < part.stop)
+            frames += int((~inside).sum())
+            kept = _kept(track, filters, part.first, part.stop)
+            small += int(inside.sum()) - (0 if kept is None else len(kept.frames))
+    found = [(f"{count} tracks", f"Their review state is {state}.") for state, count in sorted(states.items())]
+    found += [(f"{classes} tracks", "Their class was not chosen.")] if classes else []
+    found += [(f"{frames} boxes", f"They lie outside of frames {part.first} to {part.stop - 1}.")] if frames else []
+    found += [(f"{small} boxes", f"Their shorter side is below {filters.min_side:g} px.")] if small else []
+    return [Skipped(f"{video.name}: {what}", reason) for what, reason in found]

@@ -1,0 +1,115 @@
+"""The formats, as plug-ins in one registry.
+
+A format is a module with one ``Format`` object; the registry is the one place that lists them, for the command line,
+the HTTP API and the page alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+
+__all__ = ["ExportOptions", "Format", "ImportTarget", "Switch", "Writer"]
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """An option of one format that a person can set.
+
+    Attributes:
+        name: as in ``--option name=value``.
+        values: what it can be; the first is what it is when nobody says.
+        help: one sentence.
+    """
+
+    name: str
+    values: tuple[str, ...]
+    help: str
+
+
+@dataclass(frozen=True, slots=True)
+class ExportOptions:
+    """What an export should hold.
+
+    Attributes:
+        pictures: ``none``, ``annotated`` (frames that show a sign) or ``all``.
+        switches: options of the format by name; all of them, defaults filled in.
+        thin_px: dense tracks are thinned to key frames whose interpolation stays within this many px of each edge;
+            formats that do not interpolate write every frame.
+        split: subset of each (video sha256 or name, track uid), by ``tsr_engine.exchange.split``; empty: one subset.
+        progress: told (frames or tracks done, of how many); raises to stop.
+    """
+
+    pictures: str = "none"
+    switches: Mapping[str, str] = field(default_factory=dict)
+    thin_px: float = 0.5
+    split: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    progress: Callable[[int, int], None] = lambda _done, _of: None
+
+
+@dataclass(frozen=True, slots=True)
+class ImportTarget:
+    """The video that an import is laid onto; the reader checks against it.
+
+    Attributes:
+        video: its ``tracks`` are not read.
+        labels: the tool's class names; names are matched exactly, then without case, spaces, dashes and underscores,
+            then by a number 0 to 42.
+        switches: options of the format; all of them, defaults filled in.
+        label_map: name in the file -> class number, said by a person; wins.
+    """
+
+    video: DatasetVideo
+    labels: tuple[str, ...]
+    switches: Mapping[str, str] = field(default_factory=dict)
+    label_map: Mapping[str, int] = field(default_factory=dict)
+
+
+class Writer(Protocol):
+    """Writes a data set into an empty folder and says what it left out, and what the manifest should know."""
+
+    def __call__(self, dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+        """Raises ``ExportError`` with one sentence where the format cannot hold the data (variable frame rate...)."""
+        ...
+
+
+class Reader(Protocol):
+    """Reads a folder (an unpacked archive) or a single file."""
+
+    def __call__(self, path: Path, target: ImportTarget) -> Dataset:
+        """Gives one video with its tracks and ``skipped``; raises ``ImportFormatError`` with file, line and rule."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One format.
+
+    Attributes:
+        name: ``cvat-video``, ``cvat-images``, ``coco``, ``yolo``, ``voc``, ``mot``, ``gtsrb``, ``gtsdb``, ``datumaro``,
+            ``label-studio``, ``tracks-csv``, ``tracks-json``.
+        title: for people.
+        summary: one sentence.
+        write: None: import only.
+        read: None: export only.
+        sniff: looks at a folder or file and says whether it is of this format; cheap.
+        export_switches: options of the writer.
+        import_switches: options of the reader.
+        needs_pictures: an export without pictures makes no sense (crop folders).
+        docs: page under ``docs/formats/``.
+    """
+
+    name: str
+    title: str
+    summary: str
+    write: Writer | None
+    read: Reader | None
+    sniff: Callable[[Path], bool]
+    export_switches: tuple[Switch, ...] = ()
+    import_switches: tuple[Switch, ...] = ()
+    needs_pictures: bool = False
+    docs: str = ""

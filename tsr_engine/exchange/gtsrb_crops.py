@@ -1,0 +1,212 @@
+"""GTSRB class folders: each sign cut out of each of its frames, with a border, and a table a class.
+
+::
+
+    00014/00003_00007.ppm     class 14, track 3, its 8th picture in time
+    00014/GT-00014.csv        Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId
+    crops.csv                 where each crop was cut out, and of which track
+
+The border is 10 % of the sign, at least 5 px; where it leaves the picture, the picture's last pixels go on. ``X2`` and
+``Y2`` are exclusive. Source: Readme of the benchmark (Stallkamp et al. 2012). The benchmark's own folders do not say
+where a crop was cut out; only folders with ``crops.csv`` are read.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.gtsrb_reader import OWN, SIDE, read_crops, sniff_crops
+from tsr_engine.exchange.pictures import encode, picture_sha256, stream_frames
+from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.sidecar import COLUMNS, side_cells
+from tsr_engine.exchange.split import subset_of
+from tsr_engine.exchange.whole_pixels import whole_pixels
+from tsr_engine.io.atomic import storage_error
+
+__all__ = ["BORDER", "FORMAT", "LEAST_BORDER", "crop_with_border"]
+
+BORDER = 0.1
+"""Of the sign's side."""
+LEAST_BORDER = 5
+"""px."""
+_HEADER = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId\n"
+_PER_TRACK = 30
+
+
+def crop_with_border(
+    picture: NDArray[np.uint8], box: tuple[int, int, int, int]
+) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
+    """A sign with its border.
+
+    Args:
+        picture: BGR, shape (h, w, 3).
+        box: whole px edges inside of the picture.
+
+    Returns:
+        the crop, and the sign's box within it, edges, right and lower one exclusive.
+    """
+    x1, y1, x2, y2 = box
+    height, width = picture.shape[:2]
+    bx, by = border_of(x2 - x1), border_of(y2 - y1)
+    left, top, right, bottom = x1 - bx, y1 - by, x2 + bx, y2 + by
+    inside = picture[max(top, 0) : min(bottom, height), max(left, 0) : min(right, width)]
+    crop = cv2.copyMakeBorder(
+        inside,
+        max(-top, 0),
+        max(bottom - height, 0),
+        max(-left, 0),
+        max(right - width, 0),
+        cv2.BORDER_REPLICATE,
+    )
+    return np.asarray(crop, dtype=np.uint8), (bx, by, bx + x2 - x1, by + y2 - y1)
+
+
+def border_of(side: int) -> int:
+    """Border of a side in px: 10 %, at least 5."""
+    return max(LEAST_BORDER, int(BORDER * side + 0.5))
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    writer = _Writer(dataset, folder, options)
+    with (folder / SIDE).open("w", encoding="utf-8", newline="", errors="replace") as side:
+        table = csv.writer(side, lineterminator="\n")
+        table.writerow([*OWN, *COLUMNS])
+        for video in dataset.videos:
+            writer.write_video(video, table)
+    writer.write_tables()
+    skipped = [
+        Skipped(f"{count} {what}", reason)
+        for count, what, reason in (
+            (writer.without_class, "tracks without class", "Crops lie in the folder of their class."),
+            (writer.ignored, "boxes to ignore", "Crops have no such mark."),
+            (writer.thinned, "boxes", f"{_PER_TRACK} crops a track were asked for."),
+        )
+        if count
+    ]
+    told = {
+        "roi": "edges within the crop, right and lower one exclusive",
+        "border": f"{BORDER:.0%} of the side, at least {LEAST_BORDER} px, the picture's edge repeated outside",
+        "crops": writer.crops,
+        "tracks": SIDE,
+    }
+    return skipped, told
+
+
+class _Writer:
+    """Cuts out one frame after the other; tables are written when all crops are."""
+
+    def __init__(self, dataset: Dataset, folder: Path, options: ExportOptions) -> None:
+        self._folder = folder
+        self._options = options
+        self._suffix = options.switches.get("picture", "ppm")
+        self._most = _PER_TRACK if options.switches.get("per_track", "all") != "all" else None
+        self._tables: dict[tuple[str, int], list[tuple[str, str]]] = {}
+        self._next_track: dict[int, int] = {}
+        self._total = sum(len(track.frames) for video in dataset.videos for track in video.tracks())
+        self.crops = self.without_class = self.ignored = self.thinned = 0
+
+    def write_video(self, video: DatasetVideo, table: Any) -> None:
+        rows = rows_by_frame(video, only=self._wanted(video))
+        chosen = self._choose(rows)
+        numbers = [self._number(info.label) for info in rows.tracks]
+        subsets = [subset_of(video, info.uid, self._options.split) or "" for info in rows.tracks]
+        boxes = whole_pixels(rows.boxes, video.width, video.height)
+        running = [0] * len(rows.tracks)
+        first: set[int] = set()
+        places = {frame: at for frame, at in rows.by_frame() if chosen[at].any()}
+        frames = np.array(list(places), dtype=np.int64)
+        for frame in stream_frames(video, frames):
+            digest = picture_sha256(frame)
+            at = places[frame.ordinal]
+            for k in range(at.start, at.stop):
+                if not chosen[k]:
+                    continue
+                number = int(rows.track[k])
+                name = f"{numbers[number]:05d}_{running[number]:05d}.{self._suffix}"
+                running[number] += 1
+                x1, y1, x2, y2 = (int(edge) for edge in boxes[k])
+                crop, roi = crop_with_border(frame.picture, (x1, y1, x2, y2))
+                path = self._put(subsets[number], rows.tracks[number].label, name, crop, roi)
+                own = [path, video.name, video.sha256, frame.ordinal, x1 - roi[0], y1 - roi[1], digest]
+                table.writerow([*own, *side_cells(rows, k, first)])
+                self.crops += 1
+                self._options.progress(self.crops, max(self._total, self.crops))
+
+    def write_tables(self) -> None:
+        """One table a class and subset, ordered by track, then time."""
+        for (subset, label), lines in sorted(self._tables.items()):
+            home = self._home(subset, label)
+            text = "".join(line for _, line in sorted(lines))
+            (home / f"GT-{label:05d}.csv").write_text(_HEADER + text, encoding="ascii", newline="")
+
+    def _wanted(self, video: DatasetVideo) -> set[str]:
+        wanted: set[str] = set()
+        for track in video.tracks():
+            if subset_of(video, track.uid, self._options.split) is None:
+                continue
+            if track.label < 0:
+                self.without_class += 1
+            else:
+                wanted.add(track.uid)
+        return wanted
+
+    def _choose(self, rows: FrameRows) -> NDArray[np.bool_]:
+        """Which boxes are cut out: none to ignore, and of each track as many as asked for, evenly."""
+        chosen = ~rows.ignore
+        self.ignored += int(rows.ignore.sum())
+        if self._most is not None:
+            for number in range(len(rows.tracks)):
+                own = np.flatnonzero(chosen & (rows.track == number))
+                if len(own) > self._most:
+                    keep = np.linspace(0, len(own) - 1, self._most).round().astype(np.int64)
+                    chosen[np.delete(own, keep)] = False
+                    self.thinned += len(own) - len(keep)
+        return chosen
+
+    def _number(self, label: int) -> int:
+        """Number of a new track within its class, over all videos and subsets: no two ever share a name."""
+        number = self._next_track.get(label, 0)
+        self._next_track[label] = number + 1
+        return number
+
+    def _home(self, subset: str, label: int) -> Path:
+        home = self._folder / subset if self._options.split else self._folder
+        return home / f"{label:05d}"
+
+    def _put(self, subset: str, label: int, name: str, crop: NDArray[np.uint8], roi: tuple[int, int, int, int]) -> str:
+        home = self._home(subset, label)
+        lines = self._tables.setdefault((subset, label), [])
+        path = home / name
+        try:
+            if not lines:
+                home.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(encode(crop, path.suffix))
+        except OSError as error:
+            raise storage_error(path, error) from None
+        height, width = crop.shape[:2]
+        lines.append((name, f"{name};{width};{height};{';'.join(map(str, roi))};{label}\n"))
+        return path.relative_to(self._folder).as_posix()
+
+
+FORMAT = Format(
+    name="gtsrb",
+    title="GTSRB crops",
+    summary="Signs cut out, by class and track, for training a classifier.",
+    write=_write,
+    read=read_crops,
+    sniff=sniff_crops,
+    export_switches=(
+        Switch("picture", ("ppm", "png"), "Format of the crops; both keep every pixel."),
+        Switch("per_track", ("all", "30"), "All crops of a track, or 30 evenly chosen ones as in the benchmark."),
+    ),
+    needs_pictures=True,
+    docs="gtsrb.md",
+)

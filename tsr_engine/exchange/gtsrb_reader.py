@@ -1,0 +1,112 @@
+"""Reads GTSRB class folders that say, in ``crops.csv``, where each crop was cut out of its video."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.picture_lists import is_wrapper
+from tsr_engine.exchange.sidecar import read_side
+
+__all__ = ["OWN", "SIDE", "read_crops", "sniff_crops"]
+
+SIDE = "crops.csv"
+OWN = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
+_COLUMNS = ("Filename", "Width", "Height", "Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
+
+
+def read_crops(path: Path, target: ImportTarget) -> Dataset:
+    """Read a folder.
+
+    Raises:
+        ImportFormatError: a broken rule, or nothing says where the crops were cut out.
+    """
+    root = path if path.is_dir() else path.parent
+    if not (root / SIDE).is_file():
+        raise refuse(
+            path.name,
+            None,
+            f"has no {SIDE}: crops alone do not say where in the video they were cut out. Train from them, or export "
+            "from this tool again.",
+        )
+    tables: dict[str, tuple[str, int, tuple[int, ...]]] = {}
+    for table in sorted(root.rglob("GT-*.csv")):
+        _read_table(table, root, tables)
+    intake = Intake(target)
+    video = target.video
+    side = list(read_side(root / SIDE, OWN))
+    hashes = {entry.own["video_sha256"] for entry in side}
+    own = video.sha256 if len(hashes) > 1 and video.sha256 in hashes else None
+    others = missing = 0
+    for entry in side:
+        if own is not None and entry.own["video_sha256"] != own:
+            others += 1
+            continue
+        found = tables.pop(entry.own["file"], None)
+        if found is None:
+            missing += 1
+            continue
+        file, line, (x1, y1, x2, y2, label) = found
+        if not 0 <= label < len(target.labels):
+            raise refuse(file, line, f"class {label} must be 0 to {len(target.labels) - 1}. Correct it.")
+        frame = intake.frame(entry.own["frame"], SIDE, entry.line)
+        left, top = (_whole(entry.own[name], name, SIDE, entry.line) for name in ("left", "top"))
+        known = entry.uid in intake
+        taken = intake.box(
+            entry.uid,
+            frame,
+            (left + x1, top + y1, left + x2, top + y2),
+            label,
+            file=file,
+            line=line,
+            key=entry.key,
+            occluded=entry.occluded,
+            score=entry.score,
+        )
+        if taken and (entry.note or not known):
+            entry.tell(intake, frame)
+    if others:
+        intake.skip(f"{others} crops", f"They are of another video than {video.name}.")
+    if missing:
+        intake.skip(f"{missing} crops of {SIDE}", "No table GT-*.csv lists them any more.")
+    if own is None and tables:
+        intake.skip(f"{len(tables)} crops", f"{SIDE} does not say where they were cut out.")
+    return intake.finish(SIDE)
+
+
+def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[int, ...]]]) -> None:
+    name = table.relative_to(root).as_posix()
+    for line, content in enumerate(read_text(table).splitlines(), start=1):
+        cells = [cell.strip() for cell in content.split(";")]
+        if line == 1:
+            if tuple(cells) != _COLUMNS:
+                raise refuse(name, 1, f"the header must be {';'.join(_COLUMNS)}. Got {content[:80]!r}.")
+            continue
+        if not content.strip():
+            continue
+        if len(cells) != len(_COLUMNS):
+            raise refuse(name, line, f"must have {len(_COLUMNS)} cells. Got {len(cells)}.")
+        numbers = tuple(_whole(cell, column, name, line) for column, cell in zip(_COLUMNS[3:], cells[3:], strict=True))
+        file = (table.parent / cells[0]).relative_to(root).as_posix()
+        if file in out:
+            raise refuse(name, line, f"{cells[0][:60]} is there twice. Delete one of the lines.")
+        out[file] = (name, line, numbers)
+
+
+def _whole(cell: str, name: str, file: str, line: int) -> int:
+    try:
+        value = int(cell)
+    except ValueError:
+        raise refuse(file, line, f"{name} must be a whole number. Got {cell[:40]!r}.") from None
+    if abs(value) > 1_000_000:
+        raise refuse(file, line, f"{name} must be within 1000000. Got {cell[:40]!r}.")
+    return value
+
+
+def sniff_crops(path: Path) -> bool:
+    """Whether a folder has class folders with tables, or the list of crops."""
+    if not path.is_dir() or (is_wrapper(path) and not any(path.glob("[0-9]*/GT-*.csv"))):
+        return False
+    return (path / SIDE).is_file() or any(path.glob("[0-9]*/GT-*.csv")) or any(path.glob("*/[0-9]*/GT-*.csv"))

@@ -1,0 +1,183 @@
+"""Boxes that come without a track id, linked to tracks from frame to frame where they overlap.
+
+Greedy: of all pairs of an open track and a box of the frame, the best is joined first; a pair of one class comes before
+a pair of two, then the larger overlap counts. A track with two boxes or more is expected where its last step leads to,
+since signs beside the road move by most of their width from frame to frame. A track that has met no box for ``GAP``
+frames is closed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.formats import Switch
+
+__all__ = ["GAP", "LEAST_IOU", "LINK_SWITCH", "LooseBoxes"]
+
+LEAST_IOU = 0.2
+"""Boxes that overlap less are two signs."""
+GAP = 3
+"""Frames that a sign may be missed and still be the same."""
+
+LINK_SWITCH = Switch(
+    "link",
+    ("iou", "none"),
+    f"Boxes without track id: joined where they overlap (IoU of {LEAST_IOU} or more, up to {GAP} frames missed), or "
+    "each a track of one frame.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    frame: int
+    edges: tuple[float, float, float, float]
+    label: int
+    line: int | str | None
+    key: bool
+    occluded: bool
+    ignore: bool
+    score: float
+
+
+class LooseBoxes:
+    """Collects boxes without track id and hands them to an intake as tracks."""
+
+    def __init__(self, intake: Intake, file: str) -> None:
+        """``file`` is named in messages."""
+        self._intake = intake
+        self._file = file
+        self._boxes: list[tuple[_Box, str]] = []
+
+    def __len__(self) -> int:
+        return len(self._boxes)
+
+    def add(
+        self,
+        frame: int,
+        edges: tuple[float, float, float, float],
+        label: int,
+        *,
+        file: str,
+        line: int | str | None = None,
+        key: bool = True,
+        occluded: bool = False,
+        ignore: bool = False,
+        score: float = math.nan,
+    ) -> None:
+        """One box, as ``Intake.box`` takes it; it is checked when the boxes are settled."""
+        self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score), file))
+
+    def settle(self) -> None:
+        """Hand over all boxes, linked unless the switch ``link`` says ``none``; tells how many became how many.
+
+        Raises:
+            ImportFormatError: a box breaks a rule.
+        """
+        if not self._boxes:
+            return
+        boxes = [box for box, _ in self._boxes]
+        linked = self._intake.target.switches.get("link", "iou") == "iou"
+        number = link(boxes) if linked else list(range(len(boxes)))
+        names: dict[int, str] = {}
+        free = 1
+        for track in number:
+            if track not in names:
+                while f"box{free}" in self._intake:
+                    free += 1
+                names[track] = f"box{free}"
+                free += 1
+        for (box, file), track in zip(self._boxes, number, strict=True):
+            self._intake.box(
+                names[track],
+                box.frame,
+                box.edges,
+                box.label,
+                file=file,
+                line=box.line,
+                key=box.key,
+                occluded=box.occluded,
+                ignore=box.ignore,
+                score=box.score,
+            )
+        how = f"linked to {len(names)} tracks by overlap" if linked else "taken as tracks of one frame"
+        self._intake.repair(f"{self._file}: {len(boxes)} boxes have no track id; they were {how}.")
+        self._boxes.clear()
+
+
+def link(boxes: list[_Box]) -> list[int]:
+    """Number of the track of each box, in the order in which the tracks begin."""
+    order = sorted(range(len(boxes)), key=lambda k: (boxes[k].frame, k))
+    number = [-1] * len(boxes)
+    last: dict[int, int] = {}
+    before: dict[int, int] = {}
+    tracks = 0
+    at = 0
+    while at < len(order):
+        frame = boxes[order[at]].frame
+        end = at
+        while end < len(order) and boxes[order[end]].frame == frame:
+            end += 1
+        now = order[at:end]
+        last = {track: k for track, k in last.items() if frame - boxes[k].frame <= GAP + 1}
+        for track, k in _pairs(boxes, last, before, now):
+            number[k] = track
+            before[track] = last[track]
+        for k in now:
+            if number[k] < 0:
+                number[k] = tracks
+                tracks += 1
+            last[number[k]] = k
+        at = end
+    return number
+
+
+def _pairs(boxes: list[_Box], last: dict[int, int], before: dict[int, int], now: list[int]) -> list[tuple[int, int]]:
+    """Joined pairs of track and box; ``last`` and ``before`` are the two latest boxes of each track."""
+    if not last:
+        return []
+    tracks = list(last)
+    iou = _iou(
+        np.array([_expected(boxes, last[t], before.get(t), boxes[now[0]].frame) for t in tracks]),
+        np.array([boxes[k].edges for k in now]),
+    )
+    same = np.array([[boxes[last[t]].label == boxes[k].label for k in now] for t in tracks])
+    rows, columns = np.nonzero(iou >= LEAST_IOU)
+    best = np.lexsort((columns, rows, -iou[rows, columns], ~same[rows, columns]))
+    taken_rows: set[int] = set()
+    taken_columns: set[int] = set()
+    out: list[tuple[int, int]] = []
+    for row, column in zip(rows[best].tolist(), columns[best].tolist(), strict=True):
+        if row not in taken_rows and column not in taken_columns:
+            taken_rows.add(row)
+            taken_columns.add(column)
+            out.append((tracks[row], now[column]))
+    return out
+
+
+def _expected(boxes: list[_Box], last: int, before: int | None, frame: int) -> tuple[float, ...]:
+    """Where a track is expected: its last box, moved on as its centre moved last."""
+    end = boxes[last]
+    if before is None:
+        return end.edges
+    start = boxes[before]
+    part = (frame - end.frame) / (end.frame - start.frame)
+    dx, dy = ((end.edges[k] + end.edges[k + 2] - start.edges[k] - start.edges[k + 2]) / 2 * part for k in (0, 1))
+    x1, y1, x2, y2 = end.edges
+    return x1 + dx, y1 + dy, x2 + dx, y2 + dy
+
+
+def _iou(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Overlap of each pair, shape (len(a), len(b)); 0 where a box has no area or is not finite."""
+    with np.errstate(all="ignore"):
+        low = np.maximum(a[:, None, :2], b[None, :, :2])
+        high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+        shared = np.prod(np.maximum(high - low, 0.0), axis=2)
+        area_a = np.prod(a[:, 2:] - a[:, :2], axis=1)
+        area_b = np.prod(b[:, 2:] - b[:, :2], axis=1)
+        iou: NDArray[np.float64] = np.nan_to_num(shared / (area_a[:, None] + area_b[None, :] - shared))
+    return iou

@@ -1,0 +1,110 @@
+"""A data set in: unpacked, recognised, read, checked."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
+from tsr_engine.exchange.archive import ArchiveLimits, unpack
+from tsr_engine.exchange.checks import check_track
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.formats import Format, ImportTarget
+from tsr_engine.exchange.registry import FORMATS, switches_of
+from tsr_engine.io.atomic import storage_error
+
+__all__ = ["read_dataset", "recognise"]
+
+
+def read_dataset(
+    path: Path,
+    target: ImportTarget,
+    format: Format | None = None,
+    *,
+    limits: ArchiveLimits | None = None,
+    scratch: Path | None = None,
+) -> Dataset:
+    """Read a file, ZIP archive or folder of another tool onto a video.
+
+    Args:
+        path: what to read.
+        target: the video, the classes and the switches; missing switches take their defaults.
+        format: unset: recognised by its content.
+        limits: what an archive may unfold to.
+        scratch: where archives are unpacked for the moment; unset: the system's folder.
+
+    Returns:
+        One video with its tracks in memory, what was skipped and what was repaired.
+
+    Raises:
+        ImportFormatError: unknown format, or a broken rule; names file, line and rule.
+        UsageError: a wrong switch, or a format that is not read.
+        InputError: there is nothing at ``path``.
+        StorageError: no room to unpack.
+    """
+    if not path.exists():
+        raise InputError(f"There is no file or folder at {path}. Check the path.")
+    if path.is_dir() or not zipfile.is_zipfile(path):
+        return _read(path, path.name, target, format)
+    try:
+        with tempfile.TemporaryDirectory(prefix="tsr-import-", dir=scratch) as folder:
+            # Messages of readers name the folder that they are given, so it is called as the archive is.
+            inside = Path(folder) / path.name
+            inside.mkdir()
+            unpack(path, inside, limits=limits, pictures=False)
+            return _read(inside, path.name, target, format)
+    except OSError as error:
+        raise storage_error(path, error) from None
+
+
+def recognise(path: Path, formats: dict[str, Format] | None = None) -> tuple[Format, Path] | None:
+    """The format of a folder or file, and where it begins: archives often wrap everything in one more folder."""
+    places = [path]
+    at = path
+    while at.is_dir() and len(places) < 4:
+        inside = [entry for entry in at.iterdir() if not entry.name.startswith(".")]
+        if len(inside) != 1:
+            break
+        at = inside[0]
+        places.append(at)
+    for place in places:
+        for known in (FORMATS if formats is None else formats).values():
+            if known.read is not None and known.sniff(place):
+                return known, place
+    return None
+
+
+def _read(path: Path, name: str, target: ImportTarget, format: Format | None) -> Dataset:
+    found = recognise(path, None if format is None else {format.name: format})
+    if found is None and format is None:
+        titles = ", ".join(known.title for known in FORMATS.values() if known.read is not None)
+        raise ImportFormatError(f"{name}: is none of {titles}. Say which format it is, or convert it.")
+    # A format that was named reads what it does not recognise too: its own message says best what is wrong.
+    chosen, place = found if found is not None else (format, path)
+    assert chosen is not None
+    if chosen.read is None:
+        raise UsageError(f"{chosen.title} is written only, not read. Choose another format.")
+    target = replace(target, switches=switches_of(chosen, dict(target.switches), reading=True))
+    dataset = chosen.read(place, target)
+    _check(dataset, target, name)
+    return dataset
+
+
+def _check(dataset: Dataset, target: ImportTarget, name: str) -> None:
+    """Nothing that breaks a promise gets past this, whatever the reader let through."""
+    if len(dataset.videos) != 1:
+        raise ImportFormatError(f"{name}: has {len(dataset.videos)} videos, must have one. Import one at a time.")
+    video = target.video
+    seen: set[str] = set()
+    for track in dataset.videos[0].tracks():
+        try:
+            check_track(track, video, target.labels)
+        except ExportError as error:
+            raise ImportFormatError(f"{name}: {error}") from None
+        if (track.boxes[:, :2] < 0).any() or (track.boxes[:, 2:] > (video.width, video.height)).any():
+            raise ImportFormatError(f"{name}, track {track.uid!r}: a box reaches out of the picture. Correct it.")
+        if track.uid in seen:
+            raise ImportFormatError(f"{name}: two tracks are called {track.uid!r}. Give each its own name.")
+        seen.add(track.uid)

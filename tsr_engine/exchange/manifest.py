@@ -1,0 +1,245 @@
+"""``manifest.json``: what an export holds, where it came from, and the hash of every file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import ExportError, ImportFormatError
+from tsr_engine.exchange.archive import files_below
+from tsr_engine.exchange.checks import check_track, read_json
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.filters import inside_picture
+from tsr_engine.exchange.formats import ExportOptions, Format
+from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
+from tsr_engine.exchange.split import Split, subset_of
+from tsr_engine.version import __version__
+
+__all__ = ["MANIFEST", "Manifest", "Survey", "describe", "hash_files", "read_manifest", "survey"]
+
+MANIFEST = "manifest.json"
+VERSION = 1
+_CHUNK = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What one pass over the tracks found.
+
+    Attributes:
+        tracks: number of tracks that go out.
+        boxes: number of their boxes.
+        annotated: per video, frames with a box.
+        counts: subset -> class name -> ``{"tracks": n, "boxes": n}``.
+        skipped: tracks on no side of the split, boxes outside of the picture.
+        repaired: boxes that were cut at the edge of the picture.
+    """
+
+    tracks: int
+    boxes: int
+    annotated: list[NDArray[np.int64]]
+    counts: dict[str, dict[str, dict[str, int]]]
+    skipped: list[Skipped]
+    repaired: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """The content of ``manifest.json``.
+
+    Attributes:
+        content: as it is written; plain JSON values.
+    """
+
+    content: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def files(self) -> list[dict[str, Any]]:
+        """``{"name", "size", "sha256"}`` of every file but the manifest, sorted by name."""
+        return list(self.content["files"])
+
+    @property
+    def skipped(self) -> list[dict[str, str]]:
+        """``{"what", "reason"}`` of everything that did not go out."""
+        return list(self.content["skipped"])
+
+    @property
+    def counts(self) -> dict[str, Any]:
+        """Number of videos, tracks and boxes, and the counts of each class in each subset."""
+        return dict(self.content["counts"])
+
+    def write(self, folder: Path) -> None:
+        """Write ``manifest.json`` into a folder: keys sorted, one line for each key of the top level."""
+        lines = [f"{json.dumps(key)}: {_dump(value)}" for key, value in sorted(self.content.items())]
+        (folder / MANIFEST).write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8", newline="")
+
+
+def survey(dataset: Dataset, options: ExportOptions) -> Survey:
+    """Check every track and count, in one pass.
+
+    Raises:
+        ExportError: a track breaks a promise, or two tracks of a video have one name.
+    """
+    counts: dict[str, dict[str, dict[str, int]]] = {}
+    annotated: list[NDArray[np.int64]] = []
+    tracks = boxes = left_out = cut = outside = 0
+    for video in dataset.videos:
+        shown = np.zeros(video.frames, dtype=np.bool_)
+        seen: set[str] = set()
+        for given in video.tracks():
+            track = given
+            check_track(track, video, dataset.labels)
+            if track.uid in seen:
+                raise ExportError(f"{video.name}: two tracks are called {track.uid!r}. Give each its own name.")
+            seen.add(track.uid)
+            subset = subset_of(video, track.uid, options.split)
+            if subset is None:
+                left_out += 1
+                continue
+            whole = len(track.frames)
+            inside, reaching = inside_picture(track, video)
+            cut, outside = cut + reaching, outside + whole - (0 if inside is None else len(inside.frames))
+            if inside is None:
+                continue
+            track = inside
+            tracks, boxes = tracks + 1, boxes + len(track.frames)
+            shown[track.frames] = True
+            name = dataset.labels[track.label] if track.label >= 0 else ""
+            entry = counts.setdefault(subset, {}).setdefault(name, {"tracks": 0, "boxes": 0})
+            entry["tracks"] += 1
+            entry["boxes"] += len(track.frames)
+        annotated.append(np.flatnonzero(shown).astype(np.int64))
+    skipped = [Skipped(f"{left_out} tracks", "They are on no side of the split.")] if left_out else []
+    skipped += [Skipped(f"{outside} boxes", "They lie outside of the picture.")] if outside else []
+    repaired = [f"Boxes that reached over the edge of the picture were cut there: {cut}."] if cut else []
+    return Survey(tracks, boxes, annotated, counts, skipped, repaired)
+
+
+def describe(
+    dataset: Dataset,
+    format: Format,
+    options: ExportOptions,
+    found: Survey,
+    skipped: Iterable[Skipped],
+    extra: Mapping[str, Any],
+    files: list[dict[str, Any]],
+    about: Mapping[str, Any],
+) -> Manifest:
+    """Put the manifest together.
+
+    Args:
+        dataset: what went out.
+        format: in which format.
+        options: with which options.
+        found: counts.
+        skipped: what did not go out.
+        extra: what the writer told; its ``pictures`` are ``WrittenPicture`` and go into the frame tables.
+        files: name, size and hash of each.
+        about: what the caller wants to be known: what was asked for.
+    """
+    told = dict(extra)
+    pictures: Sequence[WrittenPicture] = told.pop("pictures", ())
+    by_video: dict[int, dict[int, WrittenPicture]] = {}
+    for picture in pictures:
+        by_video.setdefault(picture.video, {})[picture.frame] = picture
+    kind = options.pictures if options.pictures != "none" else "annotated"
+    split = options.split
+    content = {
+        "manifest": VERSION,
+        "tool": {"name": "tsr", "version": __version__},
+        "format": {"name": format.name, "title": format.title, "switches": dict(options.switches), **told},
+        "coordinates": "frames count from 0 in presentation order; px edges from 0, right and lower edge exclusive",
+        "pictures": options.pictures,
+        "thin_px": options.thin_px,
+        "classes": [{"id": place, "name": name} for place, name in enumerate(dataset.labels)],
+        "split": {
+            "rule": split.rule if isinstance(split, Split) else ("given" if split else "none"),
+            "seed": split.seed if isinstance(split, Split) else None,
+            "shares": dict(split.shares) if isinstance(split, Split) else {},
+            "groups": split.groups if isinstance(split, Split) else None,
+            "tracks": [[video, uid, side] for (video, uid), side in sorted(split.items())],
+        },
+        "counts": {
+            "videos": len(dataset.videos),
+            "tracks": found.tracks,
+            "boxes": found.boxes,
+            "pictures": len(pictures),
+            "classes": found.counts,
+        },
+        "videos": [
+            _video(video, wanted_frames(video, found.annotated[place], kind), by_video.get(place, {}))
+            for place, video in enumerate(dataset.videos)
+        ],
+        "skipped": [{"what": item.what, "reason": item.reason} for item in skipped],
+        "repaired": [*dataset.repaired, *found.repaired],
+        "asked": dict(about),
+        "files": files,
+    }
+    return Manifest(content)
+
+
+def hash_files(folder: Path) -> list[dict[str, Any]]:
+    """Name, size and SHA-256 of every file in a folder but the manifest, sorted by name."""
+    out: list[dict[str, Any]] = []
+    for name in files_below(folder):
+        if name == MANIFEST:
+            continue
+        digest = hashlib.sha256()
+        size = 0
+        # Unbuffered, and by plain names: there can be a file for each of 100,000 frames.
+        with open(f"{folder}/{name}", "rb", buffering=0) as stream:  # noqa: PTH123
+            while chunk := stream.read(_CHUNK):
+                digest.update(chunk)
+                size += len(chunk)
+        out.append({"name": name, "size": size, "sha256": digest.hexdigest()})
+    return out
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """The manifest of an export.
+
+    Raises:
+        ImportFormatError: there is none, or it is not one of ours.
+    """
+    path = folder / MANIFEST
+    if not path.is_file():
+        raise ImportFormatError(f"{folder} has no {MANIFEST}, so it is no export of this tool. Choose another folder.")
+    content = read_json(path)
+    if not isinstance(content, dict) or content.get("manifest") != VERSION or "files" not in content:
+        raise ImportFormatError(f"{path}: is no manifest of version {VERSION}. Export again.")
+    return Manifest(content)
+
+
+def _video(video: DatasetVideo, frames: NDArray[np.int64], pictures: Mapping[int, WrittenPicture]) -> dict[str, Any]:
+    """One video with its frame table, as columns: rows would be ten times as large."""
+    table: dict[str, Any] = {"frame": frames.tolist()}
+    if video.times is not None:
+        table["time_ms"] = np.round(video.times[frames] * 1000.0, 3).tolist()
+    if pictures:
+        rows = [pictures.get(frame) for frame in table["frame"]]
+        table["file"] = [None if row is None else row.file for row in rows]
+        table["picture_sha256"] = [None if row is None else row.sha256 for row in rows]
+    return {
+        "name": video.name,
+        "sha256": video.sha256,
+        "width": video.width,
+        "height": video.height,
+        "frames": video.frames,
+        "rate": None if video.rate is None else f"{video.rate.numerator}/{video.rate.denominator}",
+        "constant_rate": video.constant_rate,
+        "first": video.first,
+        "stop": video.stop or video.frames,
+        "provenance": dict(video.provenance),
+        "frame_table": table,
+    }
+
+
+def _dump(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, separators=(",", ":"), sort_keys=True)

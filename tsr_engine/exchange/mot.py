@@ -1,0 +1,174 @@
+"""MOT 1.1: rows of boxes with track ids, one folder a sequence.
+
+Frames, track ids and classes count from 1. Positions count from 0, as CVAT and Datumaro have them, or with ``origin=1``
+from 1, as MOTChallenge says. Source: motchallenge.net, instructions; ``format-mot.md`` of CVAT's documentation.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.mot_reader import NAMES, SIDE, SIDE_COLUMNS, read_mot, sniff_mot
+from tsr_engine.exchange.notes import notes_to_text
+from tsr_engine.exchange.numbering import track_numbers
+from tsr_engine.exchange.pictures import WrittenPicture, safe_stem, wanted_frames, write_pictures
+from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.split import SUBSETS, subset_of, subsets_of_frames
+
+__all__ = ["FORMAT"]
+
+_DECIMALS = 2
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    labels, _, _ = used_labels(dataset)
+    subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else [""]
+    origin = int(options.switches.get("origin", "0"))
+    total = sum(1 for video in dataset.videos for _ in video.tracks())
+    pictures: list[WrittenPicture] = []
+    skipped: list[Skipped] = []
+    sequences: list[dict[str, Any]] = []
+    done = 0
+    for place, (video, stem) in enumerate(zip(dataset.videos, _stems(dataset), strict=True)):
+        if video.rate is None:
+            skipped.append(Skipped(f"{video.name}: frame rate", "It is not known; seqinfo.ini must have one, so 25."))
+        for subset in subsets:
+            name = "/".join(part for part in (subset, stem) if part)
+            home = folder / name if name else folder
+            (home / "gt").mkdir(parents=True, exist_ok=True)
+            only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) == (subset or "default")}
+            rows = rows_by_frame(video, only=only)
+            _write_sequence(home, video, rows, labels, origin, name or safe_stem(video.name), options)
+            pictures += _pictures(video, place, rows, subset, name, folder, options)
+            sequences.append({"folder": name, "video": place, "tracks": len(rows.tracks)})
+            done += len(rows.tracks)
+            options.progress(done, total)
+    told = {
+        "origin": origin,
+        "first_frame": 1,
+        "first_class": 1,
+        "decimals": _DECIMALS,
+        "sequences": sequences,
+        "pictures": pictures,
+    }
+    return skipped, told
+
+
+def _stems(dataset: Dataset) -> list[str]:
+    """Folder of each video; a single one needs none."""
+    if len(dataset.videos) == 1:
+        return [""]
+    stems = [safe_stem(video.name) for video in dataset.videos]
+    folded = [stem.casefold() for stem in stems]
+    return [stem if folded.count(stem.casefold()) == 1 else f"{stem}-{n}" for n, stem in enumerate(stems, start=1)]
+
+
+def _write_sequence(
+    home: Path,
+    video: DatasetVideo,
+    rows: FrameRows,
+    labels: list[str],
+    origin: int,
+    name: str,
+    options: ExportOptions,
+) -> None:
+    numbers = {label: at for at, label in enumerate(labels, start=1)}
+    ids = track_numbers(info.uid for info in rows.tracks)
+    track = [ids[info.uid] for info in rows.tracks]
+    edges = rounded(rows.boxes, _DECIMALS, video.width, video.height)
+    edges[:, 2:] -= edges[:, :2]
+    edges[:, :2] += origin
+    with (
+        (home / "gt" / "gt.txt").open("w", encoding="ascii", newline="") as truth,
+        (home / "gt" / SIDE).open("w", encoding="utf-8", newline="", errors="replace") as side,
+    ):
+        scored = np.isfinite(rows.score)
+        detections: list[str] = []
+        for k, (frame, number, (x, y, w, h)) in enumerate(
+            zip(rows.frame.tolist(), rows.track.tolist(), edges.tolist(), strict=True)
+        ):
+            box = f"{x:.2f},{y:.2f},{w:.2f},{h:.2f}"
+            label = numbers[label_name(labels, int(rows.label[k]))]
+            truth.write(
+                f"{frame + 1},{track[number]},{box},{int(not rows.ignore[k])},{label},{int(not rows.occluded[k])}\n"
+            )
+            if scored[k]:
+                detections.append(f"{frame + 1},-1,{box},{rows.score[k]:.6g},-1,-1,-1\n")
+        table = csv.writer(side, lineterminator="\n")
+        table.writerow(SIDE_COLUMNS)
+        for number, info in enumerate(rows.tracks):
+            table.writerow([track[number], info.uid, info.state, info.source, notes_to_text(info.notes)])
+    (home / "gt" / NAMES).write_text("".join(f"{one_line(label)}\n" for label in labels), encoding="utf-8", newline="")
+    if detections:
+        (home / "det").mkdir()
+        (home / "det" / "det.txt").write_text("".join(detections), encoding="ascii", newline="")
+    rate = round(video.rate) if video.rate is not None else 25
+    about = {
+        "name": one_line(name),
+        "imDir": "img1",
+        "frameRate": max(rate, 1),
+        "seqLength": video.frames,
+        "imWidth": video.width,
+        "imHeight": video.height,
+        "imExt": f".{options.switches.get('image', 'jpg')}",
+    }
+    lines = ["[Sequence]\n", *(f"{key}={value}\n" for key, value in about.items())]
+    (home / "seqinfo.ini").write_text("".join(lines), encoding="utf-8", newline="")
+
+
+def one_line(name: str) -> str:
+    """A name for a file with one name a line."""
+    return " ".join(name.encode("utf-8", "replace").decode().split()) or "-"
+
+
+def _pictures(
+    video: DatasetVideo,
+    place: int,
+    rows: FrameRows,
+    subset: str,
+    name: str,
+    folder: Path,
+    options: ExportOptions,
+) -> list[WrittenPicture]:
+    if options.pictures == "none":
+        return []
+    frames = wanted_frames(video, rows.frames, options.pictures)
+    if subset and len(frames):
+        names, side = subsets_of_frames(video, options.split)
+        frames = frames[side[frames] == names.index(subset)]
+    base = f"{name}/img1" if name else "img1"
+    suffix = options.switches.get("image", "jpg")
+    files = [f"{base}/{frame + 1:06d}.{suffix}" for frame in frames.tolist()]
+    return list(write_pictures(video, place, frames, folder, files))
+
+
+FORMAT = Format(
+    name="mot",
+    title="MOT 1.1",
+    summary="Rows of boxes with track ids, for tracker benchmarks (MOTChallenge, TrackEval) and CVAT.",
+    write=_write,
+    read=read_mot,
+    sniff=sniff_mot,
+    export_switches=(
+        Switch("origin", ("0", "1"), "Positions from 0 as in CVAT, or from 1 as in MOTChallenge."),
+        Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),
+    ),
+    import_switches=(
+        Switch("origin", ("auto", "0", "1"), "As for export; auto: as the manifest beside tells, else 0."),
+        Switch("first_frame", ("1", "0"), "Number of the first frame in the file."),
+        Switch("first_class", ("1", "0"), "Number of the first line of labels.txt."),
+        SIZE_SWITCH,
+        LINK_SWITCH,
+    ),
+    docs="mot.md",
+)

@@ -1,0 +1,214 @@
+"""What the formats that list pictures have in common: which frames, which subset, which names, and the files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo
+from tsr_engine.exchange.formats import ExportOptions, Switch
+from tsr_engine.exchange.manifest import MANIFEST, Manifest, read_manifest
+from tsr_engine.exchange.pictures import (
+    WrittenPicture,
+    frame_in_name,
+    prefixes,
+    safe_stem,
+    wanted_frames,
+    write_pictures,
+)
+from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.split import subset_of, subsets_of_frames
+
+__all__ = [
+    "IMAGE_SWITCH",
+    "PictureList",
+    "PictureNames",
+    "is_wrapper",
+    "name_in_export",
+    "picture_lists",
+    "subsets_in",
+    "told_by_manifest",
+    "write_files",
+]
+
+_INNER = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
+IMAGE_SWITCH = Switch("image", ("jpg", "png"), "Format of the pictures, where they go out.")
+
+
+@dataclass(frozen=True, slots=True)
+class PictureList:
+    """The pictures of one video that a data set lists.
+
+    Attributes:
+        video: the video.
+        place: of the video in the data set.
+        rows: its boxes.
+        frames: listed frames, ascending: those with a box, and those whose pictures go out.
+        subset: name of the subset of each listed frame.
+        prefix: what the names of its pictures begin with.
+        first_track: tracks of the videos before; added to a number in ``rows.track`` it is unique in the data set.
+        first_frame: frames of the videos before.
+    """
+
+    video: DatasetVideo
+    place: int
+    rows: FrameRows
+    frames: NDArray[np.int64]
+    subset: list[str]
+    prefix: str
+    first_track: int
+    first_frame: int
+
+    def stem(self, frame: int) -> str:
+        """Name of a frame's picture, without folder and suffix."""
+        return f"{self.prefix}frame_{frame:06d}"
+
+    def listed(self, subset: str) -> Iterator[tuple[int, slice]]:
+        """The listed frames of a subset and where their rows lie."""
+        places = dict(self.rows.by_frame())
+        nothing = slice(0, 0)
+        for frame, side in zip(self.frames.tolist(), self.subset, strict=True):
+            if side == subset:
+                yield frame, places.get(frame, nothing)
+
+
+def picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float | None = None) -> list[PictureList]:
+    """Gather each video's boxes by frame; tracks on no side of the split are left out.
+
+    Args:
+        dataset: its tracks are read twice.
+        options: pictures, split and thinning.
+        rounding: the format marks key frames and rounds edges by up to this, px; None: it marks none, so that all
+            rows count as key frames.
+    """
+    out: list[PictureList] = []
+    tracks = frames_before = 0
+    for place, (video, prefix) in enumerate(zip(dataset.videos, prefixes(dataset), strict=True)):
+        only = None
+        if options.split:
+            only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) is not None}
+        thin_px = 0.0 if rounding is None else options.thin_px
+        rows = rows_by_frame(video, thin_px=thin_px, rounding=rounding or 0.0, only=only)
+        frames = np.union1d(rows.frames, wanted_frames(video, rows.frames, options.pictures)).astype(np.int64)
+        names, side = subsets_of_frames(video, options.split)
+        subset = [names[number] for number in side[frames].tolist()]
+        out.append(PictureList(video, place, rows, frames, subset, prefix, tracks, frames_before))
+        tracks += len(rows.tracks)
+        frames_before += video.frames
+    return out
+
+
+def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
+    """Names of the subsets to write, in their usual order; a split's are all there, even where one is empty."""
+    if not options.split:
+        return ["default"]
+    wanted = set(options.split.values()) | {name for part in lists for name in part.subset}
+    return [name for name in ("train", "val", "test") if name in wanted]
+
+
+def write_files(
+    lists: list[PictureList], folder: Path, options: ExportOptions, name: Callable[[PictureList, int, str], str]
+) -> list[WrittenPicture]:
+    """Write the pictures of all listed frames; none where none are wanted.
+
+    Args:
+        lists: of all videos.
+        folder: the export.
+        options: tells whether, and is told the progress.
+        name: file of a frame in a subset, relative to ``folder``.
+    """
+    if options.pictures == "none":
+        return []
+    total = sum(len(part.frames) for part in lists)
+    written: list[WrittenPicture] = []
+    for part in lists:
+        names = [name(part, frame, side) for frame, side in zip(part.frames.tolist(), part.subset, strict=True)]
+        for picture in write_pictures(part.video, part.place, part.frames, folder, names):
+            written.append(picture)
+            options.progress(len(written), total)
+    return written
+
+
+class PictureNames:
+    """Tells which frame of a video a picture's name is about.
+
+    Where a manifest of ours lies beside, it settles which names are of the video, by its hash; else its name does.
+    """
+
+    def __init__(self, folder: Path, video: DatasetVideo) -> None:
+        """Take the folder of the import and the video that it is laid onto."""
+        self._video = video
+        self._prefix = _prefix_of(folder, video)
+        self.others = 0
+
+    def frame(self, name: str) -> int | None:
+        """Number in the name, or None: it has none, or is of another video (``others`` counts these)."""
+        stem = name.replace("\\", "/").rsplit("/", 1)[-1]
+        if self._prefix:
+            if not stem.startswith(self._prefix):
+                self.others += 1
+                return None
+            stem = stem[len(self._prefix) :]
+        found = frame_in_name(stem, self._video)
+        if found is None and "_frame_" in stem:
+            self.others += 1
+        return found
+
+    def is_other(self, name: str) -> bool:
+        """Whether a name without frame is of another video, rather than of none."""
+        return bool(self._prefix) or "_frame_" in name
+
+
+def name_in_export(folder: Path, video: DatasetVideo) -> str:
+    """What the files of a video are called in an export with one file or folder a video."""
+    return _prefix_of(folder, video).removesuffix("_") or safe_stem(video.name)
+
+
+def is_wrapper(path: Path) -> bool:
+    """Whether a folder has nothing but one more folder, as archives often do; what counts begins there."""
+    inside = [entry for entry in path.iterdir() if not entry.name.startswith(".")] if path.is_dir() else []
+    return len(inside) == 1 and inside[0].is_dir() and inside[0].name not in ("train", "val", "valid", "test")
+
+
+def told_by_manifest(folder: Path, key: str) -> str:
+    """What our manifest beside a file says of its format; empty: there is none, or it says nothing."""
+    manifest = _manifest(folder)
+    told = manifest.content.get("format") if manifest is not None else None
+    return str(told.get(key, "")) if isinstance(told, dict) else ""
+
+
+def _manifest(folder: Path) -> Manifest | None:
+    place = folder
+    while not (place / MANIFEST).is_file():
+        # Only up from folders that lie within an export, never into what happens to be around it.
+        if place.name not in _INNER:
+            return None
+        place = place.parent
+    try:
+        return read_manifest(place)
+    except ImportFormatError:
+        return None
+
+
+def _prefix_of(folder: Path, video: DatasetVideo) -> str:
+    """What names of the video's pictures begin with, if a manifest tells of several videos."""
+    manifest = _manifest(folder)
+    listed = manifest.content.get("videos") if manifest is not None else None
+    if not isinstance(listed, list) or len(listed) < 2 or not all(isinstance(entry, dict) for entry in listed):
+        return ""
+    videos = tuple(
+        DatasetVideo(str(e.get("name", "")), str(e.get("sha256", "")), 1, 1, 1, None, None, True, lambda: iter(()))
+        for e in listed
+    )
+    for same in (
+        [v.sha256 == video.sha256 != "" for v in videos],
+        [v.name == video.name for v in videos],
+    ):
+        if any(same):
+            return prefixes(Dataset((), videos))[same.index(True)]
+    return ""

@@ -1,0 +1,188 @@
+"""Frames of a video out as picture files, one in memory at a time, and the names that they get."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import ExportError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo
+from tsr_engine.io.atomic import storage_error
+from tsr_engine.io.video import Frame, open_video
+
+__all__ = [
+    "WrittenPicture",
+    "encode",
+    "frame_in_name",
+    "frames_of",
+    "picture_sha256",
+    "prefixes",
+    "safe_stem",
+    "stream_frames",
+    "wanted_frames",
+    "write_pictures",
+]
+
+JPEG_QUALITY = 95
+_NAME = re.compile(r"(?:(?P<video>.+)_)?frame_(?P<frame>\d{1,9})", re.ASCII)
+_DIGITS = re.compile(r"(\d{1,9})\Z", re.ASCII)
+_UNSAFE = re.compile(r"[^A-Za-z0-9.-]+")
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenPicture:
+    """One frame that went out; a row of the manifest.
+
+    Attributes:
+        video: place of the video in the data set.
+        frame: ordinal.
+        file: relative to the export, with slashes.
+        sha256: of the decoded picture's bytes (BGR, 8 bit, row by row), before it was compressed.
+    """
+
+    video: int
+    frame: int
+    file: str
+    sha256: str
+
+
+def safe_stem(name: str) -> str:
+    """A video's name as part of file names: letters, digits, dots and dashes, at most 60, never empty."""
+    return _UNSAFE.sub("-", Path(name).stem).strip("-.")[:60] or "video"
+
+
+def prefixes(dataset: Dataset) -> list[str]:
+    """What picture names of each video begin with: nothing for a single video, else its own name and ``_``."""
+    if len(dataset.videos) == 1:
+        return [""]
+    stems = [safe_stem(video.name) for video in dataset.videos]
+    out: list[str] = []
+    for place, stem in enumerate(stems):
+        twin = [other.casefold() for other in stems].count(stem.casefold()) > 1
+        out.append(f"{stem}-{place + 1}_" if twin else f"{stem}_")
+    return out
+
+
+def frame_in_name(name: str, video: DatasetVideo) -> int | None:
+    """The frame number in the name of a picture; ``frame_000010.jpg`` and any name that ends in a number have one.
+
+    Returns:
+        None: the name has no number, or is ``OTHER_frame_000010`` of another video.
+    """
+    stem = name.replace("\\", "/").rsplit("/", 1)[-1]
+    stem = stem.rsplit(".", 1)[0] if "." in stem else stem
+    ours = _NAME.fullmatch(stem)
+    if ours:
+        of = ours["video"]
+        if of is not None and re.sub(r"-\d+\Z", "", of) != safe_stem(video.name) and of != safe_stem(video.name):
+            return None
+        return int(ours["frame"])
+    digits = _DIGITS.search(stem)
+    return int(digits[1]) if digits else None
+
+
+def wanted_frames(video: DatasetVideo, annotated: NDArray[np.int64], pictures: str) -> NDArray[np.int64]:
+    """Ordinals of the frames whose pictures go out, ascending.
+
+    Args:
+        video: the video.
+        annotated: frames with a box.
+        pictures: ``none``, ``annotated`` or ``all`` (all that were looked at).
+    """
+    if pictures == "all":
+        return np.arange(video.first, video.stop or video.frames, dtype=np.int64)
+    return np.unique(annotated) if pictures == "annotated" else np.zeros(0, dtype=np.int64)
+
+
+def stream_frames(video: DatasetVideo, frames: NDArray[np.int64]) -> Iterator[Frame]:
+    """Decoded frames in ascending order, one in memory at a time.
+
+    Frames in between are decoded as well, unless the next one is far; then decoding starts again at a key frame.
+
+    Args:
+        video: needs its ``path``.
+        frames: ordinals, ascending.
+
+    Raises:
+        ExportError: the video's file is not known.
+        VideoError: it cannot be decoded.
+    """
+    if not len(frames):
+        return
+    if video.path is None:
+        raise ExportError(f"The file of {video.name} is not known, so it has no pictures. Export without pictures.")
+    far = 300
+    breaks = np.flatnonzero(np.diff(frames) > far) + 1
+    with open_video(video.path) as opened:
+        for part in np.split(frames, breaks):
+            wanted = set(part.tolist())
+            for frame in opened.frames(int(part[0]), int(part[-1]) + 1):
+                if frame.ordinal in wanted:
+                    yield frame
+
+
+def picture_sha256(frame: Frame) -> str:
+    """SHA-256 of a decoded picture's bytes: BGR, 8 bit, row by row."""
+    return hashlib.sha256(np.ascontiguousarray(frame.picture).data).hexdigest()
+
+
+def encode(picture: NDArray[np.uint8], suffix: str) -> bytes:
+    """A picture as the bytes of a file.
+
+    Args:
+        picture: BGR, uint8, shape (h, w, 3).
+        suffix: ``.jpg`` (quality 95), ``.png`` or ``.ppm``.
+
+    Raises:
+        ExportError: it cannot be encoded.
+    """
+    options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY] if suffix == ".jpg" else []
+    done, content = cv2.imencode(suffix, picture, options)
+    if not done:
+        raise ExportError(f"A picture of {picture.shape[1]}x{picture.shape[0]} px cannot be written as {suffix}.")
+    return content.tobytes()
+
+
+def write_pictures(
+    video: DatasetVideo, place: int, frames: NDArray[np.int64], folder: Path, names: Sequence[str]
+) -> Iterator[WrittenPicture]:
+    """Write frames of a video; yields after each file, so that the caller can tell progress or stop.
+
+    Args:
+        video: needs its ``path``.
+        place: place of the video in the data set.
+        frames: ordinals, ascending.
+        folder: the export.
+        names: of the file of each frame, relative to ``folder``, with slashes; the suffix says the format.
+
+    Raises:
+        ExportError: the video's file is not known.
+        VideoError: it cannot be decoded.
+        StorageError: a file cannot be written.
+    """
+    made: set[Path] = set()
+    for frame, name in zip(stream_frames(video, frames), names, strict=True):
+        path = folder / name
+        try:
+            if path.parent not in made:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                made.add(path.parent)
+            path.write_bytes(encode(frame.picture, path.suffix))
+        except OSError as error:
+            raise storage_error(path, error) from None
+        yield WrittenPicture(place, frame.ordinal, name, picture_sha256(frame))
+
+
+def frames_of(video: DatasetVideo) -> NDArray[np.int64]:
+    """Frames with a box, ascending; reads the tracks once."""
+    shown = np.zeros(video.frames, dtype=np.bool_)
+    for track in video.tracks():
+        shown[track.frames] = True
+    return np.flatnonzero(shown).astype(np.int64)

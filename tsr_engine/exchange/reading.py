@@ -1,0 +1,64 @@
+"""Text and JSON files of other tools, and the sentence for a rule that one of them breaks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.errors import ImportFormatError
+
+__all__ = ["MAX_JSON_BYTES", "place_of", "read_json", "read_text", "refuse"]
+
+MAX_JSON_BYTES = 512 << 20
+"""Largest text that is read into memory."""
+
+
+def refuse(file: str, line: int | str | None, rule: str) -> ImportFormatError:
+    """The error for a broken rule: ``FILE, line N: rule``; a text instead of a number names the place in words."""
+    return ImportFormatError(f"{place_of(file, line)}: {rule}")
+
+
+def place_of(file: str, line: int | str | None) -> str:
+    """A place in a file, in words: ``FILE, line N``."""
+    return file if line is None else f"{file}, line {line}" if isinstance(line, int) else f"{file}, {line}"
+
+
+def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
+    """A UTF-8 text file, with or without byte order mark.
+
+    Raises:
+        ImportFormatError: over ``limit`` bytes, or another encoding; says the line.
+    """
+    size = path.stat().st_size
+    if size > limit:
+        raise refuse(path.name, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+    content = path.read_bytes()
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise refuse(path.name, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        bad = content[error.start]
+        raise refuse(path.name, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
+
+
+def read_json(path: Path, *, limit: int = MAX_JSON_BYTES) -> Any:
+    """A JSON file in UTF-8; NaN and infinities are refused here already.
+
+    Raises:
+        ImportFormatError: not JSON, too large or nested too deeply; says the line.
+    """
+
+    def constant(name: str) -> Any:
+        raise refuse(path.name, None, f"{name} is no JSON number. Write finite numbers.")
+
+    try:
+        return json.loads(read_text(path, limit=limit), parse_constant=constant)
+    except json.JSONDecodeError as error:
+        raise refuse(path.name, error.lineno, f"is not JSON: {error.msg}. Export it again.") from None
+    except RecursionError:
+        raise refuse(path.name, None, "is nested too deeply. Export it again.") from None
+    except ValueError as error:
+        raise refuse(path.name, None, f"is not JSON: {error}. Export it again.") from None

@@ -1,0 +1,74 @@
+"""All formats by name, in the order in which they are offered and recognised."""
+
+from __future__ import annotations
+
+from tsr_engine.errors import UsageError
+from tsr_engine.exchange import (
+    coco,
+    cvat_images,
+    cvat_video,
+    datumaro,
+    gtsdb,
+    gtsrb_crops,
+    label_studio,
+    mot,
+    tracks_csv,
+    tracks_json,
+    voc,
+    yolo,
+)
+from tsr_engine.exchange.formats import Format
+
+__all__ = ["FORMATS", "format_named", "switches_of"]
+
+FORMATS: dict[str, Format] = {
+    known.name: known
+    for known in (
+        cvat_video.FORMAT,
+        cvat_images.FORMAT,
+        coco.FORMAT,
+        yolo.FORMAT,
+        voc.FORMAT,
+        mot.FORMAT,
+        gtsrb_crops.FORMAT,
+        gtsdb.FORMAT,
+        datumaro.FORMAT,
+        label_studio.FORMAT,
+        tracks_csv.FORMAT,
+        tracks_json.FORMAT,
+    )
+}
+
+
+def format_named(name: str) -> Format:
+    """The format of that name.
+
+    Raises:
+        UsageError: there is none; says which there are.
+    """
+    try:
+        return FORMATS[name]
+    except KeyError:
+        raise UsageError(f"There is no format {name!r}. Choose one of {', '.join(FORMATS)}.") from None
+
+
+def switches_of(format: Format, given: dict[str, str], *, reading: bool) -> dict[str, str]:
+    """The options of a format with what a person said; defaults for what nobody said.
+
+    Args:
+        format: the format.
+        given: option name -> value.
+        reading: the options of the reader, else of the writer.
+
+    Raises:
+        UsageError: an option that the format does not have, or a value that the option cannot take.
+    """
+    known = {switch.name: switch for switch in (format.import_switches if reading else format.export_switches)}
+    for name, value in given.items():
+        if name not in known:
+            have = ", ".join(known) or "none"
+            raise UsageError(f"{format.title} has no option {name!r}; its options are: {have}. Leave it out.")
+        if value not in known[name].values:
+            can = ", ".join(known[name].values)
+            raise UsageError(f"The option {name} of {format.title} must be one of {can}. Got {value!r}.")
+    return {name: given.get(name, switch.values[0]) for name, switch in known.items()}

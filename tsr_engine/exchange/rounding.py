@@ -1,0 +1,30 @@
+"""Coordinates with few decimals that are still boxes inside of the picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["rounded"]
+
+
+def rounded(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> NDArray[np.float64]:
+    """Boxes rounded to decimals, never without area and never outside of the picture.
+
+    Args:
+        boxes: shape (n, 4), px edges, inside of the picture.
+        decimals: of the result.
+        width: of the picture, px.
+        height: px.
+
+    Returns:
+        shape (n, 4); a side that would vanish gets the smallest length that shows.
+    """
+    out = np.round(boxes, decimals)
+    least = 10.0**-decimals
+    for low, limit in ((0, width), (1, height)):
+        thin = out[:, low] >= out[:, low + 2]
+        if thin.any():
+            out[thin, low] = np.minimum(out[thin, low], limit - least)
+            out[thin, low + 2] = out[thin, low] + least
+    return np.round(out, decimals)

@@ -1,0 +1,148 @@
+"""A CSV beside files that cannot say which track a box belongs to: one row a box."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.notes import notes_from_text, notes_to_text
+from tsr_engine.exchange.rows import FrameRows
+
+__all__ = ["COLUMNS", "SideRow", "read_rows", "read_side", "real", "side_cells"]
+
+COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
+"""Columns about the track of a box; a format puts its own before. ``note`` stands at a track's first box only."""
+
+
+@dataclass(frozen=True, slots=True)
+class SideRow:
+    """What the side file says about one box."""
+
+    line: int
+    own: Mapping[str, str]
+    uid: str
+    key: bool
+    occluded: bool
+    ignore: bool
+    score: float
+    state: str
+    source: str
+    note: str
+
+    def tell(self, intake: Intake, frame: int) -> None:
+        """Describe the track of the box; ``frame`` is where a note without a number of its own belongs."""
+        intake.describe(
+            self.uid, state=self.state, source=self.source or "imported", notes=notes_from_text(self.note, frame)
+        )
+
+
+def side_cells(rows: FrameRows, k: int, first: set[int]) -> list[str]:
+    """Cells of ``COLUMNS`` for a row.
+
+    Args:
+        rows: all boxes.
+        k: which.
+        first: tracks that have had their first row; grows.
+    """
+    number = int(rows.track[k])
+    info = rows.tracks[number]
+    score = float(rows.score[k])
+    note = "" if number in first else notes_to_text(info.notes)
+    first.add(number)
+    return [
+        info.uid,
+        str(int(rows.key[k])),
+        str(int(rows.occluded[k])),
+        str(int(rows.ignore[k])),
+        f"{score:.9g}" if score == score else "",
+        info.state,
+        info.source,
+        note,
+    ]
+
+
+def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Iterator[tuple[int, dict[str, str]]]:
+    """Rows of a CSV with a header, as name -> cell, with their line numbers; empty lines are passed over.
+
+    Raises:
+        ImportFormatError: another encoding, a needed column is missing, or a row with too many or too few cells.
+    """
+    table = csv.reader(io.StringIO(read_text(path), newline=""), delimiter=delimiter, strict=True)
+    header: list[str] | None = None
+    before = 0
+    try:
+        for cells in table:
+            line, before = before + 1, table.line_num
+            if not cells or (len(cells) == 1 and not cells[0].strip()):
+                continue
+            if header is None:
+                header = [cell.strip().lower() for cell in cells]
+                missing = [name for name in needed if name not in header]
+                if missing:
+                    raise refuse(path.name, line, f"the header must have {', '.join(needed)}; missing: {missing[0]}.")
+                if len(set(header)) != len(header):
+                    raise refuse(path.name, line, "the header has a name twice. Give each column its own.")
+                continue
+            if len(cells) != len(header):
+                raise refuse(
+                    path.name, line, f"must have {len(header)} cells as the header has. Got {len(cells)}. Correct it."
+                )
+            yield line, dict(zip(header, cells, strict=True))
+    except csv.Error as error:
+        raise refuse(path.name, table.line_num, f"is no CSV: {error}. Export it again.") from None
+    if header is None:
+        raise refuse(path.name, 1, "is empty; must have a header. Export it again.")
+
+
+def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
+    """The rows of a side file.
+
+    Args:
+        path: the CSV.
+        own: columns of the format.
+
+    Raises:
+        ImportFormatError: a column is missing or a cell is none of what it can be.
+    """
+    for line, cells in read_rows(path, [*own, *COLUMNS]):
+        uid = cells["uid"]
+        if not uid:
+            raise refuse(path.name, line, "uid must not be empty. Give the track a name.")
+        flags = {}
+        for name in ("key", "occluded", "ignore"):
+            if cells[name] not in ("0", "1"):
+                raise refuse(path.name, line, f"{name} must be 0 or 1. Got {cells[name][:40]!r}.")
+            flags[name] = cells[name] == "1"
+        score = real(cells["score"], "score", path.name, line) if cells["score"] else math.nan
+        yield SideRow(
+            line,
+            {name: cells[name] for name in own},
+            uid,
+            flags["key"],
+            flags["occluded"],
+            flags["ignore"],
+            score,
+            cells["state"],
+            cells["source"],
+            cells["note"],
+        )
+
+
+def real(cell: str, name: str, file: str, line: int) -> float:
+    """A finite number.
+
+    Raises:
+        ImportFormatError: it is none.
+    """
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise refuse(file, line, f"{name} must be a finite number. Got {cell[:40]!r}. Correct it.")
+    return value

@@ -1,0 +1,124 @@
+"""Dense tracks down to key frames, and back by linear interpolation.
+
+Labelling tools interpolate linearly between key frames. ``key_frames`` picks the fewest frames of a track between
+which a straight line stays close to every edge of every box; ``between`` draws that line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["SPAN", "between", "key_frames", "runs_of"]
+
+SPAN = 1000
+"""Key frames lie at most this many frames apart: keeps the search linear in the length of the track."""
+
+
+def runs_of(frames: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Bounds of the runs of consecutive frames: places ``[0, ..., n]``, shape (runs + 1,); a gap lies between runs."""
+    if not len(frames):
+        return np.zeros(1, dtype=np.int64)
+    breaks = np.flatnonzero(np.diff(frames) != 1) + 1
+    return np.concatenate(([0], breaks, [len(frames)])).astype(np.int64)
+
+
+def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArray[np.bool_]:
+    """Which frames of a track to write so that interpolation gives the others back.
+
+    Kept always: frames that hold a statement of their own, the first and last frame of each run without gap, and
+    frames where class, occlusion or ignoring change, since tools hold these until the next key frame. Between those,
+    the fewest frames such that each edge of each box is met within ``thin_px`` (and at most ``SPAN`` frames apart).
+
+    Args:
+        track: dense or not.
+        thin_px: largest distance of an interpolated edge from the true one in px; 0 or less: every frame is kept.
+        rounding: by how much the writer rounds coordinates at most, px; taken off ``thin_px``.
+
+    Returns:
+        shape (n,), True where a frame is to be written as key frame.
+    """
+    count = len(track.frames)
+    allowed = thin_px - rounding
+    if thin_px <= 0 or allowed <= 0 or count <= 1:
+        return np.ones(count, dtype=np.bool_)
+    forced = track.key.copy()
+    bounds = runs_of(track.frames)
+    forced[bounds[:-1]] = True
+    forced[bounds[1:] - 1] = True
+    for held in (track.occluded, track.labels, track.ignore):
+        if held is not None:
+            forced[1:] |= held[1:] != held[:-1]
+    if forced.all():
+        return forced
+    chosen: NDArray[np.bool_] = _fewest(
+        np.ascontiguousarray(track.frames), np.ascontiguousarray(track.boxes), forced, allowed, SPAN
+    )
+    return chosen
+
+
+def between(frames: NDArray[np.int64], boxes: NDArray[np.float64], wanted: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Boxes on the straight lines between key frames; before the first and after the last the box stands still.
+
+    Args:
+        frames: key frames, strictly ascending, shape (k,), k >= 1.
+        boxes: shape (k, 4), px.
+        wanted: shape (m,).
+
+    Returns:
+        shape (m, 4), px.
+    """
+    out = np.empty((len(wanted), 4))
+    for edge in range(4):
+        out[:, edge] = np.interp(wanted, frames, boxes[:, edge])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _fewest(
+    frames: NDArray[np.int64], boxes: NDArray[np.float64], forced: NDArray[np.bool_], allowed: float, span: int
+) -> NDArray[np.bool_]:
+    """Shortest path over the frames; an edge leads to each later frame that a straight line may reach.
+
+    From each start a cone of slopes narrows with every frame passed; a frame inside the cone can be the next key
+    frame. No line leads over a forced frame.
+    """
+    n = len(frames)
+    steps = np.full(n, n + 1, np.int64)
+    previous = np.full(n, -1, np.int64)
+    steps[0] = 0
+    low = np.empty(4)
+    high = np.empty(4)
+    for a in range(n - 1):
+        low[:] = -np.inf
+        high[:] = np.inf
+        for b in range(a + 1, min(n, a + span + 1)):
+            gap = float(frames[b] - frames[a])
+            inside = True
+            for edge in range(4):
+                slope = (boxes[b, edge] - boxes[a, edge]) / gap
+                if slope < low[edge] or slope > high[edge]:
+                    inside = False
+            if inside and steps[a] + 1 < steps[b]:
+                steps[b] = steps[a] + 1
+                previous[b] = a
+            if forced[b]:
+                break
+            empty = False
+            for edge in range(4):
+                rise = boxes[b, edge] - boxes[a, edge]
+                low[edge] = max(low[edge], (rise - allowed) / gap)
+                high[edge] = min(high[edge], (rise + allowed) / gap)
+                if low[edge] > high[edge]:
+                    empty = True
+            if empty:
+                break
+    keep = np.zeros(n, np.bool_)
+    at = n - 1
+    while at >= 0:
+        keep[at] = True
+        at = previous[at]
+    return keep

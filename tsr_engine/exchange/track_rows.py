@@ -1,0 +1,73 @@
+"""Rows of one track as a reader finds them, and the straight lines between them."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+__all__ = ["BOX", "END", "TrackRows", "common_label", "dense"]
+
+BOX = 0
+"""A row that is a box."""
+END = 1
+"""A row that says that from this frame on the track is not shown."""
+
+
+@dataclass(slots=True)
+class TrackRows:
+    """The rows of one track as they come; flat arrays, since there can be hundreds of thousands."""
+
+    frame: array[int] = field(default_factory=lambda: array("q"))
+    kind: array[int] = field(default_factory=lambda: array("b"))
+    edges: array[float] = field(default_factory=lambda: array("d"))
+    label: array[int] = field(default_factory=lambda: array("q"))
+    flags: array[int] = field(default_factory=lambda: array("b"))
+    score: array[float] = field(default_factory=lambda: array("d"))
+    place: array[int] = field(default_factory=lambda: array("q"))
+    state: str = "open"
+    source: str = "imported"
+    notes: list[tuple[int, str]] = field(default_factory=list)
+    until: int = -1
+
+
+def dense(
+    frames: np.ndarray[Any, Any],
+    is_box: np.ndarray[Any, Any],
+    edges: np.ndarray[Any, Any],
+    label: np.ndarray[Any, Any],
+    flags: np.ndarray[Any, Any],
+    score: np.ndarray[Any, Any],
+    until: int,
+) -> tuple[np.ndarray[Any, Any], ...]:
+    """Every shown frame of a track from its key rows and ends."""
+    keys = np.flatnonzero(is_box)
+    # How many frames each key row is shown: up to the next row of either kind.
+    following = np.append(frames[1:], max(int(frames[-1]), until) + 1)
+    lengths = (following - frames)[keys]
+    total = int(lengths.sum())
+    # Place of the key row that each dense frame belongs to.
+    owner = np.repeat(keys, lengths)
+    starts = np.cumsum(lengths) - lengths
+    step = np.arange(total) - np.repeat(starts, lengths)
+    dense = frames[owner] + step
+    successor = np.minimum(owner + 1, len(frames) - 1)
+    moves = is_box[successor] & (successor > owner)
+    span = np.where(moves, frames[successor] - frames[owner], 1)
+    part = np.where(moves, step / span, 0.0)[:, None]
+    boxes = edges[owner] + (edges[successor] - edges[owner]) * part
+    drawn = step > 0
+    new_flags = np.where(drawn, flags[owner] & ~1, flags[owner])
+    return dense, boxes, label[owner], new_flags, np.where(drawn, math.nan, score[owner])
+
+
+def common_label(label: np.ndarray[Any, Any]) -> int:
+    """The label that most frames have; among equals the smallest known one."""
+    known = label[label >= 0]
+    if not len(known):
+        return -1
+    values, counts = np.unique(known, return_counts=True)
+    return int(values[np.argmax(counts)])

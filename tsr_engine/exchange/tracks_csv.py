@@ -1,0 +1,146 @@
+"""Plain CSV of tracks: the layout of ``tsr track --csv``, that of ground truth, and what other trackers write.
+
+Edges are px from 0, frames count from 0. Written by default is the layout of ``tsr track`` with more columns behind it,
+so that every reader of those rows reads these too.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.evidence.reader import RESULT_HEADER
+from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.notes import notes_to_text
+from tsr_engine.exchange.numbering import track_numbers
+from tsr_engine.exchange.pictures import safe_stem
+from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.tracks_csv_reader import read_tracks_csv, sniff_tracks_csv
+
+__all__ = ["FORMAT", "file_names"]
+
+_RESULTS = RESULT_HEADER.split(",")
+_TRUTH = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
+_MORE = ("label", "uid", "key", "occluded", "ignore", "state", "note")
+_FORMULA = re.compile(r"[=+\-@\t\r]")
+
+
+def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[list[tuple[str, str]]]:
+    """For each video its files: subset (``default`` without split) and name."""
+    subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
+    stems = [safe_stem(video.name) for video in dataset.videos]
+    folded = [stem.casefold() for stem in stems]
+    out: list[list[tuple[str, str]]] = []
+    for place, stem in enumerate(stems):
+        own = stem if folded.count(stem.casefold()) == 1 else f"{stem}-{place + 1}"
+        out.append([(subset, (f"{subset}/" if options.split else "") + own + suffix) for subset in subsets])
+    return out
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    layout = options.switches.get("layout", "full")
+    guard = options.switches.get("formulas", "plain") == "quoted"
+    header = {"full": [*_RESULTS, *_MORE], "results": _RESULTS, "truth": list(_TRUTH)}[layout]
+    total = sum(1 for video in dataset.videos for _ in video.tracks())
+    done = 0
+    for video, files in zip(dataset.videos, file_names(dataset, options, ".csv"), strict=True):
+        for subset, name in files:
+            path = folder / name
+            path.parent.mkdir(exist_ok=True)
+            only = {track.uid for track in video.tracks() if subset_of(video, track.uid, options.split) == subset}
+            rows = rows_by_frame(video, only=only)
+            with path.open("w", encoding="utf-8", newline="", errors="replace") as out:
+                table = csv.writer(out, lineterminator="\n")
+                table.writerow(header)
+                _write_rows(table, rows, dataset.labels, layout, guard)
+            done += len(rows.tracks)
+            options.progress(done, total)
+    return _lost(dataset, layout), {
+        "origin": 0,
+        "layout": layout,
+        "columns": header,
+        "formulas": "quoted" if guard else "plain",
+    }
+
+
+def _write_rows(table: Any, rows: FrameRows, labels: Sequence[str], layout: str, guard: bool) -> None:
+    ids = track_numbers(info.uid for info in rows.tracks)
+    number = [ids[info.uid] for info in rows.tracks]
+    # The short layouts are what other commands read and compare; the full one gives back what went in.
+    boxes = rows.boxes if layout == "full" else np.round(rows.boxes, 2)
+    first: set[int] = set()
+    for k, (frame, at, edges) in enumerate(zip(rows.frame.tolist(), rows.track.tolist(), boxes.tolist(), strict=True)):
+        info = rows.tracks[at]
+        label = int(rows.label[k])
+        head = [frame, number[at], *edges, label]
+        if layout == "truth":
+            table.writerow([*head, int(not rows.occluded[k]), int(rows.ignore[k])])
+            continue
+        score = float(rows.score[k])
+        if layout == "results":
+            # No empty cells here: the commands that read this layout want a number.
+            table.writerow([*head, f"{score:.4f}" if score == score else "0.0000", info.source])
+            continue
+        note = "" if at in first else notes_to_text(info.notes)
+        first.add(at)
+        text = [labels[label] if label >= 0 else "", info.uid]
+        cells = [_guarded(cell) for cell in text] if guard else text
+        flags = [int(rows.key[k]), int(rows.occluded[k]), int(rows.ignore[k])]
+        table.writerow(
+            [
+                *head,
+                f"{score:.9g}" if score == score else "",
+                info.source,
+                *cells,
+                *flags,
+                info.state,
+                _guarded(note) if guard else note,
+            ]
+        )
+
+
+def _guarded(cell: str) -> str:
+    """A cell that no spreadsheet takes for a formula."""
+    return f"'{cell}" if _FORMULA.match(cell) or cell.startswith("'") else cell
+
+
+def _lost(dataset: Dataset, layout: str) -> list[Skipped]:
+    if layout == "full":
+        return []
+    tracks = [track for video in dataset.videos for track in video.tracks()]
+    notes = sum(len(track.notes) for track in tracks)
+    ignored = sum(int(track.ignore.sum()) for track in tracks if track.ignore is not None)
+    scores = sum(int(np.isfinite(track.score).sum()) for track in tracks)
+    found = [(notes, "notes", "This layout has no column for them.")]
+    if layout == "results":
+        found.append((ignored, "marks to ignore", "This layout has no column for them; choose layout=truth or full."))
+    else:
+        found.append((scores, "scores", "This layout has no column for them; choose layout=results or full."))
+    return [Skipped(f"{count} {what}", reason) for count, what, reason in found if count]
+
+
+FORMAT = Format(
+    name="tracks-csv",
+    title="Tracks as CSV",
+    summary="One row a box: as tsr track writes them, ground truth, or another tracker's.",
+    write=_write,
+    read=read_tracks_csv,
+    sniff=sniff_tracks_csv,
+    export_switches=(
+        Switch("layout", ("full", "results", "truth"), "All columns, those of tsr track, or those of ground truth."),
+        Switch("formulas", ("plain", "quoted"), "Quote cells that a spreadsheet would take for formulas."),
+    ),
+    import_switches=(
+        Switch("first_frame", ("0", "1"), "Number of the first frame in the file."),
+        LINK_SWITCH,
+    ),
+    docs="tracks-csv.md",
+)

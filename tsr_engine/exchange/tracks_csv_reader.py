@@ -1,0 +1,223 @@
+"""Reads plain CSV of tracks or detections by the names of its columns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.manifest import MANIFEST
+from tsr_engine.exchange.notes import notes_from_text
+from tsr_engine.exchange.picture_lists import name_in_export, told_by_manifest
+from tsr_engine.exchange.sidecar import read_rows
+from tsr_engine.exchange.split import SUBSETS
+
+__all__ = ["own_files", "read_tracks_csv", "sniff_tracks_csv"]
+
+_NAMES: dict[str, tuple[str, ...]] = {
+    "frame": ("frame", "frame_id", "frame_number"),
+    "track": ("track_id", "track", "id", "object_id"),
+    "uid": ("uid",),
+    "x1": ("x1", "xmin", "left", "xtl"),
+    "y1": ("y1", "ymin", "top", "ytl"),
+    "x2": ("x2", "xmax", "right", "xbr"),
+    "y2": ("y2", "ymax", "bottom", "ybr"),
+    "x": ("x", "bb_left"),
+    "y": ("y", "bb_top"),
+    "w": ("w", "width", "bb_width"),
+    "h": ("h", "height", "bb_height"),
+    "class": ("class_id", "category_id"),
+    "label": ("label", "class", "class_name", "category"),
+    "score": ("score", "confidence", "conf"),
+    "source": ("source",),
+    "visibility": ("visibility",),
+    "occluded": ("occluded",),
+    "ignore": ("ignore",),
+    "key": ("key", "keyframe"),
+    "state": ("state",),
+    "note": ("note",),
+}
+_SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
+_TEXT = frozenset({"uid", "note"})
+_OCCLUDED = 0.5
+
+
+def own_files(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
+    """The files of a folder that are about a video: named after it, also in the folders of a split; else the only one.
+
+    Raises:
+        ImportFormatError: there is none, or it is not clear which.
+    """
+    if path.is_file():
+        return [path]
+    inside = sorted(file for file in path.rglob(f"*{suffix}") if file.is_file() and file.name != MANIFEST)
+    stem = name_in_export(path, video).casefold()
+    found = [file for file in inside if file.stem.casefold() in (stem, Path(video.name).stem.casefold())]
+    if not found and (len(inside) == 1 or len({file.name for file in inside}) == 1):
+        found = inside
+    if not found:
+        what = f"has {len(inside)} {suffix} files, none called {stem}{suffix}" if inside else f"has no {suffix} file"
+        raise ImportFormatError(f"{path.name}: {what}. Import one of them.")
+    return found
+
+
+def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
+    """Read a file or folder.
+
+    Raises:
+        ImportFormatError: a broken rule.
+    """
+    intake = Intake(target)
+    files = own_files(path, target.video, ".csv") if path.is_dir() else [path]
+    guarded = told_by_manifest(path if path.is_dir() else path.parent, "formulas") == "quoted"
+    origin = int(target.switches.get("first_frame", "0"))
+    loose = LooseBoxes(intake, files[0].name)
+    for file in files:
+        columns: dict[str, str] | None = None
+        for line, cells in read_rows(file, (), delimiter=_delimiter(file)):
+            if columns is None:
+                columns = _columns(cells, file.name)
+            said = {name: cells[column] if name in _TEXT else cells[column].strip() for name, column in columns.items()}
+            if guarded:
+                said = {name: cell.removeprefix("'") for name, cell in said.items()}
+            _take(said, file.name, line, origin, intake, loose)
+    loose.settle()
+    return intake.finish(files[0].name)
+
+
+def _delimiter(path: Path) -> str:
+    with path.open("rb") as stream:
+        start = stream.readline(1 << 12)
+    return max((",", ";", "\t"), key=lambda mark: start.count(mark.encode()))
+
+
+def _columns(cells: Mapping[str, str], file: str) -> dict[str, str]:
+    """Meaning -> column."""
+    found: dict[str, str] = {}
+    for name, known in _NAMES.items():
+        column = next((column for column in known if column in cells), None)
+        if column is not None:
+            found[name] = column
+    edges = {"x1", "y1", "x2", "y2"} <= set(found)
+    # left and top with width and height are common too.
+    found.setdefault("x", found.get("x1", ""))
+    found.setdefault("y", found.get("y1", ""))
+    sized = all(found.get(name) for name in ("x", "y", "w", "h"))
+    if "frame" not in found or not (edges or sized):
+        raise refuse(
+            file, 1, f"the header must have frame and x1,y1,x2,y2 or x,y,w,h. Got {','.join(cells)[:120]}. Add them."
+        )
+    for name in ("x", "y", "w", "h") if edges else ("x1", "y1", "x2", "y2"):
+        found.pop(name, None)
+    return found
+
+
+def _take(said: Mapping[str, str], file: str, line: int, origin: int, intake: Intake, loose: LooseBoxes) -> None:
+    frame = intake.frame(said["frame"], file, line, origin=origin)
+    if "x1" in said:
+        x1, y1, x2, y2 = (_real(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
+    else:
+        x1, y1, w, h = (_real(said, name, file, line) for name in ("x", "y", "w", "h"))
+        x2, y2 = x1 + w, y1 + h
+    visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
+    if not -1 <= visibility <= 1:
+        raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
+    given: dict[str, Any] = {
+        "file": file,
+        "line": line,
+        "key": _flag(said, "key", file, line, True),
+        "occluded": _flag(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
+        "ignore": _flag(said, "ignore", file, line, False),
+        "score": _real(said, "score", file, line) if said.get("score") else math.nan,
+    }
+    label = _label(said, file, line, intake)
+    uid = _uid(said, file, line)
+    if not uid:
+        loose.add(frame, (x1, y1, x2, y2), label, **given)
+        return
+    known = uid in intake
+    taken = intake.box(uid, frame, (x1, y1, x2, y2), label, **given)
+    note = said.get("note", "")
+    if taken and (note or not known):
+        source = said.get("source", "")
+        intake.describe(
+            uid,
+            state=said.get("state") or "open",
+            source=source if source in _SOURCES else "imported",
+            notes=notes_from_text(note, frame),
+        )
+
+
+def _uid(said: Mapping[str, str], file: str, line: int) -> str:
+    """Name of the track; empty: none."""
+    if said.get("uid"):
+        return said["uid"]
+    cell = said.get("track", "")
+    try:
+        number = float(cell) if cell else -1.0
+    except ValueError:
+        return cell
+    if not math.isfinite(number) or number != int(number):
+        raise refuse(file, line, f"track_id must be a whole number or a name. Got {cell[:40]!r}.")
+    return str(int(number)) if number >= 0 else ""
+
+
+def _label(said: Mapping[str, str], file: str, line: int, intake: Intake) -> int:
+    if said.get("label"):
+        return intake.label(said["label"], file, line)
+    cell = said.get("class", "")
+    if not cell:
+        return -1
+    try:
+        number = float(cell)
+    except ValueError:
+        return intake.label(cell, file, line)
+    if not math.isfinite(number) or number != int(number):
+        raise refuse(file, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
+    return -1 if number == -1 else intake.label(str(int(number)), file, line)
+
+
+def _flag(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:
+    cell = said.get(name, "").lower()
+    if not cell:
+        return default
+    if cell not in ("0", "1", "true", "false", "0.0", "1.0"):
+        raise refuse(file, line, f"{name} must be 0 or 1. Got {cell[:40]!r}.")
+    return cell in ("1", "true", "1.0")
+
+
+def _real(said: Mapping[str, str], name: str, file: str, line: int) -> float:
+    cell = said[name]
+    try:
+        value = float(cell)
+    except ValueError:
+        raise refuse(file, line, f"{name} must be a number. Got {cell[:40]!r}.") from None
+    if not math.isfinite(value):
+        raise refuse(file, line, f"{name} must be finite. Got {cell[:40]!r}. Correct it.")
+    return value
+
+
+def sniff_tracks_csv(path: Path) -> bool:
+    """Whether it is, or has, a CSV with a header of frames and boxes."""
+    files = [path]
+    if path.is_dir():
+        # Deeper folders are looked at on their own.
+        files = sorted([*path.glob("*.csv"), *(f for side in SUBSETS for f in path.glob(f"{side}/*.csv"))])[:20]
+    for file in files:
+        if file.suffix.lower() not in (".csv", ".tsv", ".txt"):
+            continue
+        with file.open("rb") as stream:
+            start = stream.readline(1 << 12)
+        names = {
+            cell.strip().lower()
+            for cell in start.decode("utf-8-sig", "replace").replace(";", ",").replace("\t", ",").split(",")
+        }
+        if names & set(_NAMES["frame"]) and names & {*_NAMES["x1"], *_NAMES["x"]}:
+            return True
+    return False

@@ -1,0 +1,114 @@
+"""Plain JSON of tracks or detections, for somebody else's detector or tracker and for lossless copies.
+
+::
+
+    {"format": "tsr-tracks", "version": 1, "video": {...}, "classes": ["stop", ...],
+     "tracks": [{"id": "m7", "class": "stop", "state": "open", "source": "engine", "notes": [[12, "lamp?"]],
+                 "boxes": [{"frame": 10, "box": [x1, y1, x2, y2], "score": 0.9, "key": true}, ...]}],
+     "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}]}
+
+Edges are px from 0, frames count from 0. A bare list of tracks or of detections is read too.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.exchange.checks import SIZE_SWITCH
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.labels import label_name
+from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.split import subset_of
+from tsr_engine.exchange.tracks_csv import file_names
+from tsr_engine.exchange.tracks_json_reader import read_tracks_json, sniff_tracks_json
+
+__all__ = ["FORMAT"]
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    total = sum(1 for video in dataset.videos for _ in video.tracks())
+    done = 0
+    for video, files in zip(dataset.videos, file_names(dataset, options, ".json"), strict=True):
+        for subset, name in files:
+            path = folder / name
+            path.parent.mkdir(exist_ok=True)
+            with path.open("w", encoding="utf-8", newline="") as out:
+                out.write(_head(video, dataset.labels))
+                comma = "\n"
+                for track in video.tracks():
+                    if subset_of(video, track.uid, options.split) != subset:
+                        continue
+                    out.write(comma + _track(track, dataset.labels))
+                    comma = ",\n"
+                    done += 1
+                    options.progress(done, total)
+                out.write("]}\n")
+    return [], {"origin": 0}
+
+
+def _head(video: DatasetVideo, labels: tuple[str, ...]) -> str:
+    head = {
+        "format": "tsr-tracks",
+        "version": 1,
+        "video": {
+            "name": video.name,
+            "sha256": video.sha256,
+            "width": video.width,
+            "height": video.height,
+            "frames": video.frames,
+            "rate": None if video.rate is None else f"{video.rate.numerator}/{video.rate.denominator}",
+        },
+        "classes": list(labels),
+    }
+    return _dump(head)[:-1] + ',\n"tracks":['
+
+
+def _track(track: Track, labels: tuple[str, ...]) -> str:
+    boxes: list[dict[str, Any]] = []
+    for k, (frame, edges, score) in enumerate(
+        zip(track.frames.tolist(), track.boxes.tolist(), track.score.tolist(), strict=True)
+    ):
+        box: dict[str, Any] = {"frame": frame, "box": edges}
+        if score == score:
+            box["score"] = score
+        if not track.key[k]:
+            box["key"] = False
+        if track.occluded[k]:
+            box["occluded"] = True
+        if track.ignore is not None and track.ignore[k]:
+            box["ignore"] = True
+        if track.labels is not None and track.labels[k] != track.label:
+            box["class"] = label_name(labels, int(track.labels[k]))
+        boxes.append(box)
+    about = {
+        "id": track.uid,
+        "class": label_name(labels, track.label),
+        "state": track.state,
+        "source": track.source,
+        **({"notes": [list(note) for note in track.notes]} if track.notes else {}),
+        "boxes": boxes,
+    }
+    return _dump(about)
+
+
+def _dump(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, separators=(",", ":"))
+
+
+FORMAT = Format(
+    name="tracks-json",
+    title="Tracks as JSON",
+    summary="Tracks or detections in plain JSON: loses nothing, and easy to write from any tracker.",
+    write=_write,
+    read=read_tracks_json,
+    sniff=sniff_tracks_json,
+    import_switches=(
+        Switch("first_frame", ("0", "1"), "Number of the first frame in the file."),
+        SIZE_SWITCH,
+        LINK_SWITCH,
+    ),
+    docs="tracks-json.md",
+)

@@ -1,0 +1,193 @@
+"""XML in and out: streaming, with line numbers, and without document types, entities or external references."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import ParseError
+from xml.sax.saxutils import escape, quoteattr
+
+from defusedxml.common import DefusedXmlException
+from defusedxml.ElementTree import XMLParser
+
+from tsr_engine.exchange.checks import refuse
+
+__all__ = ["Node", "attribute", "elements", "number", "quoted", "text"]
+
+_CHUNK = 1 << 16
+_DEPTH = 32
+_INVALID = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+class Node:
+    """An element with its place in the file.
+
+    Attributes:
+        tag: its name.
+        attrib: attributes.
+        children: elements directly inside.
+        line: where it begins, from 1.
+    """
+
+    __slots__ = ("_parts", "attrib", "children", "line", "tag")
+
+    def __init__(self, tag: str, attrib: dict[str, str], line: int) -> None:
+        self.tag = tag
+        self.attrib = attrib
+        self.line = line
+        self.children: list[Node] = []
+        self._parts: list[str] = []
+
+    @property
+    def raw(self) -> str:
+        """Text directly inside, joined, with its white space."""
+        return "".join(self._parts)
+
+    @property
+    def text(self) -> str:
+        """Text directly inside, joined and stripped."""
+        return self.raw.strip()
+
+    def add_text(self, data: str) -> None:
+        """More text."""
+        self._parts.append(data)
+
+    def child(self, tag: str) -> Node | None:
+        """The first element of that name directly inside."""
+        return next((node for node in self.children if node.tag == tag), None)
+
+    def value(self, path: str) -> str:
+        """Text of the element at ``a/b/c`` below; empty where there is none."""
+        node: Node | None = self
+        for tag in path.split("/"):
+            node = None if node is None else node.child(tag)
+        return "" if node is None else node.text
+
+    def all(self, tag: str) -> Iterable[Node]:
+        """The elements of that name directly inside."""
+        return (node for node in self.children if node.tag == tag)
+
+
+class _Builder:
+    """Keeps the elements asked for, whole; of the others only that they are open."""
+
+    def __init__(self, wanted: frozenset[str], file: str) -> None:
+        self._wanted = wanted
+        self._file = file
+        self._open: list[str] = []
+        self._stack: list[Node] = []
+        self.done: list[Node] = []
+        self.root = ""
+        self.expat: Any = None
+
+    def take_over(self, expat: Any) -> None:
+        """Be called by the parser itself: the layer of ElementTree in between doubles the time."""
+        self.expat = expat
+        expat.ordered_attributes = False
+        expat.StartElementHandler = self.start
+        expat.EndElementHandler = self.end
+        expat.CharacterDataHandler = self.data
+        expat.buffer_text = True
+
+    def start(self, tag: str, attrib: dict[str, str]) -> None:
+        line = int(self.expat.CurrentLineNumber)
+        if not self._open:
+            self.root = tag
+        if len(self._open) >= _DEPTH:
+            raise refuse(self._file, line, f"elements are nested deeper than {_DEPTH}. Export it again.")
+        self._open.append(tag)
+        if self._stack or tag in self._wanted:
+            node = Node(tag, attrib, line)
+            if self._stack:
+                self._stack[-1].children.append(node)
+            self._stack.append(node)
+
+    def end(self, _tag: str) -> None:
+        self._open.pop()
+        if self._stack:
+            node = self._stack.pop()
+            if not self._stack:
+                self.done.append(node)
+
+    def data(self, data: str) -> None:
+        if self._stack:
+            self._stack[-1].add_text(data)
+
+    def close(self) -> None:
+        """Nothing to hand over."""
+
+
+def elements(path: Path, root: str, wanted: Iterable[str], *, name: str | None = None) -> Iterator[Node]:
+    """The wanted elements of a file, whole, one after the other; what was given out is not kept.
+
+    Args:
+        path: the file.
+        root: what the outermost element must be called.
+        wanted: names of elements; one inside another wanted one is its child.
+        name: of the file, for messages; unset: that of ``path``.
+
+    Raises:
+        ImportFormatError: not well-formed, a DOCTYPE or an entity, another root; names file and line.
+    """
+    file = path.name if name is None else name
+    builder = _Builder(frozenset(wanted), file)
+    parser = XMLParser(target=builder, forbid_dtd=True, forbid_entities=True, forbid_external=True)
+    builder.take_over(parser.parser)
+    try:
+        with path.open("rb") as stream:
+            while chunk := stream.read(_CHUNK):
+                parser.feed(chunk)
+                if builder.root and builder.root != root:
+                    raise refuse(file, 1, f"the outermost element is <{builder.root[:60]}>, must be <{root}>.")
+                yield from builder.done
+                builder.done.clear()
+        parser.close()
+    except DefusedXmlException:
+        line = int(builder.expat.CurrentLineNumber)
+        raise refuse(
+            file, line, "a DOCTYPE or entity declaration is not allowed; annotations need none. Delete it."
+        ) from None
+    except ParseError as error:
+        line, _ = error.position
+        reason = str(error).split(": line")[0]
+        raise refuse(file, line, f"is not well-formed XML: {reason}. Export it again.") from None
+    except (LookupError, UnicodeError, ValueError) as error:
+        raise refuse(file, 1, f"cannot be decoded: {error}. Save it as UTF-8.") from None
+    yield from builder.done
+
+
+def attribute(node: Node, name: str, file: str) -> str:
+    """An attribute that must be there.
+
+    Raises:
+        ImportFormatError: it is not.
+    """
+    try:
+        return node.attrib[name]
+    except KeyError:
+        raise refuse(file, node.line, f"<{node.tag}> must have {name}. Export it again.") from None
+
+
+def number(node: Node, name: str, file: str) -> float:
+    """A number attribute that must be there; may be NaN or infinite.
+
+    Raises:
+        ImportFormatError: it is not there, or no number.
+    """
+    value = attribute(node, name, file)
+    try:
+        return float(value)
+    except ValueError:
+        raise refuse(file, node.line, f"{name} of <{node.tag}> must be a number. Got {value[:40]!r}.") from None
+
+
+def text(value: str) -> str:
+    """Text for between tags: escaped; what XML 1.0 cannot hold becomes U+FFFD."""
+    return escape(_INVALID.sub("\ufffd", value))
+
+
+def quoted(value: str) -> str:
+    """A value for an attribute, with its quotes."""
+    return quoteattr(_INVALID.sub("\ufffd", value))

@@ -1,0 +1,131 @@
+"""YOLO as Ultralytics reads it: a text file a picture, ``class cx cy w h`` in parts of the picture.
+
+A sixth column would make Ultralytics drop the picture, so tracks go into ``tracks.csv`` beside, which names each line
+of each label file. Source: docs.ultralytics.com, datasets/detect; ``ultralytics/data/utils.py``.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.picture_lists import (
+    IMAGE_SWITCH,
+    PictureList,
+    is_wrapper,
+    picture_lists,
+    subsets_in,
+    write_files,
+)
+from tsr_engine.exchange.sidecar import COLUMNS, side_cells
+from tsr_engine.exchange.yaml_names import quoted_name
+from tsr_engine.exchange.yolo_reader import SIDE, SIDE_OWN, label_files, read_yolo
+
+__all__ = ["FORMAT"]
+
+_DECIMALS = 8
+
+
+def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    labels, _, _ = used_labels(dataset)
+    suffix = options.switches.get("image", "jpg")
+    with_ignored = options.switches.get("ignored", "leave-out") == "box"
+    lists = picture_lists(dataset, options)
+    subsets = ["train"] if not options.split else subsets_in(lists, options)
+    total = sum(len(part.frames) for part in lists)
+    done = left_out = 0
+    with (folder / SIDE).open("w", encoding="utf-8", newline="", errors="replace") as side:
+        table = csv.writer(side, lineterminator="\n")
+        table.writerow([*SIDE_OWN, *COLUMNS])
+        for subset in subsets:
+            home = folder / "labels" / subset
+            home.mkdir(parents=True)
+            for part in lists:
+                lines = _lines(part, labels)
+                first: set[int] = set()
+                for frame, at in part.listed(subset if options.split else "default"):
+                    chosen = [k for k in range(at.start, at.stop) if with_ignored or not part.rows.ignore[k]]
+                    left_out += at.stop - at.start - len(chosen)
+                    name = f"{part.stem(frame)}.txt"
+                    (home / name).write_text("".join(lines[k] for k in chosen), encoding="ascii", newline="")
+                    for place, k in enumerate(chosen, start=1):
+                        own = [f"labels/{subset}/{name}", str(place), lines[k].rstrip("\n")]
+                        table.writerow([*own, *side_cells(part.rows, k, first)])
+                    done += 1
+                    options.progress(done, total)
+    _write_yaml(folder, subsets, labels)
+    pictures = write_files(
+        lists,
+        folder,
+        options,
+        lambda part, frame, subset: f"images/{subset if options.split else 'train'}/{part.stem(frame)}.{suffix}",
+    )
+    skipped = []
+    if left_out:
+        skipped.append(
+            Skipped(f"{left_out} boxes to ignore", "YOLO has no such mark; their places count as background there.")
+        )
+    return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDE, "pictures": pictures}
+
+
+def _write_yaml(folder: Path, subsets: list[str], labels: list[str]) -> None:
+    """No ``path``: without it Ultralytics starts at the file's own folder, a dot would be the current one."""
+    val = "val" if "val" in subsets else subsets[-1]
+    lines = [f"train: images/{'train' if 'train' in subsets else subsets[0]}\n"]
+    if val == "train":
+        lines.append("# Not split: the validation pictures are those of the training.\n")
+    lines.append(f"val: images/{val}\n")
+    if "test" in subsets:
+        lines.append("test: images/test\n")
+    lines.append("names:\n")
+    lines += [f"  {place}: {quoted_name(name)}\n" for place, name in enumerate(labels)]
+    (folder / "data.yaml").write_text("".join(lines), encoding="utf-8", newline="")
+
+
+def _lines(part: PictureList, labels: list[str]) -> list[str]:
+    """The line of each row, with its end."""
+    rows, video = part.rows, part.video
+    numbers = {name: place for place, name in enumerate(labels)}
+    size = np.array([video.width, video.height], dtype=np.float64)
+    low, high = rows.boxes[:, :2] / size, rows.boxes[:, 2:] / size
+    # A side that would be written as 0 is no box to any reader.
+    sides = np.maximum(high - low, 10.0**-_DECIMALS)
+    values = np.concatenate([(low + high) / 2, sides], axis=1).tolist()
+    return [
+        f"{numbers[label_name(labels, label)]} {cx:.8f} {cy:.8f} {w:.8f} {h:.8f}\n"
+        for label, (cx, cy, w, h) in zip(rows.label.tolist(), values, strict=True)
+    ]
+
+
+def _sniff(path: Path) -> bool:
+    if path.is_file() or is_wrapper(path):
+        return False
+    names = any((path / name).is_file() for name in ("data.yaml", "dataset.yaml", "data.yml", "obj.data"))
+    inside = (path / "labels").is_dir() or (path / "obj_train_data").is_dir() or any(path.glob("*/labels"))
+    return (names or inside) and bool(label_files(path))
+
+
+FORMAT = Format(
+    name="yolo",
+    title="YOLO (Ultralytics)",
+    summary="A text file a picture in parts of the picture, ready to train; tracks in a file beside.",
+    write=_write,
+    read=read_yolo,
+    sniff=_sniff,
+    export_switches=(
+        IMAGE_SWITCH,
+        Switch("ignored", ("leave-out", "box"), "Boxes to ignore: left out, or written like all others."),
+    ),
+    import_switches=(
+        LINK_SWITCH,
+        Switch("column6", ("auto", "track", "confidence"), "What a sixth column is; auto: decided over all files."),
+    ),
+    docs="yolo.md",
+)

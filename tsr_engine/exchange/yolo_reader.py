@@ -1,0 +1,259 @@
+"""Reads YOLO: label files, class names, tracks from ``tracks.csv`` or from a sixth column.
+
+What a sixth column is, is decided once for all files: a confidence if a number has a fraction, or if a picture has the
+same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are read too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.picture_lists import PictureNames
+from tsr_engine.exchange.sidecar import SideRow, read_side
+from tsr_engine.exchange.yaml_names import names_of
+
+__all__ = ["SIDE", "SIDE_OWN", "label_files", "read_yolo"]
+
+SIDE = "tracks.csv"
+SIDE_OWN = ("file", "line", "row")
+_NO_LABELS = frozenset({"train.txt", "val.txt", "test.txt", "valid.txt", "classes.txt", "readme.txt", "labels.txt"})
+_MOST = 1.01
+"""What Ultralytics lets pass as a part of the picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    file: str
+    line: int
+    frame: int
+    text: str
+    label: int
+    edges: tuple[float, float, float, float]
+    rest: tuple[float, ...]
+
+
+def label_files(path: Path) -> list[Path]:
+    """The label files of a folder, sorted; those below ``labels`` if there is one."""
+    found = [f for f in path.rglob("*.txt") if f.is_file() and f.name.lower() not in _NO_LABELS]
+    inside = [f for f in found if {"labels", "obj_train_data"} & set(f.relative_to(path).parts[:-1])]
+    return sorted(inside or found)
+
+
+def read_yolo(path: Path, target: ImportTarget) -> Dataset:
+    """Read a folder.
+
+    Raises:
+        ImportFormatError: a broken rule.
+    """
+    if path.is_file():
+        raise refuse(path.name, None, "is one file; YOLO is a folder with data.yaml and labels. Pack the folder.")
+    intake = Intake(target)
+    files = label_files(path)
+    if not files and not (path / SIDE).is_file():
+        raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
+    names, named_by = _class_names(path)
+    pictures = PictureNames(path, target.video)
+    rows: list[_Row] = []
+    for file in files:
+        name = file.relative_to(path).as_posix()
+        frame = pictures.frame(file.name)
+        if frame is None:
+            if not pictures.is_other(file.name):
+                raise refuse(name, None, "its name has no frame number. Call it frame_000010.txt.")
+            continue
+        lines = read_text(file)
+        if lines.strip():
+            ordinal = intake.frame(frame, name)
+            rows += _rows(lines, name, ordinal, names, named_by, intake)
+    if pictures.others:
+        intake.skip(f"{pictures.others} pictures", f"They are of another video than {target.video.name}.")
+    if names is None and rows:
+        intake.repair(f"{path.name}: names no classes (data.yaml); its numbers were taken as those of the tool.")
+    loose = LooseBoxes(intake, path.name)
+    if any(row.rest for row in rows):
+        _take_with_columns(rows, intake, loose)
+    elif (path / SIDE).is_file():
+        _take_with_side(rows, path / SIDE, intake, loose)
+    else:
+        for row in rows:
+            loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
+    loose.settle()
+    return intake.finish(path.name)
+
+
+def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
+    """Names by number, and the file that says them; None: none does."""
+    for place in (path, path.parent):
+        for name in ("data.yaml", "dataset.yaml", "data.yml"):
+            if (place / name).is_file():
+                found = names_of(read_text(place / name, limit=1 << 24), name)
+                if found is not None:
+                    return found, name
+    for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
+        if (path / name).is_file():
+            listed = read_text(path / name, limit=1 << 24).splitlines()
+            while listed and not listed[-1].strip():
+                listed.pop()
+            return {place: text.strip() for place, text in enumerate(listed)}, name
+    return None, ""
+
+
+def _rows(
+    text: str, file: str, frame: int, names: dict[int, str] | None, named_by: str, intake: Intake
+) -> Iterator[_Row]:
+    video = intake.target.video
+    for line, content in enumerate(text.splitlines(), start=1):
+        cells = content.split()
+        if not cells:
+            continue
+        try:
+            values = [float(cell) for cell in cells]
+        except ValueError:
+            raise refuse(file, line, f"must be numbers. Got {content.strip()[:60]!r}. Correct it.") from None
+        if not all(math.isfinite(value) for value in values):
+            raise refuse(file, line, f"must be finite numbers. Got {content.strip()[:60]!r}. Correct it.")
+        if len(values) < 5:
+            raise refuse(
+                file, line, f"must have 5 columns: class, centre x, centre y, width, height. Got {len(values)}."
+            )
+        number = values[0]
+        if number != int(number) or number < 0:
+            raise refuse(file, line, f"the class must be a whole number from 0 on. Got {cells[0][:40]}.")
+        if names is not None and int(number) not in names:
+            raise refuse(file, line, f"class {int(number)} is none of the {len(names)} classes in {named_by}. Add it.")
+        label = intake.label(str(int(number)) if names is None else names[int(number)], file, line)
+        box, rest = _shape(values[1:], file, line, intake)
+        x1, y1, x2, y2 = box
+        edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
+        yield _Row(file, line, frame, content.strip(), label, edges, rest)
+
+
+def _shape(
+    values: list[float], file: str, line: int, intake: Intake
+) -> tuple[tuple[float, float, float, float], tuple[float, ...]]:
+    """Edges in parts of the picture, and the columns behind them."""
+    # Three corners have six numbers, as a box with confidence and id has; an id is a whole number.
+    polygon = len(values) > 6 or (len(values) == 6 and values[5] != int(values[5]))
+    parts = values if polygon else values[:4]
+    if polygon and len(values) % 2:
+        raise refuse(file, line, f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.")
+    for value in parts:
+        if not 0 <= value <= _MOST:
+            hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
+            raise refuse(file, line, f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}")
+    if polygon:
+        intake.count("Polygons were replaced by the upright boxes around them", file, line)
+        xs, ys = values[::2], values[1::2]
+        return (min(xs), min(ys), max(xs), max(ys)), ()
+    cx, cy, w, h = parts
+    return (cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2), tuple(values[4:])
+
+
+def _take_with_columns(rows: list[_Row], intake: Intake, loose: LooseBoxes) -> None:
+    """Rows with columns behind the box: a track id, a confidence, or both."""
+    asked = intake.target.switches.get("column6", "auto")
+    sixth = [row for row in rows if len(row.rest) == 1]
+    kind, why = (asked, "as you said") if asked != "auto" else _what_sixth_is(sixth)
+    for row in rows:
+        score, track = math.nan, None
+        if len(row.rest) == 2:
+            score, track = row.rest
+        elif row.rest and kind == "confidence":
+            score = row.rest[0]
+        elif row.rest:
+            track = row.rest[0]
+        if track is None:
+            loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line, score=score)
+            continue
+        if track != int(track) or not 0 <= track < 1e15:
+            raise refuse(row.file, row.line, f"the track id must be a whole number from 0 on. Got {track:g}.")
+        intake.box(f"track{int(track)}", row.frame, row.edges, row.label, file=row.file, line=row.line, score=score)
+    if sixth:
+        first = sixth[0]
+        meaning = "confidences" if kind == "confidence" else "track ids"
+        intake.repair(
+            f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {len(sixth)} rows was taken as "
+            f"{meaning}: {why} (column6)."
+        )
+
+
+def _what_sixth_is(rows: list[_Row]) -> tuple[str, str]:
+    """``track`` or ``confidence``, over all files, and why.
+
+    Raises:
+        ImportFormatError: it can be neither.
+    """
+    whole = all(row.rest[0] == int(row.rest[0]) for row in rows)
+    wrong = next((row for row in rows if row.rest[0] < 0 or (row.rest[0] > 1 and not whole)), None)
+    if wrong is not None:
+        raise refuse(
+            wrong.file,
+            wrong.line,
+            f"the sixth column must be track ids (whole numbers from 0 on) or confidences (0 to 1) in all files. Got "
+            f"{wrong.rest[0]:g}. Delete the column.",
+        )
+    if not whole:
+        return "confidence", "some have a fraction and all are in 0 to 1"
+    seen = Counter((row.file, row.rest[0]) for row in rows)
+    if all(row.rest[0] <= 1 for row in rows) and max(seen.values(), default=0) > 1:
+        return "confidence", "all are 0 or 1 and one picture has the same twice"
+    return "track", "all are whole numbers"
+
+
+def _take_with_side(rows: list[_Row], path: Path, intake: Intake, loose: LooseBoxes) -> None:
+    """Rows with the tracks that the side file names: by their text, else by their place in the file."""
+    side: dict[str, list[SideRow]] = {}
+    for named in read_side(path, SIDE_OWN):
+        side.setdefault(named.own["file"], []).append(named)
+    by_file: dict[str, list[_Row]] = {}
+    for row in rows:
+        by_file.setdefault(row.file, []).append(row)
+    for file, own in by_file.items():
+        for row, entry in _matched(own, side.get(file, []), intake):
+            if entry is None:
+                intake.count(f"Boxes that {path.name} does not name", row.file, row.line)
+                loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
+                continue
+            known = entry.uid in intake
+            taken = intake.box(
+                entry.uid,
+                row.frame,
+                row.edges,
+                row.label,
+                file=row.file,
+                line=row.line,
+                key=entry.key,
+                occluded=entry.occluded,
+                ignore=entry.ignore,
+                score=entry.score,
+            )
+            if taken and (entry.note or not known):
+                entry.tell(intake, row.frame)
+
+
+def _matched(rows: list[_Row], side: list[SideRow], intake: Intake) -> list[tuple[_Row, SideRow | None]]:
+    by_text: dict[str, deque[SideRow]] = {}
+    for entry in side:
+        by_text.setdefault(entry.own["row"], deque()).append(entry)
+    out: list[tuple[_Row, SideRow | None]] = []
+    for row in rows:
+        waiting = by_text.get(row.text)
+        out.append((row, waiting.popleft() if waiting else None))
+    left = [entry for waiting in by_text.values() for entry in waiting]
+    changed = [place for place, (_, entry) in enumerate(out) if entry is None]
+    # Boxes that somebody has moved keep their line as long as none was added or deleted.
+    if changed and len(rows) == len(side):
+        left.sort(key=lambda entry: entry.line)
+        for place, kept in zip(changed, left, strict=True):
+            row = out[place][0]
+            intake.count("Boxes that were changed since the export kept the track of their line", row.file, row.line)
+            out[place] = (row, kept)
+    return out
