@@ -1,0 +1,135 @@
+"""The picture of a recording: each frame of it is the frame of the video with the same number."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+
+from tsr_engine.errors import VideoError
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.recording import RecordingRequest, write_recording
+from tsr_engine.recording.clip import cut_clip
+from tsr_engine.recording.content import Frames
+from tsr_engine.recording.sink import video_stamps
+from tsr_engine.recording.stored import frames_of
+
+Make = Callable[[str], Any]
+
+COPIED = (
+    "constant", "ntsc", "variable", "b_frames", "long_gop", "open_gop", "offset_start", "fragmented", "odd_size",
+    "odd_size_vp9", "matroska_variable", "edit_list_inside_gop", "hevc",
+)  # fmt: skip
+ENCODED = {
+    "avi_h264": "no presentation times",
+    "avi_mpeg4": "no presentation times",
+    "mov_mjpeg": "viewers do not play mjpeg",
+    "rotated_90": "stored rotated",
+    "mirrored": "stored rotated",
+}
+
+
+def decoded(data: bytes, nanos: np.ndarray) -> list[np.ndarray]:
+    """The pictures of a clip at some times, as the viewer finds them: it counts times from the first picture."""
+    with av.open(io.BytesIO(data)) as container:
+        assert container.format.name.startswith("mov")
+        pictures = {round(float(f.time) * 1e9): f.to_ndarray(format="bgr24") for f in container.decode(video=0)}
+    times = np.array(sorted(pictures))
+    nearest = [int(times[np.argmin(abs(times - times[0] - n))]) for n in nanos.tolist()]
+    assert max(abs(t - times[0] - n) for t, n in zip(nearest, nanos.tolist(), strict=True)) < 1e5, "0.1 ms"
+    return [pictures[t] for t in nearest]
+
+
+def key_places(data: bytes) -> list[int]:
+    """Numbers of the packets that the file itself names as places to start from, from 0."""
+    at = data.index(b"stss") + 8
+    count = struct.unpack_from(">I", data, at)[0]
+    return [n - 1 for n in struct.unpack_from(f">{count}I", data, at + 4)]
+
+
+def check(made: Any, corpus: Any, scenes: Any, folder: Path, first: int, stop: int) -> str:
+    run = scenes.write_run(folder / "run", video=made.path)
+    with EvidenceReader(run) as reader:
+        frames = frames_of(reader, first, stop)
+    clip = cut_clip(made.path, frames, video_stamps)
+    assert (np.diff(clip.nanos) > 0).all()
+    times = clip.nanos / 1e9
+    want = np.array([float(made.times[k] - made.times[first]) for k in range(first, stop)])
+    np.testing.assert_allclose(times - times[0], want, atol=2e-3)
+    shown = [corpus.read_code(picture) for picture in decoded(clip.data, clip.nanos)]
+    assert shown == [made.codes[k] for k in range(first, stop)]
+    return clip.how
+
+
+@pytest.mark.parametrize("kind", COPIED)
+def test_packets_are_copied_from_a_key_frame(kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
+    video = made(kind)
+    last = len(video.codes)
+    how = check(video, corpus, scenes, tmp_path, min(15, last - 3), min(last, 33))
+    assert "not encoded anew" in how
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("kind", ENCODED)
+def test_what_a_viewer_cannot_show_is_encoded_anew(
+    kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path
+) -> None:
+    how = check(made(kind), corpus, scenes, tmp_path, 4, 11)
+    assert how.startswith("Encoded anew as H.264")
+    assert ENCODED[kind] in how
+
+
+@pytest.mark.parametrize(("first", "stop"), [(0, 1), (0, 50), (12, 13), (11, 24), (49, 50)])
+def test_any_range(first: int, stop: int, made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
+    assert "not encoded anew" in check(made("b_frames"), corpus, scenes, tmp_path, first, stop)
+
+
+def test_a_jump_into_an_open_group_starts_where_its_pictures_can_be_decoded(
+    made: Make, scenes: Any, tmp_path: Path
+) -> None:
+    """Only places at which no earlier picture is needed may count as key frames."""
+    run = scenes.write_run(tmp_path / "run", video=made("open_gop").path)
+    with EvidenceReader(run) as reader:
+        clip = cut_clip(made("open_gop").path, frames_of(reader, 5, 45), video_stamps)
+    with av.open(io.BytesIO(clip.data)) as container:
+        stamps = [p.pts for p in container.demux(video=0) if p.size]
+    places = key_places(clip.data)
+    assert places[0] == 0
+    for place in places:
+        assert min(stamps[place:]) == stamps[place]
+
+
+def test_the_clip_is_short(made: Make, scenes: Any, tmp_path: Path) -> None:
+    whole = made("constant").path.stat().st_size
+    run = scenes.write_run(tmp_path / "run", video=made("constant").path)
+    with EvidenceReader(run) as reader:
+        clip = cut_clip(made("constant").path, frames_of(reader, 26, 30), video_stamps)
+    assert len(clip.data) < whole / 2
+
+
+def test_the_recording_holds_the_clip_and_says_which_picture_each_frame_shows(
+    made: Make, corpus: Any, scenes: Any, read_back: Any, tmp_path: Path
+) -> None:
+    run = scenes.write_run(tmp_path / "run", video=made("variable").path)
+    report = write_recording(RecordingRequest(run, tmp_path / "a.rrd", 14, 31, made("variable").path))
+    back = read_back.ReadBack(report.path)
+    data = bytes(back.static("video", "AssetVideo:blob")[0])
+    references = {k: v[0] for k, v in back.column("video", "VideoFrameReference:timestamp").items()}
+    assert sorted(references) == list(range(14, 31))
+    pictures = decoded(data, np.array([references[k] for k in range(14, 31)]))
+    assert [corpus.read_code(picture) for picture in pictures] == list(range(14, 31))
+
+
+def test_a_video_that_ends_too_early_is_refused(made: Make, corpus: Any, scenes: Any, tmp_path: Path) -> None:
+    short = corpus.cut(made("fragmented"), tmp_path / "short.mp4", 0.5)
+    run = scenes.write_run(tmp_path / "run", video=made("fragmented").path)
+    with EvidenceReader(run) as reader:
+        frames: Frames = frames_of(reader, 10, 50)
+    with pytest.raises(VideoError, match="it is not the video of this run"):
+        cut_clip(short, frames, video_stamps)

@@ -1,0 +1,242 @@
+"""What a recording holds, box by box against the evidence."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import EvidenceError, StorageError, UsageError
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.recording import LAYERS, BoxRows, RecordingReport, RecordingRequest, write_recording
+from tsr_engine.recording.layers import UNKNOWN_CLASS
+from tsr_engine.records import FrameEvidence
+
+FIRST, STOP = 1, 26
+
+
+def rows(frames: list[int], label: str) -> BoxRows:
+    n = len(frames)
+    boxes = np.arange(n * 4, dtype=float).reshape(n, 4) + np.array([0, 0, 9, 9])
+    return BoxRows(np.array(frames), boxes, np.array([14] * n), tuple(f"{label}{k}" for k in frames))
+
+
+@pytest.fixture(scope="module")
+def run(scenes: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder: Path = scenes.write_run(tmp_path_factory.mktemp("runs") / "run")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def report(run: Path, tmp_path_factory: pytest.TempPathFactory) -> RecordingReport:
+    request = RecordingRequest(
+        run,
+        tmp_path_factory.mktemp("out") / "a.rrd",
+        FIRST,
+        STOP,
+        corrected=rows([24, 0, 6, 6, 29], "h"),
+        truth=rows([3], "t"),
+        focus_frame=8,
+        focus_track=9,
+    )
+    return write_recording(request)
+
+
+@pytest.fixture(scope="module")
+def back(report: RecordingReport, read_back: Any) -> Any:
+    return read_back.ReadBack(report.path)
+
+
+@pytest.fixture(scope="module")
+def stored(run: Path) -> list[FrameEvidence]:
+    with EvidenceReader(run) as reader:
+        return list(reader.frames(FIRST, STOP))
+
+
+def expected(layer: str, frame: FrameEvidence) -> list[np.ndarray]:
+    """The boxes that a layer has in a frame, from the records themselves."""
+    alive = [t for t in frame.tracks if t.state != "dead"]
+    by_number = sorted(alive, key=lambda t: t.track_id)
+    found = [t.relocalisation for t in by_number if t.relocalisation is not None]
+    foreseen = [t.prediction for t in by_number if t.prediction is not None]
+    if layer in ("detections", "detections_raw"):
+        return list(frame.detections.boxes)
+    if layer == "results":
+        return [t.box for t in alive]
+    if layer == "predictions":
+        return [p.box for p in foreseen]
+    if layer == "innovation":
+        middle = [(p.box[:2] + p.box[2:]) / 2 for p in foreseen]
+        spread = [np.sqrt(np.diag(p.covariance)[:2]) for p in foreseen]
+        return [np.concatenate([m - s, m + s]) for m, s in zip(middle, spread, strict=True)]
+    if layer == "search":
+        return [r.search_box for r in found]
+    if layer == "relocalisations":
+        return [r.box for r in found]
+    return [r.runner_up_box for r in found]
+
+
+@pytest.mark.parametrize("layer", [name for name in LAYERS if name not in ("corrected", "truth")])
+def test_every_box_is_that_of_the_evidence(
+    layer: str, back: Any, stored: list[FrameEvidence], report: RecordingReport
+) -> None:
+    boxes = back.boxes(LAYERS[layer].entity)
+    assert sorted(boxes) == list(range(FIRST, STOP)), "a frame without boxes must be said to be empty"
+    for frame in stored:
+        want = np.array(expected(layer, frame)).reshape(-1, 4)
+        assert boxes[frame.ordinal].shape == want.shape
+        np.testing.assert_allclose(boxes[frame.ordinal], want, atol=1e-4)
+    assert report.boxes[layer] == sum(len(b) for b in boxes.values()) > 0
+    assert any(len(b) == 0 for b in boxes.values())
+
+
+def test_corrections_and_truth_come_from_the_caller(back: Any, report: RecordingReport) -> None:
+    given = rows([24, 0, 6, 6, 29], "h")
+    boxes = back.boxes("video/corrected")
+    assert {k: len(b) for k, b in boxes.items() if len(b)} == {6: 2, 24: 1}, "those outside the range are left out"
+    np.testing.assert_allclose(boxes[24], given.boxes[:1])
+    np.testing.assert_allclose(boxes[6], given.boxes[2:4])
+    assert back.column("video/corrected", "Boxes2D:labels")[6] == ["h6", "h6"]
+    assert back.column("video/corrected", "Boxes2D:class_ids")[24] == [14]
+    assert report.boxes["truth"] == 1
+
+
+def test_classes_have_names_and_colours(back: Any, stored: list[FrameEvidence]) -> None:
+    context = back.static("video", "AnnotationContext:context")
+    names = {row["class_id"]: row["class_description"]["info"] for row in context[0]}
+    assert names[14]["label"] == "14 stop"
+    assert names[UNKNOWN_CLASS]["label"] == "unknown"
+    assert len({names[c]["color"] for c in range(43)}) > 10
+    shown = back.column("video/results", "Boxes2D:class_ids")
+    for frame in stored:
+        want = [t.recognition.class_id for t in frame.tracks if t.state != "dead" and t.recognition is not None]
+        assert (shown[frame.ordinal] or []) == want
+
+
+def test_values_over_time_are_those_of_the_evidence(back: Any, stored: list[FrameEvidence]) -> None:
+    def values(entity: str) -> dict[int, float]:
+        return {k: v[0] for k, v in back.column(entity, "Scalars:scalars").items()}
+
+    of_7 = {f.ordinal: t for f in stored for t in f.tracks if t.track_id == 7}
+    judged = {k: t.gate for k, t in of_7.items() if t.gate is not None}
+    assert values("tracks/m7/gate/l_positive") == pytest.approx({k: g.l_positive for k, g in judged.items()})
+    assert values("tracks/m7/gate/hash_distance") == pytest.approx({k: g.hash_distance for k, g in judged.items()})
+    logs = {k: np.log10(g.l_positive) for k, g in judged.items()}
+    assert values("tracks/m7/gate/log10_l_positive") == pytest.approx(logs)
+    found = {k: t.relocalisation.decision for k, t in of_7.items() if t.relocalisation is not None}
+    assert values("tracks/m7/svm/decision") == pytest.approx(found)
+    scores = back.column("tracks/m7/score", "Scalars:scalars")
+    assert {k: v[0] for k, v in scores.items()} == pytest.approx({k: t.score for k, t in of_7.items()})
+    assert np.isnan(scores[3][1]), "no detection, no raw score"
+    prior = next(f for f in stored if f.ordinal == 2).detections.prior[0]
+    assert scores[2][2] == pytest.approx(prior)
+    leading = [int(name.split()[-2]) for name in back.static("tracks/m7/votes", "SeriesLines:names")]
+    votes = back.column("tracks/m7/votes", "Scalars:scalars")
+    for k, t in of_7.items():
+        assert t.recognition is not None
+        share = t.recognition.votes / t.recognition.votes.sum()
+        assert dict(zip(leading, votes[k], strict=True)) == pytest.approx({c: share[c] for c in leading})
+    assert sorted(leading) == [0, 1, 2]
+    assert set(values("gate/tau").values()) == {15.0}
+    assert sorted(values("gate/tau")) == list(range(FIRST, STOP))
+
+
+def test_states_change_where_the_source_does(back: Any) -> None:
+    states = back.column("tracks/m7/state", "StateChange:state")
+    assert states[2] == ["detected"]
+    assert states[3] == ["relocalised"]
+    assert states[10] == [""], "a gap is a state"
+    assert states[13] == ["detected"]
+    assert states[21] == [""], "the track has gone"
+    ended = back.column("tracks/m9/state", "StateChange:state")
+    assert ended[15] == [""], "in the frame in which it dies a track has no result"
+
+
+def test_events_and_times(back: Any) -> None:
+    assert back.column("events", "TextLog:text") == {8: ["m7: Track 7 was rejected."]}
+    batch = back.of("video/results")[0]
+    assert {"frame", "time"} <= set(batch.schema.names)
+    times = batch.column(batch.schema.names.index("time")).cast("int64").to_pylist()
+    frames = batch.column(batch.schema.names.index("frame")).to_pylist()
+    assert times == pytest.approx([k / 25 * 1e9 for k in frames], abs=1)
+
+
+def test_properties_say_what_it_was_made_of(back: Any, run: Path) -> None:
+    with EvidenceReader(run) as reader:
+        header = reader.header
+    entity = next(e for e in back.entities() if e.endswith("properties/tsr"))
+    assert back.static(entity, "engine_version") == [header.engine_version]
+    assert '"detector": "cdcd' in back.static(entity, "models")[0]
+    assert '"tau": 15.0' in back.static(entity, "configuration")[0]
+    assert back.static(entity, "sdk_version")[0].startswith("0.41.")
+    assert "without the video" in back.static(entity, "picture")[0]
+    assert "# drive.mp4, frames 1 to 25" in back.static("about", "TextDocument:text")[0]
+
+
+def test_the_sdk_finds_nothing_wrong(report: RecordingReport) -> None:
+    command = [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(report.path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "1 file verified without error" in done.stdout + done.stderr
+
+
+def test_equal_content_has_an_equal_name_and_other_content_another(
+    run: Path, report: RecordingReport, tmp_path: Path
+) -> None:
+    plain = RecordingRequest(run, tmp_path / "b.rrd", FIRST, STOP)
+    one, two = write_recording(plain), write_recording(plain)
+    assert one.recording_id == two.recording_id != report.recording_id
+    assert not list(tmp_path.glob(".*")), "no temporary file stays"
+
+
+def test_a_range_outside_of_the_run_is_refused(run: Path, tmp_path: Path) -> None:
+    for first, stop in ((0, 31), (5, 5), (-1, 3)):
+        with pytest.raises(UsageError, match="frames 0 to 29"):
+            write_recording(RecordingRequest(run, tmp_path / "x.rrd", first, stop))
+    assert not list(tmp_path.iterdir())
+
+
+def test_another_video_is_refused(run: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.mp4"
+    other.write_bytes(b"something else")
+    with pytest.raises(EvidenceError, match="is not the video of the run"):
+        write_recording(RecordingRequest(run, tmp_path / "x.rrd", video=other))
+    assert not (tmp_path / "x.rrd").exists()
+
+
+def test_an_old_recording_stays_whole_when_the_new_one_is_stopped(run: Path, tmp_path: Path) -> None:
+    out = tmp_path / "x.rrd"
+    out.write_bytes(b"the old one")
+
+    def stop(done: int, _of: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_recording(RecordingRequest(run, out), stop)
+    assert out.read_bytes() == b"the old one"
+    assert [p.name for p in tmp_path.iterdir()] == ["x.rrd"]
+
+
+def test_a_folder_in_the_way_is_one_sentence(run: Path, tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match="it is a folder"):
+        write_recording(RecordingRequest(run, tmp_path))
+
+
+def test_a_full_disk_leaves_nothing_and_is_told(run: Path, tmp_path: Path) -> None:
+    out = tmp_path / "x.rrd"
+    out.write_bytes(b"the old one")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    try:
+        with pytest.raises(StorageError, match="disk is probably full"):
+            write_recording(RecordingRequest(run, out))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert out.read_bytes() == b"the old one"
+    assert [p.name for p in tmp_path.iterdir()] == ["x.rrd"]

@@ -1,0 +1,119 @@
+"""What a viewer shows when it opens a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from tsr_engine.recording.layers import EVENTS, FRAME_TIMELINE, LAYERS, VIDEO, track_entity
+
+if TYPE_CHECKING:
+    from rerun.blueprint import Blueprint
+
+__all__ = ["PLOTTED", "Opening", "make_blueprint"]
+
+PLOTTED: Final = {
+    "gate/log10_l_positive": "Gate (log10 L)",
+    "gate/symmetry": "Symmetry",
+    "gate/hash_distance": "Hash distance",
+    "gate/position_distance": "Position distance",
+    "score": "Scores",
+    "svm/decision": "SVM",
+    "fusion/weight": "Fusion weight",
+    "votes": "Class votes",
+}
+"""Values that have a plot of their own, and its title."""
+_MOST_TRACKS = 12
+"""Most tracks whose lines are drawn at first; the others are one click away."""
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """What the blueprint needs to know.
+
+    Attributes:
+        width: of the picture, px.
+        height: px.
+        layers: names of the layers that the recording has.
+        tracks: those with lines, the most telling first.
+        values: (track, value) pairs that the recording has.
+        focus: frames that are marked on the time panel, both included; None: none.
+    """
+
+    width: int
+    height: int
+    layers: Sequence[str]
+    tracks: Sequence[int]
+    values: frozenset[tuple[int, str]]
+    focus: tuple[int, int] | None
+
+
+def make_blueprint(opening: Opening) -> Blueprint:
+    """The picture with its layers above, events beside it, time lines below; time stands still at the start."""
+    import rerun.blueprint as rrb
+
+    picture = rrb.Spatial2DView(
+        origin=VIDEO,
+        name="Picture",
+        visual_bounds=rrb.VisualBounds2D(x_range=(0.0, opening.width), y_range=(0.0, opening.height)),
+        overrides={
+            LAYERS[name].entity: rrb.EntityBehavior(visible=False) for name in opening.layers if not LAYERS[name].shown
+        },
+    )
+    log = rrb.Tabs(
+        rrb.TextLogView(
+            origin=EVENTS, name="Events", columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
+        ),
+        rrb.TextDocumentView(origin="about", name="About"),
+        active_tab=0,
+    )
+    lower = [_states(opening), *_plots(opening)]
+    return rrb.Blueprint(
+        rrb.Vertical(
+            rrb.Horizontal(picture, log, column_shares=[3, 1]),
+            rrb.Tabs(*lower, active_tab=1 if len(lower) > 1 else 0),
+            row_shares=[3, 2],
+        ),
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=FRAME_TIMELINE,
+            play_state="paused",
+            time_selection=_selection(opening.focus),
+        ),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_layout=False,
+        auto_views=False,
+    )
+
+
+def _selection(focus: tuple[int, int] | None) -> Any:
+    if focus is None:
+        return None
+    from rerun.encodings import AbsoluteTimeRange
+
+    return AbsoluteTimeRange(min=focus[0], max=focus[1])
+
+
+def _states(opening: Opening) -> Any:
+    import rerun.blueprint as rrb
+
+    contents = [f"+ /{track_entity(track, 'state')}" for track in opening.tracks[:_MOST_TRACKS]]
+    return rrb.StateTimelineView(origin="/", contents=contents, name="Track states")
+
+
+def _plots(opening: Opening) -> list[Any]:
+    """A plot for each kind of value that the recording has."""
+    import rerun.blueprint as rrb
+
+    plots = []
+    for value, name in PLOTTED.items():
+        entities = [
+            track_entity(track, value) for track in opening.tracks[:_MOST_TRACKS] if (track, value) in opening.values
+        ]
+        if entities:
+            shared = ["gate/log10_tau"] if value == "gate/log10_l_positive" else []
+            contents = [f"+ /{entity}" for entity in (*shared, *entities)]
+            plots.append(rrb.TimeSeriesView(origin="/", contents=contents, name=name))
+    return plots

@@ -1,0 +1,195 @@
+"""The picture of a recording: the video's own packets from a key frame on, in a small MP4 file of their own.
+
+Pictures are encoded anew only where a viewer could not show the packets at the right place: another codec, a rotated
+picture, a file without presentation times. Then the clip says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from fractions import Fraction
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Final
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import UsageError
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video_decoder import Orientation
+from tsr_engine.io.video_probe import VideoLimits, open_container, reason
+from tsr_engine.recording.content import Frames
+from tsr_engine.recording.transcode import encode_frames
+
+__all__ = ["MOST_BYTES", "STORABLE", "Clip", "cut_clip"]
+
+STORABLE: Final = frozenset({"h264", "hevc", "av1", "vp9"})
+"""Codecs that a viewer plays out of an MP4 file."""
+MOST_BYTES: Final = 512 * 2**20
+"""A viewer holds the whole clip in memory."""
+_EARLIER: Final = (0, 2, 10, 60)
+"""Seconds by which a search for the key frame starts over earlier."""
+
+Ints = NDArray[np.int64]
+Nanos = Callable[[bytes], Ints]
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A piece of a video.
+
+    Attributes:
+        data: the MP4 file.
+        nanos: presentation time within the clip of each wanted frame, ns, shape (n,).
+        how: one sentence: where the picture comes from.
+    """
+
+    data: bytes
+    nanos: Ints
+    how: str
+
+
+class _Unfit(Exception):
+    """The packets cannot be taken over; says why."""
+
+
+def cut_clip(
+    path: Path, frames: Frames, stamps_of: Nanos, *, table: FrameTable | None = None, limits: VideoLimits | None = None
+) -> Clip:
+    """The part of a video that shows some frames.
+
+    Args:
+        path: the video.
+        frames: which ones.
+        stamps_of: gives the presentation times in ns of all pictures of an MP4 file as the viewer will read them.
+        table: the video's frame table; makes a piece that must be encoded anew fast to find.
+        limits: what the file may demand.
+
+    Raises:
+        VideoError: the video cannot be read.
+        UsageError: the piece is too large to be shown.
+    """
+    allowed = VideoLimits() if limits is None else limits
+    try:
+        data, wanted, codec = _packets(path, frames, allowed)
+        nanos = _placed(stamps_of(data), wanted)
+        return Clip(data, nanos, f"The packets of the video ({codec}), not encoded anew.")
+    except _Unfit as error:
+        cause = str(error)
+    except (av.FFmpegError, OSError) as error:
+        cause = f"its packets cannot be copied ({reason(error)})"
+    data, count = encode_frames(path, frames, allowed, table)
+    _check_size(path, len(data))
+    nanos = _placed(stamps_of(data), np.arange(count))
+    return Clip(data, nanos, f"Encoded anew as H.264, because {cause}.")
+
+
+def _placed(stamps: Ints, wanted: Ints) -> Ints:
+    """The times of the wanted pictures, which are given by their rank in the clip."""
+    if len(stamps) <= int(wanted[-1]):
+        raise _Unfit(f"the copy holds {len(stamps)} pictures where {int(wanted[-1]) + 1} were expected")
+    found: Ints = np.sort(stamps)[wanted]
+    return found
+
+
+def _packets(path: Path, frames: Frames, limits: VideoLimits) -> tuple[bytes, Ints, str]:
+    """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and the codec."""
+    if (frames.pts < 0).any():
+        raise _Unfit("the run does not know its presentation times")
+    with open_container(path, limits) as (container, stream):
+        codec = str(stream.codec_context.codec.name)
+        codec = {"libdav1d": "av1", "libaom-av1": "av1", "libvpx-vp9": "vp9"}.get(codec, codec)
+        if container.format.name == "avi":
+            raise _Unfit("AVI files store no presentation times")
+        if codec not in STORABLE:
+            raise _Unfit(f"viewers do not play {codec}")
+        if _orientation(container, stream) != Orientation():
+            raise _Unfit("the picture is stored rotated")
+        chosen = _choose(container, stream, frames.pts)
+        _check_size(path, sum(packet.size for packet in chosen))
+        pts = np.sort(np.array([packet.pts for packet in chosen], np.int64))
+        if (np.diff(pts) <= 0).any():
+            raise _Unfit("two of its packets have the same presentation time")
+        return _mux(stream, chosen, pts), np.searchsorted(pts, frames.pts), codec
+
+
+def _check_size(path: Path, size: int) -> None:
+    if size > MOST_BYTES:
+        raise UsageError(
+            f"The pictures of these frames of {path} take {size >> 20} MiB, more than the {MOST_BYTES >> 20} MiB that "
+            "a viewer can hold. Choose a shorter range, or leave the picture out."
+        )
+
+
+def _orientation(container: Any, stream: Any) -> Orientation:
+    with suppress(av.FFmpegError, OSError, StopIteration):
+        return Orientation.of(next(iter(container.decode(stream))))
+    return Orientation()
+
+
+def _choose(container: Any, stream: Any, wanted: Ints) -> list[Any]:
+    """Packets in decoding order from the last key frame before the first wanted picture to the last one needed."""
+    base = Fraction(stream.time_base)
+    for back in _EARLIER:
+        try:
+            container.seek(int(wanted[0] - back / base), stream=stream, backward=True)
+        except (av.FFmpegError, OSError):
+            continue
+        chosen = _from_here(container, stream, wanted)
+        if chosen:
+            return chosen
+    container.seek(-(2**40), stream=stream, backward=True)
+    chosen = _from_here(container, stream, wanted)
+    if not chosen:
+        raise _Unfit("no key frame comes before the first of the frames")
+    return chosen
+
+
+def _from_here(container: Any, stream: Any, wanted: Ints) -> list[Any]:
+    """The packets from the last key frame before the first wanted picture on; none where this place lies too late."""
+    chosen: list[Any] = []
+    missing = set(wanted.tolist())
+    key: Any = None
+    for packet in container.demux(stream):
+        if not packet.size:
+            continue
+        if packet.pts is None:
+            raise _Unfit("its packets have no presentation times")
+        if packet.is_keyframe:
+            key = packet
+            if packet.pts <= wanted[0] and len(missing) == len(wanted):
+                chosen.clear()  # a later place to start from
+            elif not chosen:
+                return []
+        elif key is None or packet.pts < chosen[0].pts:
+            continue  # predicted from pictures that are not in the clip
+        elif packet.pts < key.pts:
+            # Shown before a key frame that is decoded before it: a jump to that key frame would break this picture.
+            key.is_keyframe = False
+        chosen.append(packet)
+        missing.discard(packet.pts)
+        if not missing:
+            return chosen
+    if not chosen:
+        return []
+    raise _Unfit(f"{len(missing)} of its frames have no packet of their own")
+
+
+def _mux(stream: Any, packets: list[Any], pts: Ints) -> bytes:
+    """Packets as an MP4 file without an edit list; decoding times are made anew, so that none is missing."""
+    delay = int(max(int(p) - packet.pts for p, packet in zip(pts, packets, strict=True)))
+    target = BytesIO()
+    with av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out:
+        copy = out.add_stream_from_template(stream)
+        copy.time_base = stream.time_base
+        start = int(pts[0])
+        for decoding, packet in zip(pts, packets, strict=True):
+            packet.pts += delay - start
+            packet.dts = int(decoding) - start
+            packet.stream = copy
+            out.mux(packet)
+    return target.getvalue()

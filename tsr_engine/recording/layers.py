@@ -1,0 +1,104 @@
+"""Where things lie in a recording and how they look: one table for writer, blueprint, tests and documentation."""
+
+from __future__ import annotations
+
+from colorsys import hls_to_rgb
+from dataclasses import dataclass
+from typing import Final
+
+from tsr_engine.recognition.catalogue import CATALOGUE, Category
+
+__all__ = [
+    "EVENTS",
+    "FRAME_TIMELINE",
+    "LAYERS",
+    "TAU_COLOUR",
+    "TIME_TIMELINE",
+    "UNKNOWN_CLASS",
+    "VIDEO",
+    "Layer",
+    "Rgb",
+    "class_colour",
+    "class_number",
+    "track_entity",
+]
+
+FRAME_TIMELINE: Final = "frame"
+"""Timeline of ordinals."""
+TIME_TIMELINE: Final = "time"
+"""Timeline of presentation times."""
+VIDEO: Final = "video"
+"""Entity of the picture; the layers lie below it, so that they are drawn over it."""
+EVENTS: Final = "events"
+UNKNOWN_CLASS: Final = len(CATALOGUE)
+"""Class number that boxes without a class carry."""
+
+Rgb = tuple[int, int, int]
+"""A colour, 0 to 255 each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """One kind of box over the picture.
+
+    Attributes:
+        name: last part of the entity path.
+        title: for people.
+        colour: of all its boxes; None: that of each box's class.
+        radius: half the width of its lines, in points of the screen.
+        shown: drawn when the recording opens.
+        labelled: each box shows its label; otherwise only the one under the pointer.
+    """
+
+    name: str
+    title: str
+    colour: Rgb | None
+    radius: float
+    shown: bool = True
+    labelled: bool = False
+
+    @property
+    def entity(self) -> str:
+        """Entity path."""
+        return f"{VIDEO}/{self.name}"
+
+
+LAYERS: Final = {
+    layer.name: layer
+    for layer in (
+        Layer("detections_raw", "detections, score before the prior", (86, 180, 233), 0.7, shown=False),
+        Layer("detections", "detections, score with the prior", (86, 180, 233), 0.7),
+        Layer("predictions", "predictions of the motion model", (240, 228, 66), 0.7),
+        Layer("innovation", "1-sigma box of the predicted centre", (240, 228, 66), 0.4),
+        Layer("search", "what the online detector searched", (204, 121, 167), 0.4),
+        Layer("relocalisations", "what the online detector found", (230, 159, 0), 0.9),
+        Layer("runner_up", "second best window of the online detector", (230, 159, 0), 0.4, shown=False),
+        Layer("results", "results of the run", None, 1.2, labelled=True),
+        Layer("corrected", "corrected annotation", None, 1.8, labelled=True),
+        Layer("truth", "ground truth", (255, 255, 255), 0.9),
+    )
+}
+"""Layers by name; colours as on the review screen."""
+
+TAU_COLOUR: Final[Rgb] = (230, 60, 60)
+_HUES: Final[dict[Category, float]] = {"prohibitory": 0.0, "danger": 0.11, "mandatory": 0.6, "other": 0.42}
+_NO_CLASS: Final[Rgb] = (190, 190, 190)
+
+
+def class_colour(class_id: int) -> Rgb:
+    """Colour of a class: near that of its category, another hue and lightness from class to class."""
+    if not 0 <= class_id < len(CATALOGUE):
+        return _NO_CLASS
+    hue = _HUES[CATALOGUE[class_id].category] + 0.022 * (class_id % 5 - 2)
+    r, g, b = hls_to_rgb(hue % 1.0, 0.5 + 0.07 * (class_id % 3), 0.85)
+    return round(r * 255), round(g * 255), round(b * 255)
+
+
+def class_number(class_id: int | None) -> int:
+    """A class as the recording numbers it."""
+    return UNKNOWN_CLASS if class_id is None or not 0 <= class_id < UNKNOWN_CLASS else class_id
+
+
+def track_entity(track_id: int, *parts: str) -> str:
+    """Entity path of something about one track."""
+    return "/".join(("tracks", f"m{track_id}", *parts))

@@ -1,0 +1,149 @@
+"""The one place that talks to the Rerun SDK: columns in, a ``.rrd`` file out.
+
+The SDK takes more than a second to import, so it is imported when a recording is made.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import StorageError
+from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recording.content import BoxRows, Frames, Moments, Series
+from tsr_engine.recording.layers import (
+    FRAME_TIMELINE,
+    TIME_TIMELINE,
+    UNKNOWN_CLASS,
+    VIDEO,
+    Layer,
+    Rgb,
+    class_colour,
+)
+
+if TYPE_CHECKING:
+    from rerun.blueprint import Blueprint
+
+__all__ = ["Sink", "video_stamps"]
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+_LEVELS = {"rejected": "WARN", "missed": "WARN", "died": "INFO", "relabelled": "WARN"}
+_STATES = {"detected": 0x56B4E9FF, "predicted": 0xF0E442FF, "relocalised": 0xE69F00FF}
+
+
+def video_stamps(data: bytes) -> Ints:
+    """Presentation times in ns of all pictures of an MP4 file as the viewer reads them."""
+    import rerun as rr
+
+    stamps = rr.AssetVideo(contents=data, media_type="video/mp4").read_frame_timestamps_nanos()
+    return np.asarray(stamps, np.int64)
+
+
+class Sink:
+    """An open recording; a context manager. What is written is complete only after the block has ended."""
+
+    def __init__(self, path: Path, application_id: str, recording_id: str, blueprint: Blueprint) -> None:
+        import rerun as rr
+
+        self._rr = rr
+        self._strict = rr.strict_mode()
+        rr.set_strict_mode(True)  # otherwise data of a wrong shape is dropped with a warning
+        try:
+            self._recording = rr.RecordingStream(application_id, recording_id=recording_id)
+            self._recording.save(path, default_blueprint=blueprint)
+        except (OSError, RuntimeError) as error:
+            rr.set_strict_mode(self._strict)
+            raise StorageError(f"Cannot write {path}: {error}. Choose another place or free some space.") from None
+
+    def __enter__(self) -> Sink:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._rr.set_strict_mode(self._strict)
+        self._recording.disconnect()
+
+    @property
+    def sdk_version(self) -> str:
+        """Version of the SDK; a viewer of the same one shows the recording."""
+        return str(self._rr.__version__)
+
+    def name(self, title: str) -> None:
+        """Name the recording for people."""
+        self._recording.send_recording_name(title)
+
+    def properties(self, name: str, values: dict[str, str]) -> None:
+        """Facts about the recording."""
+        content = self._rr.AnyValues(**values)  # type: ignore[arg-type]
+        self._recording.send_property(name, content)
+
+    def document(self, entity: str, markdown: str) -> None:
+        """A page of text."""
+        self._static(entity, self._rr.TextDocument(markdown, media_type="text/markdown"))
+
+    def classes(self) -> None:
+        """Names and colours of the classes, for everything below the picture."""
+        rr = self._rr
+        infos = [(c.id, f"{c.id} {c.name}", class_colour(c.id)) for c in CATALOGUE]
+        self._static(VIDEO, rr.AnnotationContext([*infos, (UNKNOWN_CLASS, "unknown", class_colour(-1))]))
+
+    def video(self, entity: str, data: bytes, frames: Frames, nanos: Ints) -> None:
+        """The clip, and which of its pictures each frame shows."""
+        rr = self._rr
+        self._static(entity, rr.AssetVideo(contents=data, media_type="video/mp4"))
+        self._columns(entity, frames, frames.ordinal, rr.VideoFrameReference.columns_nanos(nanos))
+
+    def boxes(self, layer: Layer, frames: Frames, rows: BoxRows) -> None:
+        """Boxes of a layer; a frame without any is said to be empty."""
+        rr = self._rr
+        centres = (rows.boxes[:, :2] + rows.boxes[:, 2:]) / 2
+        halves = (rows.boxes[:, 2:] - rows.boxes[:, :2]) / 2
+        counts = rows.counts(frames)
+        columns: dict[str, Any] = {"centers": centres, "half_sizes": halves, "labels": list(rows.labels)}
+        columns["class_ids"] = rows.class_numbers()
+        self._columns(layer.entity, frames, frames.ordinal, rr.Boxes2D.columns(**columns).partition(counts))
+        style: dict[str, Any] = {"radii": [-layer.radius], "show_labels": layer.labelled}
+        if layer.colour is not None:
+            style["colors"] = [layer.colour]
+        self._static(layer.entity, rr.Boxes2D.from_fields(**style))
+
+    def scalars(self, entity: str, frames: Frames, series: Series, title: str, colour: Rgb | None = None) -> None:
+        """Values over time; with a title that the lines are named after, or none that a plot shows at first."""
+        rr = self._rr
+        columns = rr.Scalars.columns(scalars=series.values.ravel())
+        self._columns(entity, frames, series.at, columns.partition([series.values.shape[1]] * len(series.at)))
+        if title:
+            names = [f"{title} {name}" for name in series.names]
+            self._static(entity, rr.SeriesLines(names=names, colors=None if colour is None else [colour]))
+
+    def states(self, entity: str, frames: Frames, at: Ints, states: tuple[str, ...]) -> None:
+        """States of a track, where they change."""
+        rr = self._rr
+        self._columns(entity, frames, at, rr.StateChange.columns(state=list(states)))
+        colours = np.array(list(_STATES.values()), np.uint32)
+        self._static(entity, rr.StateConfiguration(values=list(_STATES), colors=colours))
+
+    def log_entries(self, entity: str, frames: Frames, moments: Moments) -> None:
+        """The event log."""
+        rr = self._rr
+        if len(moments.frame):
+            levels = [_LEVELS.get(kind, "INFO") for kind in moments.kind]
+            self._columns(entity, frames, moments.frame, rr.TextLog.columns(text=list(moments.text), level=levels))
+
+    def _static(self, entity: str, content: Any) -> None:
+        self._recording.log(entity, content, static=True)
+
+    def _columns(self, entity: str, frames: Frames, at: Ints, columns: Any) -> None:
+        rr = self._rr
+        indexes = [
+            rr.TimeColumn(FRAME_TIMELINE, sequence=at),
+            rr.TimeColumn(TIME_TIMELINE, duration=frames.seconds_at(at)),
+        ]
+        self._recording.send_columns(entity, indexes=indexes, columns=columns)

@@ -1,0 +1,274 @@
+"""One recording of one range of frames, from stored evidence, for the Rerun viewer."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.errors import EvidenceError, StorageError
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.io.atomic import storage_error, temporary_name
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.recording.about import about_text
+from tsr_engine.recording.blueprint import PLOTTED, Opening, make_blueprint
+from tsr_engine.recording.clip import Clip, cut_clip
+from tsr_engine.recording.content import BoxRows, Frames, Lines, Moments, Series
+from tsr_engine.recording.layers import EVENTS, LAYERS, TAU_COLOUR, VIDEO, track_entity
+from tsr_engine.recording.sink import Sink, video_stamps
+from tsr_engine.recording.stored import box_layers, class_name, events, frames_of, track_lines
+
+__all__ = ["RecordingReport", "RecordingRequest", "write_recording"]
+
+_FOOTER: Final = b"RRF2FOOT"
+"""Stands at the end of a file that is whole."""
+_TAIL: Final = 64
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingRequest:
+    """What to record.
+
+    Attributes:
+        evidence: folder of the run.
+        out: the ``.rrd`` file; one that is there is replaced.
+        first: first frame; unset: the run's first.
+        stop: frame after the last; unset: after the run's last.
+        video: the video that was tracked; unset: no picture.
+        table: its frame table, if it is at hand.
+        corrected: the annotation as people have corrected it.
+        truth: ground truth.
+        focus_frame: the frame that it is about; marked on the time panel.
+        focus_track: the track that it is about; its lines come first.
+        name: for people; unset: made from video and frames.
+        notes: further facts for the page "About".
+    """
+
+    evidence: Path
+    out: Path
+    first: int | None = None
+    stop: int | None = None
+    video: Path | None = None
+    table: FrameTable | None = None
+    corrected: BoxRows | None = None
+    truth: BoxRows | None = None
+    focus_frame: int | None = None
+    focus_track: int | None = None
+    name: str = ""
+    notes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingReport:
+    """What was recorded.
+
+    Attributes:
+        path: the file.
+        recording_id: name by which viewers know it; equal content has an equal one.
+        application_id: the other part of that name.
+        name: for people.
+        first: first frame.
+        stop: frame after the last.
+        size: bytes.
+        picture: where the picture comes from, or why there is none.
+        boxes: layer -> number of boxes.
+        tracks: tracks with lines.
+        events: entries of the event log.
+    """
+
+    path: Path
+    recording_id: str
+    application_id: str
+    name: str
+    first: int
+    stop: int
+    size: int
+    picture: str
+    boxes: dict[str, int]
+    tracks: tuple[int, ...]
+    events: int
+
+
+def write_recording(
+    request: RecordingRequest, progress: Callable[[int, int], None] = lambda _done, _of: None
+) -> RecordingReport:
+    """Write a recording; the file appears whole or not at all.
+
+    Args:
+        request: what to record.
+        progress: told (steps done, of how many); may raise to stop.
+
+    Raises:
+        EvidenceError: the run cannot be read, or the video is not the one that was tracked.
+        UsageError: the run has not stored these frames, or they are too many for a viewer.
+        VideoError: the video cannot be read.
+        StorageError: the file cannot be written.
+    """
+    with EvidenceReader(request.evidence) as reader:
+        frames = frames_of(reader, request.first, request.stop)
+        progress(0, 4)
+        clip, picture = _picture(request, reader, frames)
+        progress(1, 4)
+        layers = {name: rows.within(frames) for name, rows in box_layers(reader, frames)}
+        for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
+            if rows is not None:
+                layers[name] = rows.within(frames)
+        lines = _ordered(list(track_lines(reader, frames)), request.focus_track)
+        moments = events(reader, frames)
+        progress(2, 4)
+        content = _Content(request, reader, frames, clip, picture, layers, lines, moments)
+        return _write(content, progress)
+
+
+@dataclass(frozen=True, slots=True)
+class _Content:
+    request: RecordingRequest
+    reader: EvidenceReader
+    frames: Frames
+    clip: Clip | None
+    picture: str
+    layers: dict[str, BoxRows]
+    lines: list[Lines]
+    moments: Moments
+
+    @property
+    def tau(self) -> float:
+        return float(self.reader.header.parameters.get("gate", {}).get("tau", np.nan))
+
+    def title(self) -> str:
+        last = self.frames.first + len(self.frames) - 1
+        return self.request.name or f"{self.reader.header.video.name}, frames {self.frames.first} to {last}"
+
+    def identity(self) -> str:
+        """Digest of everything that decides what is shown: a viewer merges recordings of one name."""
+        digest = hashlib.sha256(self.reader.header.identity().encode())
+        digest.update(repr((self.frames.first, len(self.frames), self.clip is None, self.title())).encode())
+        digest.update(repr((self.request.focus_frame, self.request.focus_track, dict(self.request.notes))).encode())
+        for name in ("corrected", "truth"):
+            rows = self.layers.get(name)
+            if rows is not None:
+                digest.update(name.encode() + rows.frame.tobytes() + rows.boxes.tobytes() + rows.class_id.tobytes())
+                digest.update("\0".join(rows.labels).encode())
+        return digest.hexdigest()
+
+
+def _picture(request: RecordingRequest, reader: EvidenceReader, frames: Frames) -> tuple[Clip | None, str]:
+    if request.video is None:
+        return None, "None: the recording was made without the video."
+    known = reader.header.video
+    if video_sha256(request.video) != known.sha256:
+        raise EvidenceError(
+            f"{request.video} is not the video of the run in {reader.folder}: that was {known.name} with the SHA-256 "
+            f"{known.sha256[:12]}... . Name that file."
+        )
+    clip = cut_clip(request.video, frames, video_stamps, table=request.table)
+    return clip, clip.how
+
+
+def _ordered(lines: list[Lines], focus: int | None) -> list[Lines]:
+    """The track that it is about, then those with the most to see."""
+    return sorted(lines, key=lambda one: (one.track_id != focus, -sum(len(v.at) for v in one.values.values())))
+
+
+def _write(content: _Content, progress: Callable[[int, int], None]) -> RecordingReport:
+    request, frames = content.request, content.frames
+    digest = content.identity()
+    application, recording = f"tsr_{digest[:12]}", digest[:32]
+    values = frozenset((one.track_id, value) for one in content.lines for value in one.values)
+    focus = request.focus_frame
+    opening = Opening(
+        frames.width,
+        frames.height,
+        tuple(content.layers),
+        [one.track_id for one in content.lines],
+        values,
+        None if focus is None or not frames.first <= focus < frames.first + len(frames) else (focus, focus),
+    )
+    part = temporary_name(request.out)
+    try:
+        request.out.parent.mkdir(parents=True, exist_ok=True)
+        if request.out.is_dir():
+            raise StorageError(f"Cannot write {request.out}: it is a folder. Name a file.")
+        with Sink(part, application, recording, make_blueprint(opening)) as sink:
+            _log(content, sink)
+            progress(3, 4)
+        _check_whole(part, request.out)
+        part.replace(request.out)
+        size = request.out.stat().st_size
+    except OSError as error:
+        raise storage_error(request.out, error) from None
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    progress(4, 4)
+    return RecordingReport(
+        path=request.out,
+        recording_id=recording,
+        application_id=application,
+        name=content.title(),
+        first=frames.first,
+        stop=frames.first + len(frames),
+        size=size,
+        picture=content.picture,
+        boxes={name: len(rows) for name, rows in content.layers.items()},
+        tracks=tuple(one.track_id for one in content.lines),
+        events=len(content.moments.frame),
+    )
+
+
+def _check_whole(part: Path, out: Path) -> None:
+    """The SDK writes in a thread of its own and keeps failures to itself: a file without its end was not finished."""
+    with part.open("rb") as file:
+        file.seek(max(0, part.stat().st_size - _TAIL))
+        if _FOOTER not in file.read():
+            raise StorageError(f"Cannot write {out}: it was cut off. The disk is probably full; free some space.")
+
+
+def _log(content: _Content, sink: Sink) -> None:
+    frames = content.frames
+    header = content.reader.header
+    sink.name(content.title())
+    facts = {
+        "engine_version": header.engine_version,
+        "schema_version": str(header.schema_version),
+        "sdk_version": sink.sdk_version,
+        "video": header.video.name,
+        "video_sha256": header.video.sha256,
+        "run_identity": header.identity(),
+        "run_created": header.created,
+        "frames": f"{frames.first}:{frames.first + len(frames)}",
+        "picture": content.picture,
+        "models": json.dumps(dict(header.models), sort_keys=True),
+        "configuration": json.dumps(header.parameters, sort_keys=True),
+        **content.request.notes,
+    }
+    sink.properties("tsr", facts)
+    sink.document("about", about_text(content.title(), facts, header, {n: len(r) for n, r in content.layers.items()}))
+    sink.classes()
+    if content.clip is not None:
+        sink.video(VIDEO, content.clip.data, frames, content.clip.nanos)
+    for name, rows in content.layers.items():
+        sink.boxes(LAYERS[name], frames, rows)
+    if np.isfinite(content.tau) and content.tau > 0:
+        every = np.full((len(frames), 1), content.tau)
+        sink.scalars("gate/tau", frames, Series(frames.ordinal, every, ("tau",)), "gate", TAU_COLOUR)
+        sink.scalars(
+            "gate/log10_tau", frames, Series(frames.ordinal, np.log10(every), ("log10 tau",)), "gate", TAU_COLOUR
+        )
+    for one in content.lines:
+        _log_track(one, frames, sink)
+    sink.log_entries(EVENTS, frames, content.moments)
+
+
+def _log_track(one: Lines, frames: Frames, sink: Sink) -> None:
+    title = f"m{one.track_id} {class_name(one.class_id)}"
+    for value, series in one.values.items():
+        sink.scalars(track_entity(one.track_id, value), frames, series, title if value in PLOTTED else "")
+    sink.states(track_entity(one.track_id, "state"), frames, *one.states)
