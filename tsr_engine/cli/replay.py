@@ -1,4 +1,4 @@
-"""`tsr replay`: a run once more from its evidence, with other parameters."""
+"""`tsr replay`: a run once more from its evidence with other parameters, or a bug bundle once more from its clip."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
@@ -19,6 +19,8 @@ from tsr_engine.cli.common import (
     say,
     split_settings,
 )
+from tsr_engine.cli.replay_bundle import replay_bundle_file
+from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
     from tsr_engine.replay import ReplayReport
@@ -27,7 +29,12 @@ __all__ = ["ParameterCommand", "replay"]
 
 
 def replay(
-    evidence: Annotated[Path, typer.Argument(metavar="EVIDENCE", help="The folder that `tsr track --evidence` made.")],
+    evidence: Annotated[
+        Path,
+        typer.Argument(
+            metavar="EVIDENCE|BUNDLE", help="The folder that `tsr track --evidence` made, or a bug bundle (.zip)."
+        ),
+    ],
     settings: SetOption = [],  # noqa: B006 - typer copies it
     csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write one row a track and frame.")] = None,
     preset: Annotated[
@@ -37,20 +44,34 @@ def replay(
     other_models: Annotated[
         bool, typer.Option("--other-models", help="Allow models other than those of the run.")
     ] = False,
+    bundled_models: Annotated[
+        bool, typer.Option("--bundled-models", help="Of a bundle: use the models inside, not those of this machine.")
+    ] = False,
     json: JsonOption = False,
 ) -> None:
-    """Re-run everything after detection from a run's evidence, in seconds.
+    """Re-run everything after detection from a run's evidence, or the whole engine on a bug bundle.
 
-    Unset parameters are those of the run; without --set the result equals the run bit by bit. The table shows which
-    tracks were gained, lost, split or relabelled. Parameters of decoding, detection and camera shift cannot be
-    changed this way.
+    Evidence, in seconds: unset parameters are those of the run; without --set the result equals the run bit by bit.
+    The table shows which tracks were gained, lost, split or relabelled. Parameters of decoding, detection and camera
+    shift cannot be changed this way.
+
+    A bundle, at the engine's speed: this version and these models run on its clip, and the last line says fixed (exit
+    code 0), still broken (20) or different (21).
 
     \b
     Examples:
       tsr replay run1
       tsr replay run1 --set tau=25 --csv rows.csv
       tsr replay run1 --set prior_lambda=2 --set search_radius=40
+      tsr replay bug.zip
+      tsr replay bug.zip --set tau=25 --json
     """
+    from tsr_engine.bundle.load import is_bundle
+
+    if is_bundle(evidence):
+        replay_bundle_file(evidence, settings, csv, preset, models, bundled_models, json)
+    if bundled_models:
+        raise UsageError("--bundled-models is for a bug bundle. Leave it out for an evidence folder.")
     pairs = split_settings(settings)
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar

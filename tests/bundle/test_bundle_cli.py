@@ -1,0 +1,123 @@
+"""``tsr replay BUNDLE``: what it prints, and the exit codes; models inside a bundle."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bundle_toys import Drive, expectation
+
+from tsr_engine.bundle.models import choose_models, put_models, take_models
+from tsr_engine.cli.main import run
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
+
+
+@pytest.fixture
+def toy_parts(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command line with toy parts in place of trained models."""
+    monkeypatch.setattr(
+        "tsr_engine.pipeline.load_components", lambda params, folder=None, network=None: drive.toys.components(params)
+    )
+
+
+@pytest.mark.usefixtures("toy_parts")
+def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None:
+    frames = list(range(48, 60))
+    signs = {"h1": {"frames": frames, "boxes": [drive.toys.sign_box(k % 40).tolist() for k in frames]}}
+    expected = [{"id": kind, "kind": kind, "sign": "h1"} for kind in ("absent", "found")]
+    path = drive.bundle(tmp_path / "bug.zip", expectation=expectation(signs=signs, expected=expected)).path
+    assert run(["replay", str(path)]) == 20
+    text = capfd.readouterr().out
+    assert "STILL BROKEN: Nothing is tracked at h1 (frames 48 to 59): there is no sign." in text
+    assert "All 24 frames are bit by bit those of the run." in text
+    assert text.strip().splitlines()[-1] == "still broken"
+    rows = tmp_path / "rows.csv"
+    assert run(["replay", str(path), "--set", "birth_score=50", "--json", "--csv", str(rows)]) == 21
+    told = json.loads(capfd.readouterr().out)
+    assert (told["verdict"], told["exit_code"], told["tracks"]) == ("different", 21, 0)
+    assert [one["verdict"] for one in told["expected"]] == ["fixed", "newly broken"]
+    assert any("birth_score" in sentence for sentence in told["changed"])
+    assert rows.read_text().count("\n") == 1
+    only = expectation(signs=signs, expected=expected[1:])
+    path = drive.bundle(tmp_path / "right.zip", expectation=only).path
+    assert run(["replay", str(path)]) == 0
+    assert capfd.readouterr().out.strip().splitlines()[-1] == "fixed"
+
+
+@pytest.mark.usefixtures("toy_parts")
+def test_wrong_use(drive: Drive, plain: Path, capfd: Any) -> None:
+    for arguments, words in (
+        (["replay", str(plain), "--set", "nope=1"], "no parameter 'nope'"),
+        (["replay", str(plain), "--models", "x", "--bundled-models"], "Choose one of them"),
+        (["replay", str(drive.run), "--bundled-models"], "is for a bug bundle"),
+    ):
+        assert run(arguments) == 2
+        assert words in capfd.readouterr().err
+    assert run(["replay", str(plain), "--bundled-models"]) == 3
+    assert "holds no models" in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("toy_parts")
+def test_evidence_folders_replay_as_before(drive: Drive, capfd: Any) -> None:
+    assert run(["replay", str(drive.run)]) == 0
+    assert "75 are identical" in capfd.readouterr().out
+
+
+def own_models(folder: Path) -> Path:
+    """A model folder with another prior."""
+    for name, entry in read_manifest(SHIPPED)["components"].items():
+        if name != "prior":
+            shutil.copyfile(SHIPPED / entry["file"], folder / entry["file"])
+    shutil.copyfile(SHIPPED / "manifest.json", folder / "manifest.json")
+    prior = load_component("prior")
+    save_component(Component("prior", {"table": prior.arrays["table"] * 0.5}, prior.params), folder)
+    return folder
+
+
+def test_own_models_go_in_and_come_out(drive: Drive, tmp_path: Path) -> None:
+    mine = tmp_path / "models"
+    mine.mkdir()
+    own_models(mine)
+    used = {name: str(entry["sha256"]) for name, entry in read_manifest(mine)["components"].items()}
+    shipped = {name: str(entry["sha256"]) for name, entry in read_manifest(SHIPPED)["components"].items()}
+    assert choose_models(shipped, [mine]).folder is None
+    assert choose_models(used, [SHIPPED, mine]).folder == mine
+    assert choose_models(used, []).folder is None
+    assert "not inside" in choose_models(used, []).text
+    put_models(mine, tmp_path / "stored")
+    assert not any(path.read_bytes()[:2] == b"PK" for path in (tmp_path / "stored").iterdir())
+    taken = take_models(tmp_path / "stored", tmp_path / "taken")
+    for name in used:
+        a, b = load_component(name, mine), load_component(name, taken)
+        assert a.sha256 == b.sha256
+        assert all(np.array_equal(a.arrays[key], b.arrays[key]) for key in a.arrays)
+
+
+def test_models_that_are_none(tmp_path: Path) -> None:
+    put_models(SHIPPED, tmp_path / "stored")
+    (tmp_path / "stored" / "prior.npz.model").write_bytes(b"PK")
+    with pytest.raises(ImportFormatError, match="is no model"):
+        take_models(tmp_path / "stored", tmp_path / "a")
+    (tmp_path / "stored" / "prior.npz.model").unlink()
+    with pytest.raises(ImportFormatError, match="lacks its model 'prior'"):
+        take_models(tmp_path / "stored", tmp_path / "b")
+
+
+def test_a_model_that_unfolds_to_too_much(tmp_path: Path) -> None:
+    put_models(SHIPPED, tmp_path / "stored")
+    stored = tmp_path / "stored" / "prior.npz.model"
+    head = stored.read_bytes().split(b"\n", 1)[0] + b"\n"
+    with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("table.npy", b"x")
+    packed = bytearray((tmp_path / "bomb.npz").read_bytes())
+    place = packed.rfind(b"PK\x01\x02")
+    packed[place + 24 : place + 28] = (0xF0000000).to_bytes(4, "little")
+    stored.write_bytes(head + bytes(packed))
+    with pytest.raises(ImportFormatError, match="unfolds to"):
+        take_models(tmp_path / "stored", tmp_path / "c")

@@ -1,0 +1,175 @@
+"""Bundles of people who mean harm, or whose disk did: one sentence each, and nothing outside the folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import stat
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bundle_toys import Drive
+
+from tsr_engine.bundle import BundleReplay, bundle_params, open_bundle, replay_bundle
+from tsr_engine.cli.main import run
+from tsr_engine.errors import ImportFormatError, TsrError
+
+Content = dict[str, bytes]
+
+
+def rewritten(plain: Path, out: Path, change: Callable[[Content], None], *, honest: bool = True) -> Path:
+    """A bundle with other files; ``honest``: its manifest names their hashes."""
+    with zipfile.ZipFile(plain) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    change(content)
+    if honest and len(content.get("manifest.json", b"")) > 10:
+        manifest = json.loads(content["manifest.json"])
+        files = [(name, data) for name, data in sorted(content.items()) if name != "manifest.json"]
+        manifest["files"] = [
+            {"name": name, "size": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files
+        ]
+        if "clip.mp4" in content:
+            manifest["clip"]["sha256"] = hashlib.sha256(content["clip.mp4"]).hexdigest()
+        content["manifest.json"] = json.dumps(manifest).encode()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in content.items():
+            archive.writestr(name, data)
+    return out
+
+
+def manifest_with(**values: Any) -> Callable[[Content], None]:
+    def change(content: Content) -> None:
+        manifest = json.loads(content["manifest.json"])
+        for path, value in values.items():
+            place = manifest
+            *front, last = path.split("__")
+            for name in front:
+                place = place[name]
+            place[last] = value
+        content["manifest.json"] = json.dumps(manifest).encode()
+
+    return change
+
+
+def put(name: str, data: bytes) -> Callable[[Content], None]:
+    return lambda content: content.__setitem__(name, data)
+
+
+def drop(name: str) -> Callable[[Content], None]:
+    return lambda content: content.__delitem__(name)
+
+
+def cut_frames(content: Content) -> None:
+    content["frames.csv"] = b"\n".join(content["frames.csv"].splitlines()[:-5]) + b"\n"
+
+
+def replayed(drive: Drive, path: Path) -> BundleReplay:
+    with open_bundle(path) as bundle:
+        params, _ = bundle_params(bundle)
+        return replay_bundle(bundle, params, drive.toys.components(params))
+
+
+def refused(path: Path) -> str:
+    with pytest.raises(ImportFormatError) as caught, open_bundle(path):
+        pass
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (drop("manifest.json"), "is no bug bundle: manifest.json is missing"),
+        (drop("clip.mp4"), "clip.mp4 is missing"),
+        (drop("evidence/evidence.sqlite"), "evidence/evidence.sqlite is missing"),
+        (drop("expectation.json"), "expectation.json is missing"),
+        (put("manifest.json", b"{"), "is not JSON"),
+        (put("manifest.json", b"[]"), "does not say its version"),
+        (manifest_with(bundle=2), "format 2, this version reads format 1. Update tsr"),
+        (manifest_with(bundle=0), "format 0"),
+        (manifest_with(frames__stop=10**9), "at most 3000"),
+        (manifest_with(frames__first=-1), "frames.first"),
+        (manifest_with(clip__file="../../etc/passwd"), "clip.file"),
+        (manifest_with(clip__width=16384, clip__height=16385), "clip.height"),
+        (manifest_with(clip__offset=1), "expected frame 3"),
+        (manifest_with(run__interval=0), "run.interval"),
+        (put("output.csv", b"nothing\n"), "output.csv, line 1"),
+        (
+            put("expectation.json", b'{"format": 1, "signs": {"s": {"frames": [9], "boxes": [[0,0,1,1]]}}}'),
+            "not in the",
+        ),
+        (cut_frames, "frames.csv lists 62 frames, expected 67"),
+        (put("frames.csv", b"frame\n3,x,0,\n"), "frames.csv, line 2"),
+    ],
+)
+def test_what_is_inside_must_be_a_bundle(plain: Path, tmp_path: Path, change: Any, words: str) -> None:
+    assert words in refused(rewritten(plain, tmp_path / "bad.zip", change))
+
+
+def test_hashes(plain: Path, tmp_path: Path) -> None:
+    other = rewritten(plain, tmp_path / "a.zip", put("output.csv", b"nothing\n"), honest=False)
+    assert "output.csv is not the file that manifest.json names" in refused(other)
+    more = rewritten(plain, tmp_path / "b.zip", put("extra.txt", b"hello"), honest=False)
+    assert "'extra.txt' is not in its manifest.json" in refused(more)
+
+
+def test_archives_that_reach_out(plain: Path, tmp_path: Path) -> None:
+    for name in ("../escaped.txt", "/escaped.txt", "a/../../escaped.txt", "C:\\escaped.txt"):
+        path = rewritten(plain, tmp_path / "slip.zip", put(name, b"out"))
+        assert "the entry" in refused(path)
+    link = zipfile.ZipInfo("link")
+    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+    with zipfile.ZipFile(tmp_path / "link.zip", "w") as archive:
+        archive.writestr(link, "/etc/passwd")
+    assert "is a link" in refused(tmp_path / "link.zip")
+    assert not list(tmp_path.rglob("escaped*"))
+
+
+def test_bombs(plain: Path, tmp_path: Path) -> None:
+    assert "times its packed size" in refused(rewritten(plain, tmp_path / "a.zip", put("note.txt", bytes(40 << 20))))
+    nested = (tmp_path / "a.zip").read_bytes()
+    assert "an archive within" in refused(rewritten(plain, tmp_path / "b.zip", put("more.bin", nested)))
+
+
+def test_no_archive_at_all(tmp_path: Path, plain: Path) -> None:
+    (tmp_path / "text.zip").write_text("hello")
+    assert "no ZIP archive" in refused(tmp_path / "text.zip")
+    (tmp_path / "half.zip").write_bytes(plain.read_bytes()[:5000])
+    assert "half.zip" in refused(tmp_path / "half.zip")
+    assert "There is no bundle at" in refused(tmp_path / "none.zip")
+
+
+@pytest.mark.parametrize("clip", [b"", b"#EXTM3U\nfile:///etc/passwd\n", b"\0\0\0\x18ftypmp42" + bytes(400)])
+def test_hostile_videos(drive: Drive, plain: Path, tmp_path: Path, clip: bytes) -> None:
+    path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", clip))
+    with pytest.raises(TsrError) as caught:
+        replayed(drive, path)
+    assert caught.value.exit_code == 3
+    assert "tsr-bundle-" not in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_clip_that_is_another_video(drive: Drive, plain: Path, tmp_path: Path) -> None:
+    other = drive.toys.write_drive(tmp_path / "short.mp4", 20).read_bytes()
+    path = rewritten(plain, tmp_path / "video.zip", put("clip.mp4", other))
+    with pytest.raises(TsrError, match="ends after 17 of 67 frames"):
+        replayed(drive, path)
+
+
+def test_damaged_evidence_costs_the_comparison_alone(drive: Drive, plain: Path, tmp_path: Path) -> None:
+    path = rewritten(plain, tmp_path / "old.zip", put("evidence/evidence.sqlite", b"SQLite format 3\0" + bytes(5000)))
+    report = replayed(drive, path)
+    assert report.identical is None
+    assert report.verdict == "still broken"
+
+
+def test_the_command_line_says_it_in_one_line(plain: Path, tmp_path: Path, capfd: Any) -> None:
+    path = rewritten(plain, tmp_path / "slip.zip", put("../x", b""))
+    assert run(["replay", str(path)]) == 3
+    told = capfd.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert "leads out of its folder" in told.err

@@ -1,0 +1,183 @@
+"""Making and replaying: the run comes out again bit by bit, and the verdict follows the expectation."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bundle_toys import Drive, expectation
+
+from tsr_engine.bundle import BundleReplay, bundle_params, make_bundle, open_bundle, replay_bundle
+from tsr_engine.bundle.lead_in import lead_in
+from tsr_engine.bundle.make import BundleRequest
+from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError
+from tsr_engine.evidence import EvidenceReader, differences
+
+
+def again(drive: Drive, path: Path, *settings: tuple[str, object]) -> BundleReplay:
+    with open_bundle(path) as bundle:
+        params, strange = bundle_params(bundle)
+        assert strange == []
+        params = params.with_settings(settings)
+        return replay_bundle(bundle, params, drive.toys.components(params))
+
+
+def second_sign(drive: Drive, first: int = 48, stop: int = 66) -> dict[str, Any]:
+    """The sign that is in view from frame 44 on, as it was drawn."""
+    frames = list(range(first, stop))
+    return {"frames": frames, "boxes": [drive.toys.sign_box(k % 40).tolist() for k in frames]}
+
+
+def wanting(drive: Drive, *kinds: str, **more: Any) -> Any:
+    expected = [{"id": kind, "kind": kind, "sign": "s", **more} for kind in kinds]
+    return expectation(signs={"s": second_sign(drive)}, expected=expected)
+
+
+def test_a_replay_repeats_the_run_bit_by_bit_in_the_middle_of_a_track(drive: Drive, plain: Path) -> None:
+    report = again(drive, plain)
+    assert (report.frames, report.judged, report.identical) == (67, 24, 24), report.first_difference
+    assert (report.same, report.other_pictures, report.changed) == (True, 0, [])
+    assert (report.tracks, report.tracks_before) == (2, 2)
+    assert report.verdict == "still broken"
+
+
+def test_the_state_is_rebuilt_from_where_no_track_was_alive(drive: Drive) -> None:
+    with EvidenceReader(drive.run) as reader:
+        assert [lead_in(reader, first).start for first in (0, 3, 4, 60)] == [0, 2, 3, 3]
+        assert lead_in(reader, 60).first_id == 1
+        cut = lead_in(reader, 60, most=10)
+        assert (cut.start, cut.whole, cut.first_id) == (50, False, 3)
+
+
+def test_a_lead_in_that_is_too_long_is_cut_and_said(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.setattr("tsr_engine.bundle.make.lead_in", lambda reader, first: lead_in(reader, first, most=5))
+    made = drive.bundle(tmp_path / "cut.zip", 60, 70)
+    assert not made.manifest.frames.whole_lead_in
+    assert any("starts at frame 55" in warning for warning in made.warnings)
+    with zipfile.ZipFile(made.path) as archive:
+        assert "That is not quite so here" in archive.read("README.txt").decode().replace("\n  ", " ")
+    report = again(drive, made.path)
+    assert report.identical is not None
+    assert report.identical < 10
+
+
+def test_the_same_request_gives_the_same_bytes(drive: Drive, plain: Path, tmp_path: Path) -> None:
+    assert drive.bundle(tmp_path / "again.zip").path.read_bytes() == plain.read_bytes()
+
+
+def test_still_broken_then_fixed_then_different(drive: Drive, tmp_path: Path) -> None:
+    wrong = drive.bundle(tmp_path / "a.zip", expectation=wanting(drive, "absent"))
+    assert [finding.met for finding in wrong.findings] == [False]
+    report = again(drive, wrong.path)
+    assert report.verdict == "still broken"
+    assert report.outcomes[0].word == "still broken"
+    assert "Track 2 lies there in 18 of 18 frames" in report.outcomes[0].got
+    fixed = again(drive, wrong.path, ("birth_score", 50.0))
+    assert (fixed.verdict, fixed.outcomes[0].word, fixed.same, fixed.tracks) == ("fixed", "fixed", False, 0)
+    both = drive.bundle(tmp_path / "b.zip", expectation=wanting(drive, "absent", "found"))
+    other = again(drive, both.path, ("birth_score", 50.0))
+    assert other.verdict == "different"
+    assert [one.word for one in other.outcomes] == ["fixed", "newly broken"]
+
+
+def test_without_expectation_another_output_is_different(drive: Drive, plain: Path) -> None:
+    assert again(drive, plain, ("birth_score", 50.0)).verdict == "different"
+
+
+def test_a_bundle_that_shows_nothing_says_so(drive: Drive, tmp_path: Path) -> None:
+    made = drive.bundle(tmp_path / "right.zip", expectation=wanting(drive, "found"))
+    assert "meets every expectation" in made.warnings[0]
+    assert again(drive, made.path).verdict == "fixed"
+
+
+def test_what_is_inside(drive: Drive, plain: Path) -> None:
+    with zipfile.ZipFile(plain) as archive:
+        names = set(archive.namelist())
+        readme = archive.read("README.txt").decode()
+        manifest = json.loads(archive.read("manifest.json"))
+        rows = archive.read("output.csv").decode().splitlines()
+    expected = {"README.txt", "manifest.json", "clip.mp4", "frames.csv", "output.csv", "expectation.json"}
+    assert names == expected | {"corrections.json", "evidence/run.json", "evidence/evidence.sqlite"}
+    assert {entry["name"] for entry in manifest["files"]} == names - {"manifest.json"}
+    for word in ("tsr replay", "exit code 20", "wrong", "drive.mp4", "frames 46 to 69", "still broken"):
+        assert word in readme
+    assert max(map(len, readme.splitlines())) <= 100
+    assert rows[0] == "frame,track_id,x1,y1,x2,y2,class_id,score,source"
+    assert {int(row.split(",")[0]) for row in rows[1:]} == set(range(46, 70))
+
+
+def test_the_evidence_inside_is_the_runs(drive: Drive, plain: Path) -> None:
+    with open_bundle(plain) as bundle, EvidenceReader(bundle.folder / "evidence") as stored:
+        assert stored.state == "complete"
+        with EvidenceReader(drive.run) as run:
+            for a, b in zip(stored.frames(), run.frames(3, 70), strict=True):
+                assert list(differences(a, b)) == []
+
+
+def test_a_recording_goes_in_or_the_readme_says_why_not(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
+    made = drive.bundle(tmp_path / "with.zip", recording=True)
+    with zipfile.ZipFile(made.path) as archive:
+        assert archive.read("recording.rrd")[:4] == b"RRF2"
+    assert again(drive, made.path).verdict == "still broken"
+
+    def broken(*_: Any) -> None:
+        raise UsageError("A viewer cannot hold that.")
+
+    monkeypatch.setattr("tsr_engine.recording.write_recording", broken)
+    without = drive.bundle(tmp_path / "without.zip", recording=True)
+    assert without.manifest.recording == "could not be made (A viewer cannot hold that)."
+
+
+def test_what_cannot_be_packed(drive: Drive, tmp_path: Path) -> None:
+    out = tmp_path / "no.zip"
+    for first, stop, words in ((5, 5, "are none"), (0, 99, "ends with frame 74"), (80, 90, "ends with frame 74")):
+        with pytest.raises(UsageError, match=words):
+            drive.bundle(out, first, stop)
+    with pytest.raises(UsageError, match="about the frames 48 to 65"):
+        drive.bundle(out, 60, 70, expectation=wanting(drive, "found"))
+    with pytest.raises(StorageError, match="is a folder"):
+        drive.bundle(tmp_path)
+    with pytest.raises(UsageError, match="is the input itself"):
+        make_bundle(BundleRequest(drive.run, drive.video, drive.video, 0, 5))
+    with pytest.raises(InputError, match="no video at"):
+        make_bundle(BundleRequest(drive.run, tmp_path / "gone.mp4", out, 0, 5))
+    other = drive.toys.write_drive(tmp_path / "other.mp4", 6)
+    with pytest.raises(EvidenceError, match="is not the video of the run"):
+        make_bundle(BundleRequest(drive.run, other, out, 0, 5))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other.mp4"]
+
+
+def test_what_a_killed_maker_leaves_goes_with_the_next(drive: Drive, tmp_path: Path) -> None:
+    out = tmp_path / "bug.zip"
+    (tmp_path / ".bug.part-abc").mkdir()
+    (tmp_path / ".bug.part-abc" / "clip.mp4").write_bytes(b"half")
+    out.write_bytes(b"the old one")
+
+    def stop(done: int, of: int) -> None:
+        if done > of // 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_bundle(BundleRequest(drive.run, drive.video, out, 46, 60, recording=False), stop)
+    assert out.read_bytes() == b"the old one"
+    assert [path.name for path in tmp_path.iterdir()] == ["bug.zip"]
+
+
+def test_settings_of_another_version_are_named_not_refused(drive: Drive, plain: Path) -> None:
+    with open_bundle(plain) as bundle:
+        run = bundle.manifest.run
+        parameters = {**run.parameters, "gate": {**run.parameters["gate"], "magic": 3, "tau": -1}}
+        del parameters["fusion"]
+        manifest = bundle.manifest.model_copy(
+            update={"run": run.model_copy(update={"parameters": parameters, "engine_version": "9.9"})}
+        )
+        object.__setattr__(bundle, "manifest", manifest)
+        params, strange = bundle_params(bundle)
+        report = replay_bundle(bundle, params, drive.toys.components(params))
+    assert any("gate.magic" in text for text in strange)
+    assert any("gate.tau" in text and "not allowed" in text for text in strange)
+    assert any("has no parameter fusion." in text for text in strange)
+    assert any("engine 9.9" in text for text in report.changed)

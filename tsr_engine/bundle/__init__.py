@@ -1,0 +1,57 @@
+"""Bug bundles: one zip that shows a problem to somebody else and replays it.
+
+::
+
+    make_bundle(BundleRequest(Path("runs/drive"), Path("drive.mp4"), Path("bug.zip"), 100, 160, "the 50 reads as 80"))
+    with open_bundle(Path("bug.zip")) as bundle:
+        params, strange = bundle_params(bundle)
+        report = replay_bundle(bundle, params, load_components(params))
+
+Names are imported when they are asked for: who only opens a bundle does not wait for the engine.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, ExpectedSign, read_expectation
+    from tsr_engine.bundle.layout import EXIT_CODES, MOST_FRAMES, Verdict
+    from tsr_engine.bundle.load import Bundle, is_bundle, open_bundle
+    from tsr_engine.bundle.make import BundleReport, BundleRequest, make_bundle
+    from tsr_engine.bundle.replay import BundleReplay, bundle_params, bundled_models, replay_bundle
+
+__all__ = [
+    "EXIT_CODES",
+    "MOST_FRAMES",
+    "Bounds",
+    "Bundle",
+    "BundleReplay",
+    "BundleReport",
+    "BundleRequest",
+    "Expectation",
+    "Expected",
+    "ExpectedSign",
+    "Verdict",
+    "bundle_params",
+    "bundled_models",
+    "is_bundle",
+    "make_bundle",
+    "open_bundle",
+    "read_expectation",
+    "replay_bundle",
+]
+
+_PLACES = {
+    "expectation": ("Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"),
+    "layout": ("EXIT_CODES", "MOST_FRAMES", "Verdict"),
+    "load": ("Bundle", "is_bundle", "open_bundle"),
+    "make": ("BundleReport", "BundleRequest", "make_bundle"),
+    "replay": ("BundleReplay", "bundle_params", "bundled_models", "replay_bundle"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _PLACES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

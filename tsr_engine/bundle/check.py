@@ -1,0 +1,152 @@
+"""A bundle made ready for a library, in a process of its own.
+
+``python -m tsr_engine.bundle.check BUNDLE FOLDER PIXELS BYTES``: largest picture, px, and memory that may be used.
+
+Everything that a stranger's file can harm happens here: unpacking, decoding, reading a foreign database. The last line
+on stdout is JSON: ``{"ok": {...}}``, or ``{"error": "one sentence"}``. In the folder stay
+
+* ``bundle/``: the unpacked bundle, all files with the hashes of the manifest;
+* ``evidence/``: its evidence written anew, record by record, with the clip's own numbers of frames.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.bundle.clip import picture_digest
+from tsr_engine.bundle.layout import EVIDENCE
+from tsr_engine.bundle.load import Bundle, read_bundle
+from tsr_engine.bundle.slices import write_slice
+from tsr_engine.errors import EvidenceError, ImportFormatError, TsrError
+from tsr_engine.evidence import EvidenceReader, VideoIdentity
+from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.records import FrameEvidence
+
+__all__ = ["make_ready"]
+
+_STATES = {"tentative", "confirmed", "dead"}
+_SOURCES = {"detected", "predicted", "relocalised"}
+_KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"}
+
+
+def make_ready(path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
+    """Check a bundle as a whole.
+
+    Args:
+        path: the zip file.
+        folder: exists and is empty.
+        limits: what the clip may demand.
+
+    Returns:
+        facts: ``frames`` (of the clip), ``other_pictures``, ``tracks`` (track -> first and last frame in the clip).
+
+    Raises:
+        ImportFormatError: the bundle is none, hostile or damaged.
+        VideoError: the clip cannot be decoded.
+        EvidenceError: the evidence is damaged, or of another version.
+    """
+    place = folder / "bundle"
+    place.mkdir()
+    bundle = read_bundle(path, place)
+    frames, other = _decode(bundle, limits)
+    tracks = _rewrite(bundle, folder / EVIDENCE)
+    return {"frames": frames, "other_pictures": other, "tracks": tracks}
+
+
+def _decode(bundle: Bundle, limits: VideoLimits) -> tuple[int, int]:
+    """Decode the whole clip; number of its frames, and of those that are other pictures than the manifest says."""
+    facts = bundle.manifest.clip
+    digests = {frame.clip: frame.digest for frame in bundle.frames}
+    count = other = 0
+    with open_video(bundle.clip, limits=limits) as video:
+        if (video.width, video.height) != (facts.width, facts.height):
+            raise ImportFormatError(
+                f"{bundle.name}: {facts.file} has pictures of {video.width}x{video.height}, its manifest says "
+                f"{facts.width}x{facts.height}. Make the bundle anew."
+            )
+        for frame in video.frames():
+            count += 1
+            wanted = digests.pop(frame.ordinal, None)
+            other += wanted is not None and picture_digest(frame.picture) != wanted
+    if digests:
+        raise ImportFormatError(f"{bundle.name}: {facts.file} ends before frame {min(digests)}. Copy the bundle again.")
+    return count, other
+
+
+def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
+    """The evidence anew, in the clip's numbers; what does not come through the records does not come in."""
+    facts = bundle.manifest
+    with EvidenceReader(bundle.folder / EVIDENCE) as reader:
+        header = reader.header
+        first, last = reader.first_frame, reader.last_frame
+        if (first, last) != (facts.frames.start, facts.frames.stop - 1):
+            raise ImportFormatError(f"{bundle.name}: the evidence is of other frames. Make the bundle anew.")
+        for key in ("width", "height"):
+            if header.frame_table.get(key) != getattr(facts.clip, key):
+                raise ImportFormatError(f"{bundle.name}: the evidence is of pictures of another size. Make it anew.")
+        clip = VideoIdentity(facts.clip.file, facts.clip.sha256, bundle.clip.stat().st_size)
+        table = {**header.frame_table, "frames": facts.frames.stop - facts.clip.offset}
+        again = replace(header, video=clip, frame_table=table)
+        try:
+            write_slice(
+                reader,
+                folder,
+                facts.frames.start,
+                facts.frames.stop,
+                again,
+                offset=facts.clip.offset,
+                seen=lambda frame: _check_frame(bundle, frame),
+            )
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
+            raise EvidenceError(f"{bundle.name}: the evidence is damaged ({type(error).__name__}).") from None
+    with EvidenceReader(folder) as reader:
+        return {str(t.track_id): (t.first_frame, t.last_frame) for t in reader.tracks() if t.confirmed}
+
+
+def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
+    """What the page relies on."""
+    facts = bundle.manifest.clip
+    wrong = (frame.width, frame.height) != (facts.width, facts.height)
+    wrong |= not np.isfinite(frame.seconds)
+    for track in frame.tracks:
+        wrong |= track.state not in _STATES or track.source not in _SOURCES
+        wrong |= not np.isfinite(track.box).all() or not 0 < track.track_id < 10**12
+        if (seen := track.recognition) is not None:
+            wrong |= not (0 <= seen.class_id < CLASS_COUNT and 0 <= seen.runner_up < CLASS_COUNT)
+            wrong |= seen.probabilities.shape != (CLASS_COUNT,) or seen.votes.shape != (CLASS_COUNT,)
+    wrong |= any(event.kind not in _KINDS for event in frame.events)
+    wrong |= not np.isfinite(frame.detections.boxes).all()
+    for region in frame.regions:
+        height, width = region.pixels.shape[:2]
+        wrong |= region.x < 0 or region.y < 0 or region.x + width > frame.width or region.y + height > frame.height
+    if wrong:
+        raise EvidenceError(f"{bundle.name}: the evidence of frame {frame.ordinal + facts.offset} is damaged.")
+
+
+def main(arguments: list[str]) -> int:
+    """Run the check and print what it found."""
+    path, folder, pixels, limit = Path(arguments[0]), Path(arguments[1]), int(arguments[2]), int(arguments[3])
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    answer: dict[str, Any]
+    try:
+        answer = {"ok": make_ready(path, folder, VideoLimits(max_pixels=pixels))}
+    except TsrError as error:
+        answer = {"error": str(error)}
+    except MemoryError:
+        answer = {"error": f"{path.name} needs more memory than it may have."}
+    except Exception as error:  # whatever a hostile file brings about must be one sentence
+        answer = {"error": f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."}
+    print(json.dumps(answer))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

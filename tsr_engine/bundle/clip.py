@@ -1,0 +1,260 @@
+"""The piece of a video that goes into a bundle: its own packets, so that every picture decodes to the same bits.
+
+What is copied is proved by decoding both. Where packets cannot be copied, or come out differently, the pictures are
+stored without loss instead.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+
+from tsr_engine.bundle.layout import CLIP_STEM
+from tsr_engine.errors import TsrError, UsageError, VideoError
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video import Video, open_video
+from tsr_engine.io.video_probe import VideoLimits, open_container, reason
+from tsr_engine.records import Picture
+
+__all__ = ["Clip", "ClipFrame", "cut_clip", "picture_digest"]
+
+MOST_BYTES = 4 << 30
+"""Largest clip."""
+_TICKS = 1000
+"""Ticks a second of the lossless clip."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClipFrame:
+    """One frame of the range, in the video and in the clip.
+
+    Attributes:
+        ordinal: in the video.
+        clip: ordinal in the clip.
+        seconds: presentation time in the video.
+        digest: of the decoded picture, see ``picture_digest``.
+    """
+
+    ordinal: int
+    clip: int
+    seconds: float
+    digest: str
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A piece of a video.
+
+    Attributes:
+        path: the file.
+        offset: ordinal in the video of the clip's first frame.
+        frames: the frames of the range.
+        copied: the packets are the video's own.
+        how: one sentence: what the clip was made of.
+    """
+
+    path: Path
+    offset: int
+    frames: tuple[ClipFrame, ...]
+    copied: bool
+    how: str
+
+
+class _Unfit(Exception):
+    """The packets cannot be taken over; says why."""
+
+
+def picture_digest(picture: Picture) -> str:
+    """SHA-256 of a decoded picture's size and BGR bytes, hex."""
+    digest = hashlib.sha256(f"{picture.shape[1]}x{picture.shape[0]}\n".encode())
+    digest.update(np.ascontiguousarray(picture).data)
+    return digest.hexdigest()
+
+
+def cut_clip(
+    path: Path,
+    start: int,
+    stop: int,
+    folder: Path,
+    *,
+    table: FrameTable | None = None,
+    limits: VideoLimits | None = None,
+    progress: Callable[[int], None] = lambda _done: None,
+) -> Clip:
+    """Cut frames ``start <= k < stop`` out of a video.
+
+    Args:
+        path: the video.
+        start: first frame.
+        stop: frame after the last.
+        folder: where the clip goes.
+        table: the video's frame table, if it is at hand.
+        limits: what the file may demand.
+        progress: told the number of frames read, twice through the range.
+
+    Raises:
+        VideoError: the video cannot be read, or ends before ``stop``.
+        UsageError: the clip would be too large.
+    """
+    allowed = VideoLimits() if limits is None else limits
+    with open_video(path, limits=allowed, table=table) as video:
+        facts = []
+        for frame in video.frames(start, stop):
+            facts.append((frame.ordinal, frame.seconds, picture_digest(frame.picture)))
+            progress(len(facts))
+        if len(facts) != stop - start:
+            raise VideoError(f"{path} ends at frame {start + len(facts) - 1}. Expected frames up to {stop - 1}.")
+        try:
+            place, offset = _copy(video, start, stop, folder, allowed)
+            clip = Clip(place, offset, _placed(facts, offset), True, "The packets of the video, not encoded anew.")
+            _prove(clip, allowed, progress)
+        except _Unfit as error:
+            cause = str(error)
+        except (av.FFmpegError, OSError) as error:
+            cause = f"its packets cannot be copied ({reason(error)})"
+        except TsrError:
+            cause = "the copy cannot be read"
+        else:
+            return clip
+        for left in folder.glob(f"{CLIP_STEM}.*"):
+            left.unlink()
+        place = _store(video, start, stop, folder)
+    how = f"Every picture stored anew without loss (FFV1), because {cause}."
+    clip = Clip(place, start, _placed(facts, start), False, how)
+    try:
+        _prove(clip, allowed, progress)
+    except _Unfit as error:
+        raise VideoError(f"The frames {start} to {stop - 1} of {path} cannot be copied: {error}.") from None
+    return clip
+
+
+def _placed(facts: list[tuple[int, float, str]], offset: int) -> tuple[ClipFrame, ...]:
+    return tuple(ClipFrame(ordinal, ordinal - offset, seconds, digest) for ordinal, seconds, digest in facts)
+
+
+def _prove(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> None:
+    """Every picture of the clip must be the video's, bit by bit."""
+    count = len(clip.frames)
+    with open_video(clip.path, limits=limits) as video:
+        seen = 0
+        for wanted, frame in zip(clip.frames, video.frames(clip.frames[0].clip), strict=False):
+            if picture_digest(frame.picture) != wanted.digest:
+                raise _Unfit(f"frame {wanted.ordinal} decodes to another picture in the copy")
+            seen += 1
+            progress(count + seen)
+    if seen != count:
+        raise _Unfit(f"the copy holds {seen} of {count} frames")
+
+
+def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits) -> tuple[Path, int]:
+    """The packets from the key frame before the range on, and that key frame's ordinal."""
+    table = video.table
+    keys = np.flatnonzero(table.key[: start + 1])
+    if not len(keys):
+        raise _Unfit("no key frame comes before the first of the frames")
+    offset = int(keys[-1])
+    if not np.array_equal(table.pts, table.stamps):
+        raise _Unfit("the file stores no presentation times")
+    wanted = table.pts[offset:stop]
+    if len(wanted) != stop - offset:
+        raise _Unfit("the file does not list all of the frames")
+    with open_container(video.path, limits) as (container, stream):
+        mp4 = "mp4" in container.format.name
+        packets = _packets(container, stream, wanted.tolist())
+        pts = np.sort(np.array([packet.pts for packet in packets], np.int64))
+        if (np.diff(pts) <= 0).any():
+            raise _Unfit("two of its packets have the same presentation time")
+        place = folder / f"{CLIP_STEM}.{'mp4' if mp4 else 'mkv'}"
+        _mux(place, stream, packets, pts, mp4)
+    return place, offset
+
+
+def _packets(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
+    """Packets in decoding order, from the one that shows the first wanted picture until all are there."""
+    for place in (wanted[0], None):
+        if place is None:
+            container.seek(-(2**40), stream=stream, backward=True)
+        else:
+            container.seek(place, stream=stream, backward=True)
+        found = _from_here(container, stream, wanted)
+        if found:
+            return found
+    raise _Unfit("its key frame has no packet of its own")
+
+
+def _from_here(container: Any, stream: Any, wanted: list[int]) -> list[Any]:
+    chosen: list[Any] = []
+    missing = set(wanted)
+    size = 0
+    for packet in container.demux(stream):
+        if not packet.size:
+            continue
+        if packet.pts is None:
+            raise _Unfit("its packets have no presentation times")
+        if not chosen and not (packet.pts == wanted[0] and packet.is_keyframe):
+            continue
+        if packet.pts < wanted[0]:
+            continue  # predicted from pictures that are not in the clip
+        if packet.is_discard:
+            raise _Unfit("an edit list hides some of its pictures")
+        size += packet.size
+        if size > MOST_BYTES:
+            raise UsageError(f"The clip would have more than {MOST_BYTES >> 30} GiB. Choose fewer frames.")
+        chosen.append(packet)
+        missing.discard(packet.pts)
+        if not missing:
+            return chosen
+    if chosen:
+        raise _Unfit(f"{len(missing)} of its frames have no packet of their own")
+    return []
+
+
+def _mux(place: Path, stream: Any, packets: list[Any], pts: Any, mp4: bool) -> None:
+    """Packets as a file without an edit list; decoding times are made anew, so that none is missing."""
+    delay = int(max(int(p) - packet.pts for p, packet in zip(pts, packets, strict=True)))
+    # Nothing that differs from one writing to the next: no dates, no random names.
+    options = {"fflags": "+bitexact"} | ({"use_editlist": "0"} if mp4 else {})
+    with av.open(str(place), "w", format="mp4" if mp4 else "matroska", options=options) as out:
+        copy = out.add_stream_from_template(stream)
+        copy.time_base = stream.time_base
+        begin = int(pts[0])
+        for decoding, packet in zip(pts, packets, strict=True):
+            packet.pts += delay - begin
+            packet.dts = int(decoding) - begin
+            packet.stream = copy
+            out.mux(packet)
+
+
+def _store(video: Video, start: int, stop: int, folder: Path) -> Path:
+    """The upright pictures without loss, each by itself."""
+    place = folder / f"{CLIP_STEM}.mkv"
+    with av.open(str(place), "w", format="matroska", options={"fflags": "+bitexact"}) as out:
+        stream: Any = out.add_stream("ffv1", rate=video.rate.limit_denominator(100_000))
+        stream.width, stream.height, stream.pix_fmt = video.width, video.height, "bgr0"
+        stream.codec_context.time_base = Fraction(1, _TICKS)
+        stream.codec_context.thread_count = 1
+        stream.codec_context.options = {"level": "3", "g": "1", "slicecrc": "1"}
+        for packet in _encoded(stream, video.frames(start, stop)):
+            out.mux(packet)
+            if place.stat().st_size > MOST_BYTES:
+                raise UsageError(f"The clip would have more than {MOST_BYTES >> 30} GiB. Choose fewer frames.")
+    return place
+
+
+def _encoded(stream: Any, frames: Iterator[Any]) -> Iterator[Any]:
+    first: Fraction | None = None
+    last = -1
+    for frame in frames:
+        first = frame.time if first is None else first
+        picture = av.VideoFrame.from_ndarray(frame.picture, format="bgr24").reformat(format="bgr0")
+        last = max(last + 1, round((frame.time - first) * _TICKS))
+        picture.pts, picture.time_base = last, Fraction(1, _TICKS)
+        yield from stream.encode(picture)
+    yield from stream.encode(None)

@@ -1,0 +1,89 @@
+"""The engine once more on the clip of a bundle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from tsr_engine.bundle.clip import picture_digest
+from tsr_engine.bundle.load import Bundle
+from tsr_engine.errors import VideoError
+from tsr_engine.evidence import FramePixels
+from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, FrameInput, TrackingCore, one_blas_thread
+from tsr_engine.records import FrameEvidence
+from tsr_engine.tracking.camera_shift import CameraShift
+
+__all__ = ["Decoding", "run_engine"]
+
+
+@dataclass(slots=True)
+class Decoding:
+    """How the clip decoded here.
+
+    Attributes:
+        frames: pictures decoded.
+        other: those that are not the pictures that the bundle was made from, bit by bit.
+    """
+
+    frames: int = 0
+    other: int = 0
+
+
+def run_engine(
+    bundle: Bundle,
+    params: Params,
+    components: Components,
+    decoding: Decoding,
+    *,
+    limits: VideoLimits | None = None,
+    progress: Callable[[int, int], None] = lambda _done, _of: None,
+) -> Iterator[FrameEvidence]:
+    """Every frame of the bundle through the engine, those that lead in too.
+
+    Numbers and times of the frames, the nominal interval and the number of the first track are those of the run, so
+    that equal pictures, parameters and models give equal evidence.
+
+    Args:
+        bundle: the bundle.
+        params: parameters of the replay.
+        components: its trained parts.
+        decoding: filled on the way.
+        limits: what the clip may demand.
+        progress: told (frames done, of how many).
+
+    Raises:
+        VideoError: the clip cannot be decoded, is too short, or has pictures of another size.
+    """
+    facts = bundle.manifest
+    with open_video(bundle.clip, limits=limits) as video, one_blas_thread():
+        if (video.width, video.height) != (facts.clip.width, facts.clip.height):
+            raise VideoError(
+                f"{facts.clip.file} of {bundle.name} has pictures of {video.width}x{video.height}, expected "
+                f"{facts.clip.width}x{facts.clip.height}. Make the bundle anew."
+            )
+        core = TrackingCore(
+            params,
+            components.parts,
+            video.width,
+            video.height,
+            interval=facts.run.interval,
+            first_id=facts.frames.first_id,
+        )
+        tracking = params.tracking
+        shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
+        pictures = video.frames(bundle.frames[0].clip, bundle.frames[-1].clip + 1)
+        for wanted, frame in zip(bundle.frames, pictures, strict=False):
+            decoding.other += picture_digest(frame.picture) != wanted.digest
+            detections = components.detector.detect(frame.picture)
+            moved = shift.step(frame.picture) if tracking.use_camera_shift else (0.0, 0.0)
+            pixels = FramePixels(frame.picture)
+            yield core.step(FrameInput(wanted.ordinal, wanted.seconds, detections, moved, pixels))
+            decoding.frames += 1
+            progress(decoding.frames, len(bundle.frames))
+    if decoding.frames != len(bundle.frames):
+        raise VideoError(
+            f"{facts.clip.file} of {bundle.name} ends after {decoding.frames} of {len(bundle.frames)} frames. "
+            "Copy the bundle again."
+        )

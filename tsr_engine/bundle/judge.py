@@ -1,0 +1,180 @@
+"""Verdicts: an output held against what a person expects, and against what came out when the bundle was made."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, ExpectedSign
+from tsr_engine.bundle.layout import Verdict
+from tsr_engine.bundle.output import Output
+from tsr_engine.recognition.catalogue import CATALOGUE
+
+__all__ = ["Finding", "class_name", "judge", "overall", "sentence"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What became of one expectation.
+
+    Attributes:
+        id: of the expectation.
+        met: it came true.
+        expected: one sentence.
+        got: one sentence.
+        frame: where to look.
+    """
+
+    id: str
+    met: bool
+    expected: str
+    got: str
+    frame: int
+
+
+def judge(expectation: Expectation, output: Output) -> list[Finding]:
+    """Hold an output against all expectations, in their order."""
+    findings = []
+    for one in expectation.expected:
+        sign = expectation.signs[one.sign]
+        met, got, frame = _RULES[one.kind](one, sign, expectation, output)
+        findings.append(Finding(one.id, met, sentence(one, expectation), got, frame))
+    return findings
+
+
+def overall(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Verdict:
+    """The verdict on a replay.
+
+    * ``fixed``: there are expectations, and every one is met;
+    * ``still broken``: one that failed when the bundle was made fails again; without expectations: the output is the
+      same as it was;
+    * ``different``: neither. What failed is right now, but something that was right fails; without expectations: the
+      output is another one, and a person must look at it.
+
+    Args:
+        before: of the output in the bundle.
+        now: of the replay, same expectations in the same order.
+        same: the two outputs show the same.
+    """
+    if not now:
+        return "still broken" if same else "different"
+    if all(finding.met for finding in now):
+        return "fixed"
+    failed = {finding.id for finding in before if not finding.met}
+    return "still broken" if any(not finding.met and finding.id in failed for finding in now) else "different"
+
+
+def sentence(one: Expected, expectation: Expectation) -> str:
+    """An expectation in words."""
+    bounds = expectation.bounds
+    sign = expectation.signs[one.sign]
+    span = f"frame {sign.frames[0]}" if len(sign.frames) == 1 else f"frames {sign.frames[0]} to {sign.frames[-1]}"
+    if one.kind == "found":
+        return f"The sign {one.sign} ({span}) is found in at least {bounds.share:.0%} of its frames."
+    if one.kind == "label":
+        return f"The sign {one.sign} ({span}) is labelled {class_name(one.class_id)}."
+    if one.kind == "boxes":
+        return f"A box within Eq. 7 <= {bounds.eq7:g} lies on the sign {one.sign} in {_frames(one.frames)}."
+    if one.kind == "absent":
+        return f"Nothing is tracked at {one.sign} ({span}): there is no sign."
+    if one.kind == "one":
+        return f"The sign {one.sign} ({span}) is one track."
+    return f"The signs {one.sign} and {one.other} are two tracks."
+
+
+def class_name(class_id: int | None) -> str:
+    """Number and name of a class."""
+    if class_id is None or not 0 <= class_id < len(CATALOGUE):
+        return "nothing known"
+    return f"{class_id} ({CATALOGUE[class_id].name})"
+
+
+_Answer = tuple[bool, str, int]
+
+
+def _found(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
+    seen = sign.seen()
+    missed = [frame for frame, box in seen if not output.on(frame, box, whole.bounds.iou)]
+    share = 1.0 - len(missed) / len(seen) if seen else 1.0
+    met = share >= whole.bounds.share
+    return met, f"A track lies on it in {len(seen) - len(missed)} of {len(seen)} frames.", _first(missed, sign, met)
+
+
+def _label(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
+    counts = _tracks_on(sign, whole.bounds, output)
+    if not counts:
+        return False, "No track lies on it.", sign.frames[0]
+    track = min(counts, key=lambda t: (-counts[t], t))
+    label = output.class_of(track)
+    return label == one.class_id, f"Track {track} is labelled {class_name(label)}.", sign.frames[-1]
+
+
+def _boxes(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
+    place = dict(zip(sign.frames, sign.boxes, strict=True))
+    errors = {frame: output.error(frame, place[frame]) for frame in one.frames}
+    worst = max(errors, key=lambda frame: errors[frame])
+    wrong = [frame for frame, error in errors.items() if error > whole.bounds.eq7]
+    text = f"The largest Eq. 7 is {errors[worst]:.2f}, in frame {worst}."
+    if wrong:
+        text = f"{len(wrong)} of {len(errors)} boxes are off. {text}"
+    return not wrong, text, worst
+
+
+def _absent(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
+    seen = sign.seen()
+    there = {frame: tracks[0] for frame, box in seen if (tracks := output.on(frame, box, whole.bounds.iou))}
+    if not there:
+        return True, "Nothing is tracked there.", sign.frames[0]
+    first = min(there)
+    names = ", ".join(map(str, sorted(set(there.values()))[:5]))
+    return False, f"Track {names} lies there in {len(there)} of {len(seen)} frames.", first
+
+
+def _one(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
+    counts = _tracks_on(sign, whole.bounds, output)
+    if len(counts) == 1:
+        return True, f"Track {next(iter(counts))} lies on it.", sign.frames[0]
+    if not counts:
+        return False, "No track lies on it.", sign.frames[0]
+    names = ", ".join(map(str, sorted(counts)[:8]))
+    return False, f"{len(counts)} tracks lie on it: {names}.", _change(sign, whole.bounds, output)
+
+
+def _apart(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
+    assert one.other is not None
+    other = whole.signs[one.other]
+    both = sorted(_tracks_on(sign, whole.bounds, output).keys() & _tracks_on(other, whole.bounds, output).keys())
+    if not both:
+        return True, "No track lies on both.", other.frames[0]
+    return False, f"Track {', '.join(map(str, both[:8]))} lies on both.", other.frames[0]
+
+
+_RULES = {"found": _found, "label": _label, "boxes": _boxes, "absent": _absent, "one": _one, "apart": _apart}
+
+
+def _tracks_on(sign: ExpectedSign, bounds: Bounds, output: Output) -> Counter[int]:
+    """Frames in which each track lies on a sign; frames in which it is hidden count for nothing."""
+    counts: Counter[int] = Counter()
+    for frame, box in sign.seen():
+        counts.update(output.on(frame, box, bounds.iou))
+    return counts
+
+
+def _change(sign: ExpectedSign, bounds: Bounds, output: Output) -> int:
+    """The first frame in which a second track lies on a sign."""
+    known: set[int] = set()
+    for frame, box in sign.seen():
+        known.update(output.on(frame, box, bounds.iou))
+        if len(known) > 1:
+            return frame
+    return sign.frames[0]
+
+
+def _first(frames: list[int], sign: ExpectedSign, met: bool) -> int:
+    return sign.frames[0] if met or not frames else frames[0]
+
+
+def _frames(frames: Sequence[int]) -> str:
+    shown = ", ".join(map(str, frames[:6])) + (", ..." if len(frames) > 6 else "")
+    return f"frame{'s' * (len(frames) > 1)} {shown}"

@@ -1,0 +1,44 @@
+"""What lies where in a bug bundle, and what its replay may say."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+__all__ = [
+    "CLIP_STEM",
+    "CORRECTIONS",
+    "EVIDENCE",
+    "EXIT_CODES",
+    "EXPECTATION",
+    "FORMAT",
+    "FRAMES",
+    "MANIFEST",
+    "MODELS",
+    "MOST_FRAMES",
+    "OUTPUT",
+    "README",
+    "RECORDING",
+    "Verdict",
+]
+
+FORMAT: Final = 1
+"""Version of the layout; rises when an older reader would misunderstand a newer bundle."""
+
+MANIFEST: Final = "manifest.json"
+README: Final = "README.txt"
+CLIP_STEM: Final = "clip"
+FRAMES: Final = "frames.csv"
+OUTPUT: Final = "output.csv"
+EVIDENCE: Final = "evidence"
+EXPECTATION: Final = "expectation.json"
+CORRECTIONS: Final = "corrections.json"
+RECORDING: Final = "recording.rrd"
+MODELS: Final = "models"
+
+MOST_FRAMES: Final = 3000
+"""Frames of one bundle, those that lead in included: two minutes of video."""
+
+Verdict = Literal["fixed", "still broken", "different"]
+
+EXIT_CODES: Final[dict[Verdict, int]] = {"fixed": 0, "still broken": 20, "different": 21}
+"""Exit codes of a replay; those of errors are below 10 or above 100."""

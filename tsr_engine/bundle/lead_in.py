@@ -1,0 +1,66 @@
+"""Where the engine must start so that it arrives at a frame in the state that the run was in there.
+
+After a frame in which no track is alive the engine knows nothing of earlier frames but the number of its last track,
+so the last such frame before the range is the place. The frame itself is taken too: the camera shift of the next one is
+measured against its picture.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tsr_engine.errors import EvidenceError, UsageError
+from tsr_engine.evidence import EvidenceReader
+
+__all__ = ["MOST_LEAD", "LeadIn", "lead_in"]
+
+MOST_LEAD = 900
+"""Frames that a lead-in may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeadIn:
+    """The way into a range of frames.
+
+    Attributes:
+        start: first frame to take.
+        first_id: number of the first track that is born from there on.
+        whole: the run's state at the range is rebuilt exactly; False: tracks that were alive at ``start`` are missing
+            and must be found anew.
+    """
+
+    start: int
+    first_id: int
+    whole: bool
+
+
+def lead_in(reader: EvidenceReader, first: int, *, most: int = MOST_LEAD) -> LeadIn:
+    """The way into the frames from ``first`` on.
+
+    Args:
+        reader: the run.
+        first: first frame of the range.
+        most: frames at most before it.
+
+    Raises:
+        EvidenceError: the run has stored nothing.
+        UsageError: the frame is not among those stored.
+    """
+    begin, last = reader.first_frame, reader.last_frame
+    if begin is None or last is None:
+        raise EvidenceError(f"{reader.folder} holds no frames. Track the video first.")
+    if not begin <= first <= last:
+        raise UsageError(f"The run has the frames {begin} to {last}. Got {first}; choose frames among them.")
+    quiet = reader.quiet_frame(before=first)
+    start = begin if quiet is None else quiet
+    whole = first - start <= most
+    if not whole:
+        start = first - most
+    # Numbers count births, so the smallest of those to come is the next. In the frame without tracks none is born.
+    before, after = 0, []
+    for track in reader.tracks():
+        if track.first_frame < start or track.first_frame == quiet:
+            before = max(before, track.track_id)
+        else:
+            after.append(track.track_id)
+    return LeadIn(start, min(after, default=before + 1), whole)

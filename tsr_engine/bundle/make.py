@@ -1,0 +1,376 @@
+"""One zip that shows a problem to somebody else: clip, evidence, output, expectation, recording, models, README."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tsr_engine.bundle.clip import Clip, cut_clip
+from tsr_engine.bundle.expectation import Expectation
+from tsr_engine.bundle.judge import Finding, judge
+from tsr_engine.bundle.layout import (
+    CORRECTIONS,
+    EVIDENCE,
+    EXPECTATION,
+    FRAMES,
+    MANIFEST,
+    MODELS,
+    MOST_FRAMES,
+    OUTPUT,
+    README,
+    RECORDING,
+)
+from tsr_engine.bundle.lead_in import LeadIn, lead_in
+from tsr_engine.bundle.manifest import (
+    BundleFile,
+    BundleFrames,
+    BundleRun,
+    ClipFacts,
+    Got,
+    Manifest,
+    SourceVideo,
+    file_digest,
+)
+from tsr_engine.bundle.models import choose_models, put_models
+from tsr_engine.bundle.output import Output, write_rows
+from tsr_engine.bundle.readme import readme_text
+from tsr_engine.bundle.slices import write_slice
+from tsr_engine.errors import EvidenceError, InputError, StorageError, TsrError, UsageError
+from tsr_engine.evidence import EvidenceReader, ResultRow
+from tsr_engine.exchange.archive import pack
+from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video import VideoLimits
+from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.pipeline import ResultStream
+from tsr_engine.records import FrameEvidence
+from tsr_engine.version import __version__
+
+if TYPE_CHECKING:
+    from tsr_engine.recording import BoxRows
+
+__all__ = ["BundleReport", "BundleRequest", "make_bundle"]
+
+_NO_CORRECTIONS: Mapping[str, Any] = {"documents": []}
+
+
+@dataclass(frozen=True, slots=True)
+class BundleRequest:
+    """What goes into a bundle.
+
+    Attributes:
+        evidence: folder of the run.
+        video: the video that was tracked.
+        out: the zip file; one that is there is replaced at the end.
+        first: first frame that counts.
+        stop: frame after the last.
+        note: what the reporter says.
+        expectation: what should have come out.
+        corrections: the corrected tracks as the tool stores them, plain JSON values.
+        corrected: the same as boxes, for the recording.
+        tracks: keys of the tracks that it is about.
+        table: the video's frame table, if it is at hand.
+        limits: what the video may demand.
+        models: model folders in which the run's models may be.
+        run_id: of the run, in the tool.
+        run_name: of the run.
+        preset: of the run.
+        kind: ``engine`` or ``whatif``.
+        recording: put a recording in, if it can be made.
+    """
+
+    evidence: Path
+    video: Path
+    out: Path
+    first: int
+    stop: int
+    note: str = ""
+    expectation: Expectation = field(default_factory=Expectation)
+    corrections: Mapping[str, Any] = field(default_factory=lambda: _NO_CORRECTIONS)
+    corrected: BoxRows | None = None
+    tracks: tuple[str, ...] = ()
+    table: FrameTable | None = None
+    limits: VideoLimits | None = None
+    models: Sequence[Path] = ()
+    run_id: str = ""
+    run_name: str = ""
+    preset: str = ""
+    kind: str = "engine"
+    recording: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class BundleReport:
+    """What was packed.
+
+    Attributes:
+        path: the file.
+        size: bytes.
+        manifest: its manifest.
+        findings: what became of the expectations in the run's own output.
+        warnings: what the maker should know, one sentence each.
+    """
+
+    path: Path
+    size: int
+    manifest: Manifest
+    findings: tuple[Finding, ...]
+    warnings: tuple[str, ...]
+
+
+def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = lambda _done, _of: None) -> BundleReport:
+    """Make a bundle; the file appears whole or not at all.
+
+    The same request gives the same bytes, but for the recording.
+
+    Args:
+        request: what goes in.
+        progress: told (steps done, of how many); may raise to stop.
+
+    Raises:
+        EvidenceError: the run cannot be read, or the video is not the one that was tracked.
+        UsageError: the frames are none of the run's, too many, or an expectation lies outside of them.
+        VideoError: the video cannot be read.
+        StorageError: the file cannot be written.
+    """
+    refuse_inputs([request.out], [request.video])
+    if request.out.is_dir():
+        raise StorageError(f"Cannot write {request.out}: it is a folder. Name a file.")
+    try:
+        request.out.parent.mkdir(parents=True, exist_ok=True)
+        _remove_rubbish(request.out)
+        with (
+            tempfile.TemporaryDirectory(dir=request.out.parent, prefix=f".{request.out.stem}.part-") as name,
+            EvidenceReader(request.evidence) as reader,
+        ):
+            return _Maker(request, reader, Path(name), progress).make()
+    except OSError as error:
+        raise storage_error(request.out, error) from None
+
+
+class _Maker:
+    """The state of one call of ``make_bundle``."""
+
+    def __init__(
+        self, request: BundleRequest, reader: EvidenceReader, folder: Path, progress: Callable[[int, int], None]
+    ) -> None:
+        self.request, self.reader, self.folder = request, reader, folder
+        self.lead = self._lead()
+        self.count = request.stop - self.lead.start
+        self.steps = 4 * self.count + 10
+        self.progress = progress
+        self.warnings: list[str] = []
+        self.seconds: dict[int, float] = {}
+
+    def make(self) -> BundleReport:
+        request, folder, lead = self.request, self.folder, self.lead
+        self._check_video()
+        rows = self._evidence()
+        clip = cut_clip(
+            request.video,
+            lead.start,
+            request.stop,
+            folder,
+            table=request.table,
+            limits=request.limits,
+            progress=lambda done: self.progress(self.count + done, self.steps),
+        )
+        _write_frames(folder / FRAMES, clip, self.seconds)
+        output = Output.of(rows, request.first, request.stop)
+        with (folder / OUTPUT).open("w", encoding="utf-8", newline="") as out:
+            write_rows(out, output.rows)
+        (folder / EXPECTATION).write_text(request.expectation.text(), encoding="utf-8", newline="")
+        corrections = {"format": 1, **request.corrections}
+        (folder / CORRECTIONS).write_text(_json(corrections), encoding="utf-8", newline="")
+        models = choose_models(self.reader.header.models, request.models)
+        if models.folder is not None:
+            put_models(models.folder, folder / MODELS)
+        self.progress(3 * self.count, self.steps)
+        recording = self._recording()
+        self.progress(4 * self.count, self.steps)
+        findings = judge(request.expectation, output)
+        self._warn(findings, output, models.folder is None and "not inside" in models.text)
+        manifest = self._manifest(clip, models.text, models.folder is not None, recording, findings)
+        (folder / README).write_text(readme_text(manifest, findings, self.warnings), encoding="utf-8", newline="")
+        manifest = manifest.model_copy(update={"files": _files(folder)})
+        (folder / MANIFEST).write_text(manifest.text(), encoding="utf-8", newline="")
+        with atomic_bytes(request.out) as target:
+            pack(folder, target, lambda: self.progress(4 * self.count + 5, self.steps))
+        self.progress(self.steps, self.steps)
+        size = request.out.stat().st_size
+        return BundleReport(request.out, size, manifest, tuple(findings), tuple(self.warnings))
+
+    def _lead(self) -> LeadIn:
+        request = self.request
+        last = self.reader.last_frame
+        if request.stop <= request.first:
+            raise UsageError(f"Frames {request.first}:{request.stop} are none. Expected A < B, counted from frame 0.")
+        if last is not None and request.stop > last + 1:
+            raise UsageError(f"The run ends with frame {last}. Got {request.first}:{request.stop}; end at {last + 1}.")
+        found = lead_in(self.reader, request.first)
+        if request.stop - found.start > MOST_FRAMES:
+            raise UsageError(
+                f"A bundle holds at most {MOST_FRAMES} frames, these are {request.stop - found.start} with the "
+                f"{request.first - found.start} that lead in. Choose fewer."
+            )
+        span = request.expectation.span()
+        if span is not None and not (request.first <= span[0] and span[1] < request.stop):
+            raise UsageError(
+                f"The expectation is about the frames {span[0]} to {span[1]}, the bundle has {request.first} to "
+                f"{request.stop - 1}. Choose frames that hold them."
+            )
+        return found
+
+    def _check_video(self) -> None:
+        known = self.reader.header.video
+        if not self.request.video.is_file():
+            raise InputError(f"There is no video at {self.request.video}. Name {known.name} where it lies now.")
+        if video_sha256(self.request.video) != known.sha256:
+            raise EvidenceError(
+                f"{self.request.video} is not the video of the run in {self.reader.folder}: that was {known.name} "
+                f"with the SHA-256 {known.sha256[:12]}... . Name that file."
+            )
+
+    def _evidence(self) -> list[ResultRow]:
+        """Store the evidence of the range; the result rows that it holds."""
+        stream = ResultStream()
+        rows: list[ResultRow] = []
+        done = 0
+
+        def seen(frame: FrameEvidence) -> None:
+            nonlocal done
+            rows.extend(stream.add(frame))
+            self.seconds[frame.ordinal] = frame.seconds
+            done += 1
+            self.progress(done, self.steps)
+
+        write_slice(
+            self.reader, self.folder / EVIDENCE, self.lead.start, self.request.stop, self.reader.header, seen=seen
+        )
+        rows.extend(stream.finish())
+        return rows
+
+    def _recording(self) -> str:
+        """Make the recording; a sentence about it."""
+        request = self.request
+        if not request.recording:
+            return "not asked for."
+        try:
+            from tsr_engine.recording import RecordingRequest, write_recording
+
+            write_recording(
+                RecordingRequest(
+                    request.evidence,
+                    self.folder / RECORDING,
+                    request.first,
+                    request.stop,
+                    request.video,
+                    request.table,
+                    corrected=request.corrected,
+                )
+            )
+        except (TsrError, ImportError) as error:
+            (self.folder / RECORDING).unlink(missing_ok=True)
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            return f"could not be made ({reason.rstrip('.')})."
+        return "everything drawn over the clip, for the Rerun viewer (`rerun recording.rrd`, or in the tool)."
+
+    def _warn(self, findings: Sequence[Finding], output: Output, models_missing: bool) -> None:
+        if findings and all(finding.met for finding in findings):
+            self.warnings.append(
+                "The run's own output meets every expectation in these frames, so a replay would say 'fixed' at once."
+            )
+        cut = [t for t in self.reader.tracks(self.request.stop, None) if t.first_frame < self.request.stop]
+        cut = [t for t in cut if t.track_id in set(output.tracks)]
+        if cut:
+            names = ", ".join(f"{t.track_id} (to frame {t.last_frame})" for t in cut[:5])
+            self.warnings.append(f"Tracks that go on behind the last frame are judged as they stand there: {names}.")
+        if not self.lead.whole:
+            self.warnings.append(
+                f"Tracks were in view all the way back, so the engine starts at frame {self.lead.start} without them."
+            )
+        if models_missing:
+            self.warnings.append("The models of the run are not inside: a replay uses those of the installation.")
+
+    def _manifest(
+        self, clip: Clip, models: str, models_inside: bool, recording: str, findings: Sequence[Finding]
+    ) -> Manifest:
+        request, header = self.request, self.reader.header
+        table = header.frame_table
+        try:
+            interval, width, height = float(table["interval"]), int(table["width"]), int(table["height"])
+        except (KeyError, TypeError, ValueError):
+            raise EvidenceError(
+                f"{self.reader.folder} does not say the size and rate of its video. Track it again."
+            ) from None
+        return Manifest(
+            tool_version=__version__,
+            note=request.note,
+            tracks=list(request.tracks),
+            frames=BundleFrames(
+                start=self.lead.start,
+                first=request.first,
+                stop=request.stop,
+                whole_lead_in=self.lead.whole,
+                first_id=self.lead.first_id,
+            ),
+            clip=ClipFacts(
+                file="clip.mp4" if clip.path.suffix == ".mp4" else "clip.mkv",
+                sha256=file_digest(clip.path),
+                offset=clip.offset,
+                width=width,
+                height=height,
+                copied=clip.copied,
+                how=clip.how,
+            ),
+            video=SourceVideo(name=header.video.name, sha256=header.video.sha256, size=header.video.size),
+            run=BundleRun(
+                id=request.run_id,
+                name=request.run_name,
+                kind="whatif" if request.kind == "whatif" else "engine",
+                preset=request.preset,
+                created=header.created,
+                engine_version=header.engine_version,
+                parameters=dict(header.parameters),
+                models=dict(header.models),
+                interval=interval,
+            ),
+            models=models,
+            models_inside=models_inside,
+            recording=recording,
+            got=[Got(id=finding.id, met=finding.met, text=finding.got) for finding in findings],
+            files=[],
+        )
+
+
+def _write_frames(path: Path, clip: Clip, seconds: Mapping[int, float]) -> None:
+    """The frames, with the times that the engine was told: an imported clip has times of its own."""
+    with path.open("w", encoding="utf-8", newline="") as out:
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["frame", "clip_frame", "seconds", "picture_sha256"])
+        writer.writerows((f.ordinal, f.clip, repr(seconds[f.ordinal]), f.digest) for f in clip.frames)
+
+
+def _files(folder: Path) -> list[BundleFile]:
+    """Every file but the manifest, by name."""
+    paths = sorted(path for path in folder.rglob("*") if path.is_file())
+    return [
+        BundleFile(name=path.relative_to(folder).as_posix(), size=path.stat().st_size, sha256=file_digest(path))
+        for path in paths
+    ]
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def _remove_rubbish(out: Path) -> None:
+    """Remove what makers of this bundle that were killed have left beside it."""
+    for left in out.parent.glob(f".{out.stem}.part-*"):
+        shutil.rmtree(left, ignore_errors=True)

@@ -1,0 +1,168 @@
+"""``manifest.json``: what a bundle holds, where it comes from, and the hash of every file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from tsr_engine.bundle.layout import FORMAT, MANIFEST, MOST_FRAMES
+from tsr_engine.errors import ImportFormatError
+
+__all__ = ["BundleFile", "BundleFrames", "BundleRun", "ClipFacts", "Got", "Manifest", "SourceVideo", "file_digest"]
+
+_Text = Annotated[str, Field(max_length=20_000, pattern=r"^[^\x00]*$")]
+_Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+_Frame = Annotated[int, Field(ge=0, le=2**31 - 1)]
+_Side = Annotated[int, Field(ge=1, le=16_384)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class BundleFile(_Part):
+    """One file beside the manifest."""
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    size: Annotated[int, Field(ge=0)]
+    sha256: _Digest
+
+
+class BundleFrames(_Part):
+    """Frames, numbered as in the original video."""
+
+    start: _Frame
+    """The engine starts here, so that it knows at ``first`` what it knew in the run."""
+    first: _Frame
+    """First frame that counts."""
+    stop: Annotated[int, Field(ge=1, le=2**31 - 1)]
+    """Frame after the last."""
+    whole_lead_in: bool
+    """False: tracks that were alive at ``start`` are missing, and the first frames may differ."""
+    first_id: Annotated[int, Field(ge=1, le=10**12)]
+    """Number of the first track from ``start`` on."""
+
+    @model_validator(mode="after")
+    def _check(self) -> BundleFrames:
+        if not self.start <= self.first < self.stop <= self.start + MOST_FRAMES:
+            raise ValueError(f"frames must be start <= first < stop, at most {MOST_FRAMES} of them")
+        return self
+
+
+class ClipFacts(_Part):
+    """The piece of video."""
+
+    file: Literal["clip.mp4", "clip.mkv"]
+    sha256: _Digest
+    offset: _Frame
+    """Frame of the original video that the clip's frame 0 is."""
+    width: _Side
+    height: _Side
+    copied: bool
+    how: _Text
+
+    @model_validator(mode="after")
+    def _check(self) -> ClipFacts:
+        if self.width * self.height > 2**28:
+            raise ValueError("the pictures are too large")
+        return self
+
+
+class SourceVideo(_Part):
+    """The video that the clip was cut out of."""
+
+    name: _Text
+    sha256: _Digest
+    size: Annotated[int, Field(ge=0)]
+
+
+class BundleRun(_Part):
+    """The run that the bundle is about."""
+
+    id: _Text
+    name: _Text
+    kind: Literal["engine", "whatif"]
+    preset: _Text
+    created: _Text
+    engine_version: _Text
+    parameters: dict[str, Any]
+    models: dict[str, str]
+    interval: Annotated[float, Field(gt=0, le=1e6)]
+    """Nominal seconds between two frames."""
+
+
+class Got(_Part):
+    """What became of an expectation when the bundle was made."""
+
+    id: _Text
+    met: bool
+    text: _Text
+
+
+class Manifest(_Part):
+    """The content of ``manifest.json``."""
+
+    bundle: Literal[1] = FORMAT
+    tool_version: _Text
+    note: _Text
+    tracks: list[_Text]
+    """Keys of the tracks that it is about; empty: all that were corrected."""
+    frames: BundleFrames
+    clip: ClipFacts
+    video: SourceVideo
+    run: BundleRun
+    models: _Text
+    """Which models the run used, and whether they are inside."""
+    models_inside: bool
+    recording: _Text
+    """Whether there is a recording; if not, why."""
+    got: list[Got]
+    files: list[BundleFile]
+
+    def text(self) -> str:
+        """As it is stored."""
+        return json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+
+    @classmethod
+    def read(cls, folder: Path, name: str) -> Manifest:
+        """Read and check the manifest of an unpacked bundle.
+
+        Args:
+            folder: where it was unpacked.
+            name: of the bundle, for messages.
+
+        Raises:
+            ImportFormatError: missing, of another format version, or wrong; says where.
+        """
+        path = folder / MANIFEST
+        if not path.is_file():
+            raise ImportFormatError(f"{name} is no bug bundle: {MANIFEST} is missing. Make one with `tsr bundle`.")
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except (ValueError, RecursionError):
+            raise ImportFormatError(f"{name}, {MANIFEST}: is not JSON. Copy the bundle again.") from None
+        version = content.get("bundle") if isinstance(content, dict) else None
+        if type(version) is not int:
+            raise ImportFormatError(f"{name} is no bug bundle: {MANIFEST} does not say its version. Check the file.")
+        if version != FORMAT:
+            advice = "Update tsr" if version > FORMAT else "Make the bundle anew"
+            raise ImportFormatError(
+                f"{name} is a bug bundle of format {version}, this version reads format {FORMAT}. {advice}."
+            )
+        try:
+            return cls.model_validate(content)
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(map(str, first["loc"]))[:120] or "it"
+            message = first["msg"][:200]
+            raise ImportFormatError(f"{name}, {MANIFEST}, {place}: {message}. Make the bundle anew.") from None
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file's bytes, hex."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,0 +1,118 @@
+"""Models in a bundle: only when they are not those that ship with the package.
+
+A model file is a ZIP archive by itself, which no careful unpacker takes out of another one. It is stored behind a line
+of text therefore, and gets its own name back when it is used.
+"""
+
+from __future__ import annotations
+
+import shutil
+import zipfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from tsr_engine.errors import ImportFormatError, ModelError
+from tsr_engine.io.models import MANIFEST, SHIPPED, read_manifest
+
+__all__ = ["ModelChoice", "choose_models", "put_models", "take_models"]
+
+_LINE = b"A model of tsr: a NumPy archive (.npz) follows this line.\n"
+_SUFFIX = ".model"
+_MOST_BYTES = 1 << 30
+"""Bytes that the arrays of one model may take in memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelChoice:
+    """Where the models of a run are.
+
+    Attributes:
+        folder: the models to put in; None: none.
+        text: one sentence for people.
+    """
+
+    folder: Path | None
+    text: str
+
+
+def choose_models(used: Mapping[str, str], folders: Iterable[Path]) -> ModelChoice:
+    """Find the models that a run was made with.
+
+    Args:
+        used: component -> sha256, of the run.
+        folders: model folders to look in, besides the shipped one.
+    """
+    if _holds(SHIPPED, used):
+        return ModelChoice(None, "The run used the models that ship with the package.")
+    for folder in folders:
+        if _holds(folder, used):
+            return ModelChoice(folder, "The run used models of its own, which are inside.")
+    strange = sorted(name for name in used if name not in _hashes(SHIPPED))
+    if strange:
+        return ModelChoice(None, f"The run used {strange[0]!r}, which is not inside: name it again for a replay.")
+    return ModelChoice(None, "The run used models that were not at hand when the bundle was made; they are not inside.")
+
+
+def _holds(folder: Path, used: Mapping[str, str]) -> bool:
+    hashes = _hashes(folder)
+    return bool(used) and all(hashes.get(name) == digest for name, digest in used.items())
+
+
+def _hashes(folder: Path) -> dict[str, str]:
+    try:
+        return {name: str(entry["sha256"]) for name, entry in read_manifest(folder)["components"].items()}
+    except ModelError:
+        return {}
+
+
+def put_models(source: Path, target: Path) -> None:
+    """Copy a model folder into a bundle.
+
+    Args:
+        source: a model folder.
+        target: made.
+    """
+    target.mkdir()
+    shutil.copyfile(source / MANIFEST, target / MANIFEST)
+    for entry in read_manifest(source)["components"].values():
+        with (source / entry["file"]).open("rb") as stream, (target / f"{entry['file']}{_SUFFIX}").open("wb") as out:
+            out.write(_LINE)
+            shutil.copyfileobj(stream, out)
+
+
+def take_models(source: Path, target: Path) -> Path:
+    """The inverse of ``put_models``; returns ``target``.
+
+    Raises:
+        ImportFormatError: a model is missing, is none, or unfolds to too much.
+        ModelError: the manifest of the models is damaged.
+    """
+    target.mkdir(parents=True, exist_ok=True)
+    components = read_manifest(source)["components"]
+    shutil.copyfile(source / MANIFEST, target / MANIFEST)
+    for name, entry in components.items():
+        file = str(entry["file"])
+        stored = source / f"{file}{_SUFFIX}"
+        if Path(file).name != file or not stored.is_file():
+            raise ImportFormatError(f"The bundle lacks its model {name[:80]!r}. Make it anew.")
+        with stored.open("rb") as stream, (target / file).open("wb") as out:
+            if stream.read(len(_LINE)) != _LINE:
+                raise ImportFormatError(f"models/{stored.name} in the bundle is no model. Make the bundle anew.")
+            shutil.copyfileobj(stream, out)
+        _check_size(target / file)
+    return target
+
+
+def _check_size(path: Path) -> None:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+    except (zipfile.BadZipFile, ValueError, NotImplementedError):
+        raise ImportFormatError(
+            f"models/{path.name} in the bundle is no NumPy archive. Make the bundle anew."
+        ) from None
+    if size > _MOST_BYTES:
+        raise ImportFormatError(
+            f"models/{path.name} in the bundle unfolds to {size} bytes, more than the {_MOST_BYTES} allowed."
+        )

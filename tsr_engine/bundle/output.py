@@ -1,0 +1,142 @@
+"""What an engine says about the frames of a bundle: the rows of its result, looked up by frame."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.evidence import RESULT_HEADER, ResultRow
+from tsr_engine.geometry.boxes import iou, non_overlap
+from tsr_engine.records import FloatArray
+
+__all__ = ["SAME_PX", "Output", "read_rows", "same_output", "write_rows"]
+
+SAME_PX = 0.5
+"""Edges of two outputs that are called the same differ by no more."""
+
+
+@dataclass(slots=True)
+class Output:
+    """Confirmed results of the judged frames, as if the drive ended with the last of them.
+
+    Attributes:
+        first: first judged frame.
+        stop: frame after the last.
+        rows: by frame, then by track.
+    """
+
+    first: int
+    stop: int
+    rows: list[ResultRow] = field(default_factory=list)
+    _boxes: dict[int, tuple[list[int], FloatArray]] = field(default_factory=dict)
+    _classes: dict[int, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, rows: Iterable[ResultRow], first: int, stop: int) -> Output:
+        """The output that some rows make; those of other frames are left out."""
+        made = cls(first, stop, [row for row in rows if first <= row.frame < stop])
+        by_frame: dict[int, list[ResultRow]] = {}
+        for row in made.rows:
+            by_frame.setdefault(row.frame, []).append(row)
+            made._classes[row.track_id] = row.class_id
+        for frame, found in by_frame.items():
+            made._boxes[frame] = [row.track_id for row in found], np.array([row[2:6] for row in found], np.float64)
+        return made
+
+    @property
+    def tracks(self) -> list[int]:
+        """Numbers of the tracks, ascending."""
+        return sorted(self._classes)
+
+    def class_of(self, track: int) -> int:
+        """Class of a track over the frames; -1: none."""
+        return self._classes.get(track, -1)
+
+    def on(self, frame: int, box: Sequence[float], least: float) -> list[int]:
+        """Tracks with at least this IoU with a box, the best first."""
+        if frame not in self._boxes:
+            return []
+        tracks, boxes = self._boxes[frame]
+        found = iou(box, boxes)[0]
+        order = np.argsort(-found, kind="stable")
+        return [tracks[i] for i in order.tolist() if found[i] >= least]
+
+    def error(self, frame: int, box: Sequence[float]) -> float:
+        """Eq. 7 of the nearest result, in [0, 1]; 1: nothing lies on the box."""
+        if frame not in self._boxes:
+            return 1.0
+        return float(non_overlap(box, self._boxes[frame][1]).min())
+
+
+def same_output(a: Output, b: Output) -> bool:
+    """Whether two outputs show the same: equal boxes to half a pixel, and equal classes, whatever the numbers.
+
+    Tracks are compared by what they show: a track of one must stand for exactly one of the other.
+    """
+    if len(a.rows) != len(b.rows):
+        return False
+    partner: dict[int, int] = {}
+    for frame in range(a.first, a.stop):
+        ours, theirs = a._boxes.get(frame), b._boxes.get(frame)
+        if (ours is None) != (theirs is None):
+            return False
+        if ours is None or theirs is None:
+            continue
+        if len(ours[0]) != len(theirs[0]):
+            return False
+        apart = np.abs(ours[1][:, None] - theirs[1][None]).max(axis=2)
+        for i, track in enumerate(ours[0]):
+            j = int(apart[i].argmin())
+            other = theirs[0][j]
+            if apart[i, j] > SAME_PX or a.class_of(track) != b.class_of(other):
+                return False
+            if partner.setdefault(track, other) != other:
+                return False
+    return max(Counter(partner.values()).values(), default=1) == 1
+
+
+def write_rows(out: TextIO, rows: Iterable[ResultRow]) -> None:
+    """The rows as ``tsr track --csv`` writes them, into an open file."""
+    out.write(RESULT_HEADER + "\n")
+    out.writelines(row.line() + "\n" for row in rows)
+
+
+def read_rows(path: Path) -> list[ResultRow]:
+    """The inverse of ``write_rows``.
+
+    Raises:
+        ImportFormatError: a line that is none of ours.
+    """
+    rows: list[ResultRow] = []
+    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
+        if stream.readline(200).rstrip("\r\n") != RESULT_HEADER:
+            raise ImportFormatError(f"{path.name}, line 1: expected {RESULT_HEADER}. Make the bundle anew.")
+        for number, values in enumerate(csv.reader(stream), 2):
+            try:
+                frame, track, x1, y1, x2, y2, label, score, source = values
+                row = ResultRow(
+                    int(frame),
+                    int(track),
+                    float(x1),
+                    float(y1),
+                    float(x2),
+                    float(y2),
+                    int(label),
+                    float(score),
+                    source,
+                )
+            except ValueError:
+                raise ImportFormatError(
+                    f"{path.name}, line {number}: is no row of results. Make the bundle anew."
+                ) from None
+            if not all(np.isfinite(row[2:6])):
+                raise ImportFormatError(f"{path.name}, line {number}: a box is not finite. Make the bundle anew.")
+            rows.append(row)
+    return rows

@@ -1,0 +1,123 @@
+"""``README.txt``: a bundle explained to somebody who has never seen one."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+from tsr_engine.bundle.judge import Finding
+from tsr_engine.bundle.manifest import Manifest
+
+__all__ = ["readme_text"]
+
+_WIDTH = 88
+
+
+def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Sequence[str]) -> str:
+    """The text.
+
+    Args:
+        manifest: of the bundle; ``files`` is not looked at.
+        findings: what became of the expectations when it was made.
+        warnings: what the reader should know.
+    """
+    frames, run = manifest.frames, manifest.run
+    last = frames.stop - 1
+    parts = [
+        _title("A bug report for tsr"),
+        _text(
+            "tsr finds, follows and names traffic signs in videos taken from a car. Somebody saw it go wrong, and "
+            "packed everything that is needed to see the same on another machine."
+        ),
+        _title("What the reporter says"),
+        _text(manifest.note or "(no note)"),
+        _title("What is expected, and what came out"),
+        *_findings(findings),
+        _title("How to replay it"),
+        _text("Install tsr, then run this in a terminal, with the name of this file:"),
+        "    tsr replay BUNDLE.zip\n",
+        _text(
+            "The engine of your installation runs on the clip with the settings of the run, and its result is held "
+            "against what is expected. The last line says one of:"
+        ),
+        _items(
+            "fixed (exit code 0): everything that is expected comes true;",
+            "still broken (exit code 20): something that was wrong in the report is wrong again;",
+            "different (exit code 21): what was wrong is right now, but something else is not. Where nothing is "
+            "expected, the same output counts as still broken and any other as different.",
+        ),
+        _text(
+            "--json prints all of it for a program, --set NAME=VALUE tries other settings, and --bundled-models uses "
+            "the models in this bundle instead of yours, if there are any. In the tool (`tsr review`), 'Import a "
+            "bundle' shows the clip, the output and the corrections."
+        ),
+        _title("What is inside"),
+        _items(
+            f"{manifest.clip.file}: the frames {frames.start} to {last} of {manifest.video.name}. {manifest.clip.how} "
+            f"Frame 0 of the clip is frame {manifest.clip.offset} of the video. {_lead(manifest)}",
+            "frames.csv: for each of these frames its number in the clip, its time in the video in seconds, and the "
+            "SHA-256 of the decoded picture.",
+            f"output.csv: what the engine said in the frames {frames.first} to {last}, one row a track and frame. "
+            "Boxes are x1, y1, x2, y2 in pixels from the upper left corner; score is the detector's.",
+            "expectation.json: what should have come out, for the replay.",
+            "corrections.json: the corrected tracks as the tool stores them.",
+            "evidence/: everything the engine decided in these frames, with the pixels it looked at. "
+            "`tsr replay evidence` (unpacked) repeats what follows the detector.",
+            f"recording.rrd: {manifest.recording}",
+            f"models/: {manifest.models}",
+            "manifest.json: where all this comes from, all settings, and the SHA-256 of every file.",
+        ),
+        _text("Frames are numbered from 0, and everywhere as in the original video, not as in the clip."),
+        _title("How it was made"),
+        _items(
+            f"Run {run.name or run.id or '(without a name)'} of {run.created or 'an unknown time'}, "
+            f"engine {run.engine_version}, preset {run.preset or 'not known'}.",
+            f"Video {manifest.video.name}, SHA-256 {manifest.video.sha256}, {manifest.video.size} bytes.",
+            f"Packed by tsr {manifest.tool_version}.",
+            *(f"{name}: {digest}" for name, digest in sorted(run.models.items())),
+        ),
+    ]
+    if warnings:
+        parts += [_title("Mind"), _items(*warnings)]
+    return "\n".join(parts)
+
+
+def _lead(manifest: Manifest) -> str:
+    frames = manifest.frames
+    if frames.start == frames.first:
+        return "The engine starts with the first of them, as in the run."
+    text = f"The frames before {frames.first} only lead in, so that the engine knows what it knew in the run."
+    if not frames.whole_lead_in:
+        text += (
+            f" That is not quite so here: signs that were in view before frame {frames.start} are found anew, so "
+            "numbers, votes and the first boxes may differ from the report."
+        )
+    return text
+
+
+def _findings(findings: Sequence[Finding]) -> list[str]:
+    if not findings:
+        return [
+            _text(
+                "Nothing was corrected in these frames, so there is nothing to hold a replay against but the old "
+                "output itself: read the note, and look at the recording."
+            )
+        ]
+    shown = []
+    for finding in findings:
+        mark = "came true" if finding.met else "did not come true"
+        shown.append(f"{finding.expected} That {mark}: {finding.got[:1].lower()}{finding.got[1:]}")
+    return [_items(*shown)]
+
+
+def _title(text: str) -> str:
+    return f"{text}\n{'-' * len(text)}\n"
+
+
+def _text(text: str) -> str:
+    """Paragraphs, wrapped."""
+    return "\n".join(textwrap.fill(line, _WIDTH) for line in text.splitlines()) + "\n"
+
+
+def _items(*texts: str) -> str:
+    return "\n".join(textwrap.fill(t, _WIDTH, initial_indent="* ", subsequent_indent="  ") for t in texts) + "\n"

@@ -1,0 +1,233 @@
+"""Replay of a bundle: the engine of this installation on the clip, held against expectation and old output."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.bundle.engine import Decoding, run_engine
+from tsr_engine.bundle.judge import Finding, judge, overall
+from tsr_engine.bundle.layout import EVIDENCE, MODELS, Verdict
+from tsr_engine.bundle.load import Bundle
+from tsr_engine.bundle.models import take_models
+from tsr_engine.bundle.output import Output, same_output
+from tsr_engine.errors import EvidenceError, ImportFormatError, UsageError
+from tsr_engine.evidence import EvidenceReader, ResultRow, differences
+from tsr_engine.io.video import VideoLimits
+from tsr_engine.params import Params
+from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream
+from tsr_engine.records import FrameEvidence
+from tsr_engine.version import __version__
+
+__all__ = ["BundleReplay", "Outcome", "bundle_params", "bundled_models", "replay_bundle"]
+
+_NOT_COMPARED = RECOMPUTED
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One expectation, then and now.
+
+    Attributes:
+        id: of the expectation.
+        expected: one sentence.
+        before: it was met when the bundle was made.
+        now: it is met in the replay.
+        got: what came out now, one sentence.
+        frame: where to look.
+    """
+
+    id: str
+    expected: str
+    before: bool
+    now: bool
+    got: str
+    frame: int
+
+    @property
+    def word(self) -> str:
+        """``fixed``, ``still broken``, ``right`` (as before) or ``newly broken``."""
+        if self.now:
+            return "right" if self.before else "fixed"
+        return "newly broken" if self.before else "still broken"
+
+
+@dataclass(slots=True)
+class BundleReplay:
+    """What a replay of a bundle has found.
+
+    Attributes:
+        verdict: the verdict.
+        outcomes: one for each expectation.
+        frames: frames taken, those that lead in too.
+        identical: judged frames whose every record equals the stored one, bit by bit; None: the stored evidence cannot
+            be read by this version.
+        judged: frames that count.
+        first_difference: where the first other frame differs.
+        same: the output is the one in the bundle.
+        tracks: tracks now; ``tracks_before``: then.
+        other_pictures: frames that decode to other pictures here.
+        changed: what differs from the run besides: version, models, parameters; one sentence each.
+        seconds: wall time.
+        rows: the output of the replay.
+    """
+
+    verdict: Verdict = "different"
+    outcomes: list[Outcome] = field(default_factory=list)
+    frames: int = 0
+    identical: int | None = None
+    judged: int = 0
+    first_difference: str = ""
+    same: bool = False
+    tracks: int = 0
+    tracks_before: int = 0
+    other_pictures: int = 0
+    changed: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    rows: list[ResultRow] = field(default_factory=list)
+
+
+def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
+    """The parameters of the run, and a sentence for each that this version does not know or take.
+
+    Raises:
+        ImportFormatError: the bundle holds no parameters.
+    """
+    known = {f"{section}.{leaf}" for section, leaf in Params.names()}
+    stored: dict[str, Any] = {}
+    for section, values in bundle.manifest.run.parameters.items():
+        if not isinstance(values, dict):
+            raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Make the bundle anew.")
+        stored |= {f"{section}.{name}": tuple(v) if isinstance(v, list) else v for name, v in values.items()}
+    params, strange = Params(), []
+    for name, value in stored.items():
+        if name not in known:
+            strange.append(f"The parameter {name[:80]} of the run is not known to this version.")
+            continue
+        try:
+            params = params.with_settings([(name, value)])
+        except UsageError:
+            strange.append(f"The parameter {name} of the run, {str(value)[:40]}, is not allowed by this version.")
+    strange += [f"The run has no parameter {name}: its default is used." for name in sorted(known - stored.keys())]
+    return params, strange
+
+
+def bundled_models(bundle: Bundle) -> Path | None:
+    """The models inside, in a folder of their own; None: there are none, for the run used the shipped ones.
+
+    Raises:
+        ImportFormatError: the run used other models, and they are not inside, or are damaged.
+    """
+    if bundle.manifest.models_inside:
+        return take_models(bundle.folder / MODELS, bundle.folder / "models-taken")
+    if "ship with" in bundle.manifest.models:
+        return None
+    raise ImportFormatError(f"{bundle.name} holds no models: {bundle.manifest.models} Leave --bundled-models out.")
+
+
+def replay_bundle(
+    bundle: Bundle,
+    params: Params,
+    components: Components,
+    *,
+    changed: list[str] | None = None,
+    limits: VideoLimits | None = None,
+    progress: Callable[[int, int], None] = lambda _done, _of: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> BundleReplay:
+    """Run the engine on a bundle and judge what comes out.
+
+    Args:
+        bundle: the bundle.
+        params: parameters of the replay.
+        components: its trained parts.
+        changed: what is known to differ from the run already.
+        limits: what the clip may demand.
+        progress: told (frames done, of how many).
+        stop: asked after each frame; true ends the replay.
+
+    Raises:
+        VideoError: the clip cannot be decoded.
+        KeyboardInterrupt: ``stop`` said so.
+    """
+    began = time.perf_counter()
+    report = BundleReplay(changed=[*(changed or []), *_changes(bundle, components)])
+    decoding, stream, comparison = Decoding(), ResultStream(), _Comparison(bundle)
+    rows: list[ResultRow] = []
+    try:
+        for frame in run_engine(bundle, params, components, decoding, limits=limits, progress=progress):
+            rows.extend(stream.add(frame))
+            comparison.add(frame)
+            if stop():
+                raise KeyboardInterrupt
+    finally:
+        comparison.close()
+    rows.extend(stream.finish())
+    wanted = bundle.manifest.frames
+    now = Output.of(rows, wanted.first, wanted.stop)
+    before_findings, findings = judge(bundle.expectation, bundle.output), judge(bundle.expectation, now)
+    report.frames, report.other_pictures = decoding.frames, decoding.other
+    report.judged = wanted.stop - wanted.first
+    report.identical, report.first_difference = comparison.identical, comparison.first
+    report.same = same_output(bundle.output, now)
+    report.verdict = overall(before_findings, findings, report.same)
+    report.outcomes = [_outcome(a, b) for a, b in zip(before_findings, findings, strict=True)]
+    report.tracks, report.tracks_before = len(now.tracks), len(bundle.output.tracks)
+    report.rows = now.rows
+    report.seconds = time.perf_counter() - began
+    return report
+
+
+def _outcome(before: Finding, now: Finding) -> Outcome:
+    return Outcome(now.id, now.expected, before.met, now.met, now.got, now.frame)
+
+
+def _changes(bundle: Bundle, components: Components) -> list[str]:
+    """How this installation differs from that of the run."""
+    run = bundle.manifest.run
+    found = []
+    if run.engine_version != __version__:
+        found.append(f"The run was made by engine {run.engine_version[:40]}, this is {__version__}.")
+    for name in sorted(run.models.keys() | components.models.keys()):
+        if run.models.get(name) != components.models.get(name):
+            found.append(f"The model {name[:80]} is another than in the run.")
+    return found
+
+
+class _Comparison:
+    """Judged frames that come out as they are stored, bit by bit."""
+
+    def __init__(self, bundle: Bundle) -> None:
+        self.identical: int | None = None
+        self.first = ""
+        self._first = bundle.manifest.frames.first
+        self._reader: EvidenceReader | None = None
+        try:
+            self._reader = EvidenceReader(bundle.folder / EVIDENCE)
+            self._stored = self._reader.frames(pixels=False)
+            self.identical = 0
+        except EvidenceError as error:
+            self.first = str(error)
+
+    def add(self, frame: FrameEvidence) -> None:
+        if self.identical is None:
+            return
+        try:
+            stored = next(self._stored, None)
+        except EvidenceError as error:
+            self.identical, self.first = None, str(error)
+            return
+        if stored is None or frame.ordinal < self._first:
+            return
+        found = next(differences(frame, stored, ignore=_NOT_COMPARED), None)
+        if found is None:
+            self.identical += 1
+        elif not self.first:
+            self.first = f"frame {frame.ordinal}, {found[:200]}"
+
+    def close(self) -> None:
+        if self._reader is not None:
+            self._reader.close()

@@ -1,0 +1,76 @@
+"""A range of frames out of one evidence store, as a store of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader
+from tsr_engine.evidence.schema import LOCK_FILE
+from tsr_engine.records import Event, FrameEvidence, Sample, TrackFrame
+
+__all__ = ["moved", "write_slice"]
+
+
+def write_slice(
+    reader: EvidenceReader,
+    folder: Path,
+    start: int,
+    stop: int,
+    header: RunHeader,
+    *,
+    offset: int = 0,
+    seen: Callable[[FrameEvidence], object] = lambda _frame: None,
+) -> int:
+    """Write the frames ``start <= k < stop``; returns their number.
+
+    Args:
+        reader: the store.
+        folder: of the new one.
+        start: first frame.
+        stop: frame after the last.
+        header: of the new one.
+        offset: taken off every number of a frame.
+        seen: shown each frame as it is written.
+    """
+    count = 0
+    with EvidenceWriter.create(folder, header, chunk=64, overwrite=True) as writer:
+        for frame, (_, entry) in zip(reader.frames(start, stop), reader.frame_table(start, stop), strict=True):
+            again = moved(frame, offset) if offset else frame
+            # Pictures of a clip have times of their own; what the engine was told stays in ``seconds``.
+            writer.append(again, replace(entry, pts=None) if offset else entry)
+            seen(again)
+            count += 1
+    (folder / LOCK_FILE).unlink(missing_ok=True)
+    return count
+
+
+def moved(frame: FrameEvidence, offset: int) -> FrameEvidence:
+    """A frame's evidence with every number of a frame lowered by ``offset``."""
+    return replace(
+        frame,
+        ordinal=frame.ordinal - offset,
+        tracks=tuple(_moved_track(track, offset) for track in frame.tracks),
+        events=tuple(_moved_event(event, offset) for event in frame.events),
+    )
+
+
+def _moved_track(track: TrackFrame, offset: int) -> TrackFrame:
+    return replace(track, samples=tuple(_moved_samples(track.samples, offset)))
+
+
+def _moved_samples(samples: Iterable[Sample], offset: int) -> Iterator[Sample]:
+    for sample in samples:
+        # Offline samples come from no frame.
+        yield sample if sample.frame < 0 else replace(sample, frame=max(0, sample.frame - offset))
+
+
+def _moved_event(event: Event, offset: int) -> Event:
+    if "frame" not in event.values:
+        return event
+    values: dict[str, Any] = dict(event.values)
+    if isinstance(values["frame"], int):
+        values["frame"] -= offset
+    return replace(event, values=values)

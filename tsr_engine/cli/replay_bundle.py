@@ -1,0 +1,147 @@
+"""`tsr replay BUNDLE.zip`: the engine of this installation on a bug bundle, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from tsr_engine.cli.common import out_console, print_json, say, split_settings
+
+if TYPE_CHECKING:
+    from tsr_engine.bundle import Bundle, BundleReplay
+
+__all__ = ["replay_bundle_file"]
+
+
+def replay_bundle_file(
+    path: Path,
+    settings: Sequence[str],
+    csv: Path | None,
+    preset: str | None,
+    models: Path | None,
+    bundled_models: bool,
+    json: bool,
+) -> None:
+    """Replay a bundle, print the report, and leave with the verdict's exit code.
+
+    Raises:
+        ImportFormatError: the bundle is none, hostile, damaged, or of another format.
+        UsageError: a parameter is none, or both kinds of models are asked for.
+    """
+    from tsr_engine import bundle as bundles
+    from tsr_engine import pipeline
+    from tsr_engine.bundle.output import write_rows
+    from tsr_engine.cli.interrupt import stop_on_interrupt
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.errors import UsageError
+    from tsr_engine.io.atomic import atomic_text, refuse_inputs
+    from tsr_engine.params import Params
+    from tsr_engine.replay import changed_parameters
+
+    if bundled_models and models is not None:
+        raise UsageError("--models and --bundled-models name two sets of models. Choose one of them.")
+    refuse_inputs([csv], [path])
+    pairs = split_settings(settings)
+    with bundles.open_bundle(path) as bundle:
+        before, changed = bundles.bundle_params(bundle)
+        params = (before if preset is None else Params.preset(preset)).with_settings(pairs)
+        changed += [f"The parameter {name} was changed for this replay." for name in changed_parameters(before, params)]
+        folder = bundles.bundled_models(bundle) if bundled_models else models
+        components = pipeline.load_components(params, folder)
+        with progress_bar("replaying", "frames") as show, stop_on_interrupt() as stopped:
+            report = bundles.replay_bundle(
+                bundle, params, components, changed=changed, progress=lambda n, m: show(n, m, ""), stop=stopped
+            )
+        if csv is not None:
+            with atomic_text(csv) as out:
+                write_rows(out, report.rows)
+        if json:
+            print_json(report_as_json(report, bundle, csv))
+        else:
+            print_report(report, bundle)
+    if report.other_pictures:
+        say(
+            f"warning: {report.other_pictures} of {report.frames} pictures decode to other bits here than where the "
+            "bundle was made."
+        )
+    raise typer.Exit(bundles.EXIT_CODES[report.verdict])
+
+
+def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> dict[str, Any]:
+    """A report in JSON's own types."""
+    from tsr_engine.bundle import EXIT_CODES
+
+    frames = bundle.manifest.frames
+    return {
+        "verdict": report.verdict,
+        "exit_code": EXIT_CODES[report.verdict],
+        "note": bundle.manifest.note,
+        "video": bundle.manifest.video.name,
+        "first": frames.first,
+        "stop": frames.stop,
+        "expected": [
+            {
+                "id": one.id,
+                "expected": one.expected,
+                "before": one.before,
+                "now": one.now,
+                "verdict": one.word,
+                "got": one.got,
+                "frame": one.frame,
+            }
+            for one in report.outcomes
+        ],
+        "same_output": report.same,
+        "tracks": report.tracks,
+        "tracks_before": report.tracks_before,
+        "frames_run": report.frames,
+        "frames_judged": report.judged,
+        "identical_frames": report.identical,
+        "first_difference": report.first_difference,
+        "other_pictures": report.other_pictures,
+        "whole_lead_in": frames.whole_lead_in,
+        "changed": report.changed,
+        "seconds": round(report.seconds, 3),
+        "csv": None if csv is None else str(csv),
+    }
+
+
+def print_report(report: BundleReplay, bundle: Bundle) -> None:
+    """What is expected, what came out, and the verdict in the last line."""
+    console = out_console()
+    facts = bundle.manifest
+    frames = facts.frames
+    console.print(
+        f"{bundle.name}: frames {frames.first} to {frames.stop - 1} of {facts.video.name}, {report.frames} frames run "
+        f"in {report.seconds:.1f} s.",
+        soft_wrap=True,
+        markup=False,
+    )
+    if facts.note:
+        console.print(f"Note: {facts.note}", soft_wrap=True, markup=False)
+    for text in report.changed:
+        console.print(text, soft_wrap=True, markup=False)
+    for one in report.outcomes:
+        console.print(f"{one.word.upper()}: {one.expected}", soft_wrap=True, markup=False)
+        console.print(f"    {one.got}", soft_wrap=True, markup=False)
+    if not report.outcomes:
+        console.print("Nothing is expected: the old output is what the new one is held against.", soft_wrap=True)
+    console.print(_reproduction(report, frames.whole_lead_in), soft_wrap=True, markup=False)
+    console.print(report.verdict)
+
+
+def _reproduction(report: BundleReplay, whole: bool) -> str:
+    if report.identical is None:
+        exact = "The stored evidence is of another version, so it was not compared bit by bit."
+    elif report.identical == report.judged:
+        exact = f"All {report.judged} frames are bit by bit those of the run."
+    else:
+        exact = f"{report.identical} of {report.judged} frames are bit by bit those of the run."
+    shown = "The output is the same" if report.same else "The output is another one"
+    tail = f"{shown} ({report.tracks_before} tracks then, {report.tracks} now)."
+    if not whole:
+        tail += " Signs in view before the first frame were found anew, so the first frames may differ."
+    return f"{exact} {tail}"
