@@ -1,116 +1,201 @@
-"""`tsr train`: models from the GTSDB and GTSRB folders."""
+"""`tsr train`: models from the GTSDB and GTSRB folders, or refined by exports of corrections."""
 
 # ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from tsr_engine.cli.common import JsonOption, out_console, print_json
 from tsr_engine.errors import InputError, UsageError
 
-if TYPE_CHECKING:
-    from tsr_engine.io.models import Component
-
 __all__ = ["PARTS", "app"]
 
-PARTS = ("detector", "prior", "classifier", "online")
+PARTS = ("detector", "prior", "classifier", "online", "memory")
+"""Components that are trained on public data."""
+REFINED = ("detector", "prior", "lambda", "classifier", "online")
+"""Parts that corrections refine."""
 
 app = typer.Typer(
-    help="Train models from annotated scenes (GTSDB) and crops (GTSRB); the same seed and data give the same models.",
+    help="Train models: whole from annotated scenes (GTSDB) and crops (GTSRB), or an earlier version refined by "
+    "exports of corrections. The same seed and data give the same models.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
 
-GtsdbOption = Annotated[Path | None, typer.Option("--gtsdb", metavar="DIR", help="Folder of GTSDB scenes with gt.txt.")]
+GtsdbOption = Annotated[
+    Path | None,
+    typer.Option("--gtsdb", metavar="DIR", help="Folder of GTSDB scenes with gt.txt; with --export: for figures."),
+]
 GtsrbOption = Annotated[
-    Path | None, typer.Option("--gtsrb", metavar="DIR", help="Folder of GTSRB class folders 00000 to 00042.")
+    Path | None,
+    typer.Option(
+        "--gtsrb", metavar="DIR", help="Folder of GTSRB class folders 00000 to 00042; with --export: for figures."
+    ),
 ]
 OutOption = Annotated[Path, typer.Option("--out", metavar="MODELS", help="Model folder; other components in it stay.")]
 SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of everything random.")]
-
-Report = Callable[[str, int, int], None]
+ExportOption = Annotated[
+    list[Path],
+    typer.Option(
+        "--export", metavar="EXPORT", help="Export of corrections, folder or ZIP; repeatable. Refines --from."
+    ),
+]
+VideoOption = Annotated[
+    list[Path],
+    typer.Option("--video", metavar="FILE", help="Video of an export without pictures, found by its hash; repeatable."),
+]
+FromOption = Annotated[
+    Path | None, typer.Option("--from", metavar="MODELS", help="Version that --export refines; unset: the shipped one.")
+]
 
 
 @app.command("detector")
 def detector(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0, json: JsonOption = False
-) -> None:
-    """Train the ACF detector on scenes, and on crops as further signs if --gtsrb names them (long).
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
+    video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+) -> None:  # fmt: skip
+    """Train the ACF detector on scenes, and on crops as further signs if --gtsrb names them (long); or refine it.
 
     \b
-    Example:
+    Examples:
       tsr train detector --gtsdb GTSDB --gtsrb GTSRB --out models
+      tsr train detector --export corrections.zip --video drive.mp4 --out version2
     """
-    _train(("detector",), gtsdb, gtsrb, out, seed, json)
+    _train(("detector",), gtsdb, gtsrb, export, video, parent, out, seed, json)
 
 
 @app.command("prior")
 def prior(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0, json: JsonOption = False
-) -> None:
-    """Estimate the spatial prior and its weight (Eq. 8) for the detector in --out.
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
+    video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+) -> None:  # fmt: skip
+    """Estimate the spatial prior and its weight (Eq. 8) for the detector in --out; or blend corrected boxes in.
 
     \b
     Example:
       tsr train prior --gtsdb GTSDB --out models
     """
-    _train(("prior",), gtsdb, gtsrb, out, seed, json)
+    _train(("prior",), gtsdb, gtsrb, export, video, parent, out, seed, json)
+
+
+@app.command("lambda")
+def weight(
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
+    video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+) -> None:  # fmt: skip
+    """Learn the prior's weight anew (Eq. 8) from corrections; the table of the prior stays.
+
+    \b
+    Example:
+      tsr train lambda --export corrections.zip --video drive.mp4 --out version2
+    """
+    if not export:
+        raise UsageError("lambda alone is learned from corrections: name --export. `tsr train prior` learns both.")
+    _train(("lambda",), gtsdb, gtsrb, export, video, parent, out, seed, json)
 
 
 @app.command("classifier")
 def classifier(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0, json: JsonOption = False
-) -> None:
-    """Train the classifier on crops.
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
+    video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+) -> None:  # fmt: skip
+    """Train the classifier on crops; or refine it.
 
     \b
     Example:
       tsr train classifier --gtsrb GTSRB --out models
     """
-    _train(("classifier",), gtsdb, gtsrb, out, seed, json)
+    _train(("classifier",), gtsdb, gtsrb, export, video, parent, out, seed, json)
 
 
 @app.command("online")
 def online(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0, json: JsonOption = False
-) -> None:
-    """Draw the samples that the online detector of every track starts from.
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
+    video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+) -> None:  # fmt: skip
+    """Draw the samples that the online detector of every track starts from; or exchange some for corrected ones.
 
     \b
     Example:
       tsr train online --gtsdb GTSDB --out models
     """
-    _train(("online",), gtsdb, gtsrb, out, seed, json)
+    _train(("online",), gtsdb, gtsrb, export, video, parent, out, seed, json)
+
+
+@app.command("memory")
+def memory(
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0, json: JsonOption = False
+) -> None:
+    """Draw what later refinements remember of the training data, for the detector and classifier in --out.
+
+    \b
+    Example:
+      tsr train memory --gtsdb GTSDB --gtsrb GTSRB --out models
+    """
+    _train(("memory",), gtsdb, gtsrb, [], [], None, out, seed, json)
 
 
 @app.command("all")
 def everything(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0, json: JsonOption = False
-) -> None:
-    """Train all components, one after the other.
+    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
+    video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
+) -> None:  # fmt: skip
+    """Train all components, one after the other; or refine all of an earlier version.
 
     \b
-    Example:
+    Examples:
       tsr train all --gtsdb GTSDB --gtsrb GTSRB --out models --seed 0
+      tsr train all --export corrections.zip --video drive.mp4 --from models --out version2
     """
-    _train(PARTS, gtsdb, gtsrb, out, seed, json)
+    _train(REFINED if export else PARTS, gtsdb, gtsrb, export, video, parent, out, seed, json)
 
 
-def _train(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None, out: Path, seed: int, as_json: bool) -> None:
-    """Train, write and report one part after the other."""
-    scenes, crops = _folders(parts, gtsdb, gtsrb)
+def _train(
+    parts: tuple[str, ...],
+    gtsdb: Path | None,
+    gtsrb: Path | None,
+    exports: list[Path],
+    videos: list[Path],
+    parent: Path | None,
+    out: Path,
+    seed: int,
+    as_json: bool,
+) -> None:
+    """Refine where there are exports, else train whole."""
+    for folder, option in ((gtsdb, "--gtsdb"), (gtsrb, "--gtsrb"), (parent, "--from")):
+        if folder is not None and not folder.is_dir():
+            raise InputError(f"There is no folder at {folder}, named by {option}. Unpack the data set there.")
+    if exports:
+        _refine(parts, gtsdb, gtsrb, exports, videos, parent, out, seed, as_json)
+        return
+    if parent is not None or videos:
+        raise UsageError(
+            "--from and --video go with --export: they refine a version. Name an export, or leave them out."
+        )
+    _whole(parts, gtsdb, gtsrb, out, seed, as_json)
+
+
+def _whole(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None, out: Path, seed: int, as_json: bool) -> None:
+    """Train, write and report one component after the other."""
+    needs_scenes = bool({"detector", "prior", "online", "memory"} & set(parts))
+    needs_crops = bool({"classifier", "memory"} & set(parts))
+    for needed, folder, option in ((needs_scenes, gtsdb, "--gtsdb"), (needs_crops, gtsrb, "--gtsrb")):
+        if needed and folder is None:
+            raise UsageError(f"Training {', '.join(parts)} needs {option} DIR. Name the unpacked data folder.")
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import save_component
+    from tsr_engine.training.whole import train_component
 
     figures: dict[str, Any] = {}
     for part in parts:
         with progress_bar(f"training {part}", "") as show:
-            component = _component(part, scenes, crops, out, seed, lambda stage, n, total: show(n, total, stage))
+            component = train_component(part, out, seed, _shown(show), gtsdb, gtsrb)
         digest = save_component(component, out)
         figures[part] = {"sha256": digest, "figures": dict(component.figures)}
     if as_json:
@@ -123,37 +208,63 @@ def _train(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None, out: 
             console.print(f"  {name}: {value}", soft_wrap=True)
 
 
-def _folders(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None) -> tuple[Path, Path | None]:
-    """The data folders, checked before any long work.
+def _refine(
+    parts: tuple[str, ...],
+    gtsdb: Path | None,
+    gtsrb: Path | None,
+    exports: list[Path],
+    videos: list[Path],
+    parent: Path | None,
+    out: Path,
+    seed: int,
+    as_json: bool,
+) -> None:
+    """Refine a version and print its figures beside those of the one that it started from."""
+    if out.exists() and parent is not None and out.resolve() == parent.resolve():
+        raise UsageError("--out names the folder of --from. A version is never overwritten: name another folder.")
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.io.video_probe import video_sha256
+    from tsr_engine.training.exports import open_export
+    from tsr_engine.training.retrain import Recipe, retrain
 
-    Raises:
-        UsageError: one that a part needs was not named.
-        InputError: one that was named is not there.
-    """
-    needs_scenes = bool({"detector", "prior", "online"} & set(parts))
-    for needed, folder, option in ((needs_scenes, gtsdb, "--gtsdb"), ("classifier" in parts, gtsrb, "--gtsrb")):
-        if needed and folder is None:
-            raise UsageError(f"Training {', '.join(parts)} needs {option} DIR. Name the unpacked data folder.")
-        if folder is not None and not folder.is_dir():
-            raise InputError(f"There is no folder at {folder}, named by {option}. Unpack the data set there.")
-    return gtsdb or Path(), gtsrb
+    for video in videos:
+        if not video.is_file():
+            raise InputError(f"There is no video at {video}, named by --video. Check the path.")
+    by_hash = {video_sha256(video): video for video in videos}
+    with tempfile.TemporaryDirectory(prefix="tsr-train-") as name, progress_bar("refining", "") as show:
+        work = Path(name)
+        opened = [open_export(path, lambda sha256, _: by_hash.get(sha256), work) for path in exports]
+        report = retrain(
+            opened, Recipe(parts=parts, seed=seed), parent, out, work, _shown(show), gtsdb=gtsdb, gtsrb=gtsrb
+        )
+    if as_json:
+        print_json({
+            "models": str(out), "seed": seed, "components": dict(report.models),
+            "figures": dict(report.figures), "lineage": dict(report.lineage),
+        })  # fmt: skip
+        return
+    _print_refined(out, report)
 
 
-def _component(part: str, scenes: Path, crops: Path | None, out: Path, seed: int, report: Report) -> Component:
-    """Train one part."""
-    if part == "classifier":
-        from tsr_engine.training.classifier import train_classifier
+def _print_refined(out: Path, report: Any) -> None:
+    from rich.table import Table
 
-        return train_classifier(crops or Path(), seed, progress=report)
-    if part == "online":
-        from tsr_engine.io.gtsdb import read_gtsdb
-        from tsr_engine.training.online import train_online
+    console = out_console()
+    used = report.lineage["used"]
+    console.print(f"{out}: refined from {used['signs']} corrected signs in {used['frames']} frames.", soft_wrap=True)
+    for note in report.lineage["notes"]:
+        console.print(f"left out: {note}", soft_wrap=True)
+    table = Table("on", "figure", "earlier", "new", box=None, pad_edge=False, header_style="bold")
+    for where, found in report.figures.items():
+        if where != "worse":
+            for figure, value in found["new"].items():
+                table.add_row(where, figure, str(found["parent"].get(figure, "")), str(value))
+    console.print(table)
+    if "corrections" not in report.figures:
+        console.print("There were too few corrected signs to hold any out for figures.")
+    for sentence in report.figures["worse"]:
+        console.print(f"worse: {sentence}", soft_wrap=True)
 
-        return train_online(read_gtsdb(scenes), seed)
-    from tsr_engine.training.offline import train_detector, train_prior
 
-    if part == "detector":
-        return train_detector(scenes, crops, seed, report)
-    from tsr_engine.io.models import load_component
-
-    return train_prior(scenes, load_component("detector", out), seed, report)
+def _shown(show: Callable[[int, int, str], Any]) -> Callable[[str, int, int], None]:
+    return lambda stage, done, total: show(done, total, stage)

@@ -96,6 +96,57 @@ def boost(
     return TreeEnsemble(features, thresholds, leaves, rejection, window)
 
 
+def boost_further(
+    samples: NDArray[np.uint8],
+    target: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    start: NDArray[np.float64],
+    plan: BoostingPlan,
+    rng: np.random.Generator,
+    window: int,
+    inertia: float,
+) -> TreeEnsemble:
+    """More trees for scores that are there already (LogitBoost, Friedman, Hastie & Tibshirani 2000).
+
+    A leaf answers a Newton step of the logistic loss, ``1/2 sum w (y - p) / (sum w p (1 - p) + inertia)``: samples that
+    are right already ask for nothing, and a few wrong ones move little. A sample whose target is the probability that
+    it has asks for nothing but to be left alone.
+
+    Args:
+        samples: shape (n, features), uint8.
+        target: shape (n,), wanted probability of being a sign, in [0, 1].
+        weights: shape (n,), of each sample, absolute: ``inertia`` is measured in them.
+        start: shape (n,), scores that the samples have, in half log-odds.
+        plan: see :class:`BoostingPlan`.
+        rng: source of the random feature shares.
+        window: side of the window in cells.
+        inertia: resistance of a leaf against change.
+
+    Returns:
+        An ensemble of the new trees alone, without rejection.
+    """
+    columns = np.ascontiguousarray(samples.T)
+    score = start.astype(np.float64).copy()
+    nodes = 2**plan.depth - 1
+    features = np.zeros((plan.trees, nodes), np.int32)
+    thresholds = np.zeros((plan.trees, nodes), np.uint8)
+    leaves = np.zeros((plan.trees, nodes + 1), np.int16)
+    picked = max(1, int(len(columns) * plan.feature_share))
+    everything = np.arange(len(samples), dtype=np.int32)
+    for t in range(plan.trees):
+        candidates = rng.choice(len(columns), picked, replace=False).astype(np.int32)
+        p = 1.0 / (1.0 + np.exp(np.clip(-2.0 * score, -60.0, 60.0)))
+        slope = weights * (target - p)
+        _grow(columns, everything, slope > 0, np.abs(slope), candidates, features[t], thresholds[t])
+        place = _leaves(columns, features[t], thresholds[t])
+        pull = np.bincount(place, slope, nodes + 1)
+        bend = np.bincount(place, weights * p * (1.0 - p), nodes + 1)
+        answer = np.clip(0.5 * pull / (bend + inertia), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
+        leaves[t] = np.round(answer * UNIT)
+        score += leaves[t][place] / UNIT
+    return TreeEnsemble(features, thresholds, leaves, np.full(plan.trees, NEVER, np.int32), window)
+
+
 @njit(cache=True, nogil=True)
 def _grow(columns, kept, is_positive, weights, candidates, features, thresholds):  # type: ignore[no-untyped-def]
     """Fills one tree's nodes level by level."""

@@ -12,7 +12,7 @@ where the inclusive reading puts it. A box therefore is ``left, top, right + 1, 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -35,12 +35,19 @@ class Scene:
         path: the picture.
         boxes: shape (n, 4), float64, pixel edges; n may be 0.
         class_ids: shape (n,), int64, in 0..42.
+        ignored: shape (m, 4): places of which nobody has said what they show; training takes nothing from there.
     """
 
     name: str
     path: Path
     boxes: FloatArray
     class_ids: NDArray[np.int64]
+    ignored: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
+
+    @property
+    def taken(self) -> FloatArray:
+        """Everything that is no background: signs and ignored places, shape (n + m, 4)."""
+        return np.concatenate([self.boxes, self.ignored]) if len(self.ignored) else self.boxes
 
 
 def read_gtsdb(folder: Path, *, allow_missing: bool = False) -> list[Scene]:

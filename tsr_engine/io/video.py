@@ -143,6 +143,11 @@ class Video:
             return self._ledger.table(ahead, key, times)
 
     @property
+    def position(self) -> int:
+        """Ordinal of the frame that ``read`` gave last, from where decoding on is cheap; 0 at first."""
+        return self._cursor.position
+
+    @property
     def expected(self) -> int | None:
         """The best known number of frames, for progress: counted, else scanned, else announced, else None."""
         if self._ledger.complete:

@@ -26,7 +26,17 @@ class VideoWriter:
     ends by an exception leaves nothing behind. Odd sizes grow by one row or column, a copy of the last.
     """
 
-    def __init__(self, path: Path | str, width: int, height: int, rate: Fraction, *, crf: int = 20) -> None:
+    def __init__(
+        self,
+        path: Path | str,
+        width: int,
+        height: int,
+        rate: Fraction,
+        *,
+        crf: int = 20,
+        preset: str = "veryfast",
+        keys: int | None = None,
+    ) -> None:
         """Start a video.
 
         Args:
@@ -35,6 +45,8 @@ class VideoWriter:
             height: of the pictures, px.
             rate: frames per second, announced and used where ``write`` gets no time.
             crf: H.264 constant rate factor, 0 (lossless) to 51; 20 looks like the original.
+            preset: what x264 may spend on a picture: ``ultrafast`` to ``veryslow``.
+            keys: pictures from one key frame to the next, none of which waits for a later one; unset: as x264 likes.
 
         Raises:
             UsageError: an impossible size or rate.
@@ -56,8 +68,11 @@ class VideoWriter:
         except OSError as error:
             raise self._storage_error(error) from None
         self._container: Any = av.open(self._sink, mode="w", format="mp4")
+        options = {"crf": str(crf), "preset": preset}
+        if keys is not None:
+            options |= {"g": str(keys), "bf": "0", "x264-params": f"keyint={keys}:scenecut=0"}
         self._stream: Any = self._container.add_stream(
-            "libx264", rate=self.rate.limit_denominator(100_000), options={"crf": str(crf), "preset": "veryfast"}
+            "libx264", rate=self.rate.limit_denominator(100_000), options=options
         )
         self._stream.width, self._stream.height = width + width % 2, height + height % 2
         self._stream.pix_fmt = "yuv420p"

@@ -73,7 +73,7 @@ def background_windows(
                 continue
             count = max(1, round(per_scene * size / sum(sizes)))
             y, x = rng.integers(0, ny, count), rng.integers(0, nx, count)
-            clear = away_from_signs(window.to_boxes(y, x, level), scene.boxes)
+            clear = away_from_signs(window.to_boxes(y, x, level), scene.taken)
             if clear.any():
                 out.append(window.gather(y[clear], x[clear], level))
     return np.concatenate(out)
@@ -152,7 +152,7 @@ def hard_windows(
     for number, scene in enumerate(scenes):
         tick("hard background", number, total)
         boxes, scores, places, kept = scan_scene(searched_picture(scene, rng, relit), ensemble, window, plan)
-        clear = away_from_signs(boxes, scene.boxes)
+        clear = away_from_signs(boxes, scene.taken)
         boxes, scores, places = boxes[clear], scores[clear], places[clear]
         chosen = places[suppress(boxes, scores, 0.6, per_scene)]
         for index in np.unique(chosen[:, 0]):

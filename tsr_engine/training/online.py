@@ -53,7 +53,7 @@ def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) ->
         s, k = signs[index]
         pixels = FramePixels(read_picture(scenes[s].path))
         box = scenes[s].boxes[k]
-        window = _negative(box, scenes[s].boxes, pixels.width, pixels.height, number % 2 == 0, rng)
+        window = _negative(box, scenes[s].taken, pixels.width, pixels.height, number % 2 == 0, rng)
         vectors += [describe(pixels, box), describe(pixels, window)]
         labels += [1, -1]
     return Component(

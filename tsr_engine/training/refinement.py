@@ -176,14 +176,14 @@ def _background(
         tick("candidates to verify", number, len(views))
         scene, picture = scenes[i], searched_picture(scenes[i], rng, relit)
         boxes, scores, _, _ = scan_scene(picture, cascade, window, pyramid)
-        clear = away_from_signs(boxes, scene.boxes)
+        clear = away_from_signs(boxes, scene.taken)
         boxes, scores = boxes[clear], scores[clear]
         boxes = boxes[suppress(boxes, scores, 0.6, plan.candidates)]
         if not len(boxes):
             continue
         moved = look.step(0, boxes, features_of(picture, boxes))
-        if len(scene.boxes):
-            moved = moved[iou(moved, scene.boxes).max(axis=1) < 0.4]
+        if len(scene.taken):
+            moved = moved[iou(moved, scene.taken).max(axis=1) < 0.4]
         if len(moved):
             out.append(features_of(picture, moved))
     return np.concatenate(out)
@@ -197,7 +197,7 @@ def _anywhere(scenes: Sequence[Scene], look: SecondLook, count: int, rng: np.ran
         side = rng.uniform(16, 64, -(-count // len(scenes)))
         x, y = rng.uniform(0, picture.shape[1] - side), rng.uniform(0, picture.shape[0] - side)
         boxes = np.stack([x, y, x + side, y + side], axis=-1)
-        boxes = boxes[away_from_signs(boxes, scene.boxes)]
+        boxes = boxes[away_from_signs(boxes, scene.taken)]
         if len(boxes):
             out.append(features_of(picture, look.step(0, boxes, features_of(picture, boxes))))
     return np.concatenate(out)

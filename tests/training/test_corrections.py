@@ -1,0 +1,206 @@
+"""Corrected tracks as training data: what counts as what, which frames are taken, what is held out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.training.corrected_toys import film, track, video
+from tsr_engine.errors import ImportFormatError, InputError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.registry import format_named
+from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, is_reviewed, verdict
+from tsr_engine.training.exports import open_export
+from tsr_engine.training.heldout import part, worse
+from tsr_engine.training.retrain import Recipe, retrain
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({"state": "accepted"}, "sign"),
+        ({"state": "truth", "source": "truth"}, "sign"),
+        ({"state": "open", "source": "human"}, "sign"),
+        ({"state": "open", "source": "corrected"}, "sign"),
+        ({"state": "open", "source": "engine"}, "unknown"),
+        ({"state": "needs_work", "source": "human"}, "unknown"),
+        ({"state": "accepted", "label": -1}, "unknown"),
+        ({"state": "rejected", "source": "human"}, "rejected"),
+    ],
+)
+def test_what_people_said_decides(given: dict[str, object], expected: str) -> None:
+    assert verdict(track(**given)) == expected
+
+
+def test_a_video_that_nobody_reviewed_teaches_nothing(tmp_path: Path) -> None:
+    open_track = track(state="open")
+    assert not is_reviewed(video([open_track]))
+    there = video([open_track], film(tmp_path / "a.mp4", [open_track]))
+    assert corrected_scenes(Dataset(CLASS_NAMES, (there,)), tmp_path / "work", Sampling()) == []
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[CorrectedScene]:
+    folder = tmp_path_factory.mktemp("film")
+    hidden = np.zeros(20, bool)
+    hidden[10:] = True
+    tracks = [
+        track("m1", occluded=hidden),
+        track("m2", 15, first=22, state="rejected"),
+        track("m3", 40, side=8.0, grow=0.0, state="open"),
+    ]
+    there = video(tracks, film(folder / "a.mp4", tracks))
+    return corrected_scenes(Dataset(CLASS_NAMES, (there,)), folder / "work", Sampling(signs=5, background=4))
+
+
+def test_frames_hold_signs_rejected_and_ignored_places(scenes: list[CorrectedScene]) -> None:
+    with_sign = [s for s in scenes if s.signs]
+    assert {name for s in with_sign for name in s.signs} == {"toy.mp4/m1"}
+    frames = {int(s.scene.name.split("#")[1]) for s in with_sign}
+    assert frames <= set(range(10))  # not the occluded ones
+    assert len(frames) >= 5
+    assert max(frames) == 9
+    assert all(len(s.scene.ignored) >= 1 for s in scenes)  # the open track is nowhere background
+    assert sum(len(s.rejected) for s in scenes) >= 5
+    occluded = [s for s in scenes if 10 <= int(s.scene.name.split("#")[1]) < 20]
+    assert all(len(s.scene.ignored) == 2 and not s.signs for s in occluded)
+    for s in with_sign:
+        np.testing.assert_array_equal(s.scene.taken, np.concatenate([s.scene.boxes, s.scene.ignored]))
+
+
+def test_pictures_are_decoded_once(tmp_path: Path) -> None:
+    one = track()
+    there = Dataset(CLASS_NAMES, (video([one], film(tmp_path / "a.mp4", [one])),))
+    told: list[str] = []
+    first = corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: told.append(stage))
+    count = len(told)
+    assert count == len(first) > 5
+    corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: told.append(stage))
+    assert len(told) == count
+
+
+def test_a_video_that_is_too_short_is_told(tmp_path: Path) -> None:
+    short = film(tmp_path / "short.mp4", [], frames=3)
+    with pytest.raises((InputError, Exception), match="3 frames|frame"):
+        corrected_scenes(Dataset(CLASS_NAMES, (video([track()], short),)), tmp_path / "work", Sampling())
+
+
+def _signs(scenes: list[CorrectedScene]) -> set[str]:
+    return {name for scene in scenes for name in scene.signs}
+
+
+def _three_videos(scenes: list[CorrectedScene]) -> list[CorrectedScene]:
+    return [replace(s, video=v, signs=tuple(f"{v}/{n}" for n in s.signs)) for v in "abc" for s in scenes]
+
+
+def test_of_too_many_signs_some_are_drawn_classes_alike(tmp_path: Path) -> None:
+    many = [track(f"m{k}", 8, first=k, label=2 if k else 5, side=20.0) for k in range(6)]
+    there = Dataset(CLASS_NAMES, (video(many, film(tmp_path / "a.mp4", many)),))
+    for seed in range(3):
+        found = corrected_scenes(there, tmp_path / f"w{seed}", Sampling(most=2), seed=seed)
+        classes = [c for s in found for c in s.scene.class_ids]
+        assert set(classes) == {2, 5}
+        assert len(_signs(found)) == 2
+        assert all(len(s.scene.taken) >= 1 for s in found if s.signs)
+
+
+def test_whole_videos_are_held_out_where_there_are_several(scenes: list[CorrectedScene]) -> None:
+    every = _three_videos(scenes)
+    parting = part(every, 4, 0.25)
+    assert parting.by == "video"
+    assert len({s.video for s in parting.held}) == 1
+    assert not {s.video for s in parting.held} & {s.video for s in parting.training}
+    assert _signs(parting.held) | _signs(parting.training) == _signs(every)
+    assert part(every, 4, 0.25).signs == parting.signs
+
+
+def test_signs_of_one_video_are_ignored_on_the_other_side(scenes: list[CorrectedScene]) -> None:
+    two = [replace(s, signs=tuple(f"{n}{i % 2}" for n in s.signs)) for i, s in enumerate(scenes)]
+    parting = part(two, 0, 0.25)
+    assert parting.by == "sign"
+    assert len(parting.signs) == 1
+    assert _signs(parting.held) == parting.signs
+    assert not _signs(parting.training) & parting.signs
+
+
+def test_the_split_of_an_export_is_kept_and_one_sign_is_never_held_out(scenes: list[CorrectedScene]) -> None:
+    every = _three_videos(scenes)
+    names = sorted(_signs(every))
+    parting = part(every, 0, 0.25, {names[0]: "val", names[1]: "train", names[2]: "test"})
+    assert (parting.by, parting.signs) == ("export", frozenset({names[0], names[2]}))
+    assert _signs(parting.held) == parting.signs
+    alone = part(scenes, 0, 0.25)
+    assert (alone.by, alone.held, alone.training) == ("none", [], scenes)
+
+
+def test_what_gets_worse_is_said() -> None:
+    before = {"ap50": 0.9, "crops_right": 0.8, "mean_eq7": 0.1}
+    assert worse({"ap50": 0.897, "crops_right": 0.9, "mean_eq7": 0.1}, before, "Here") == []
+    said = worse({"ap50": 0.85, "crops_right": 0.8, "mean_eq7": 0.12}, before, "Here")
+    assert said == [
+        "Here: average precision at IoU 0.5 falls from 0.900 to 0.850.",
+        "Here: the mean of Eq. 7 rises from 0.100 to 0.120.",
+    ]
+
+
+class TestExports:
+    def export(self, folder: Path, pictures: str, zipped: bool, state: str = "accepted") -> tuple[Path, Path]:
+        tracks = [track("m1", state=state), track("m2", 10, first=25, side=30.0, state=state)]
+        path = film(folder / "toy.mp4", tracks)
+        dataset = Dataset(CLASS_NAMES, (replace(video(tracks, path), sha256="ab" * 32),))
+        out = folder / ("export.zip" if zipped else "export")
+        options = ExportOptions(pictures=pictures)
+        export_dataset(dataset, format_named("cvat-video"), out, options, zipped=zipped, about={"states": [state]})
+        return out, path
+
+    def test_tracks_come_back_with_their_video(self, tmp_path: Path) -> None:
+        out, path = self.export(tmp_path, "none", True)
+        asked: list[str] = []
+
+        def find(sha256: str, _name: str) -> Path:
+            asked.append(sha256)
+            return path
+
+        opened = open_export(out, find, tmp_path)
+        assert asked == ["ab" * 32]
+        assert [verdict(t) for t in opened.dataset.videos[0].tracks()] == ["sign", "sign"]
+        assert opened.about["format"] == "cvat-video"
+        assert len(opened.about["sha256"]) == 64
+        assert len(corrected_scenes(opened.dataset, tmp_path / "work", Sampling())) > 10
+
+    def test_pictures_of_the_export_stand_in_for_the_video(self, tmp_path: Path) -> None:
+        out, _ = self.export(tmp_path, "annotated", False)
+        opened = open_export(out, lambda *_: None, tmp_path)
+        assert set(opened.pictures[0]) == {*range(20), *range(25, 35)}
+        found = corrected_scenes(opened.dataset, tmp_path / "work", Sampling(), None, opened.pictures)
+        assert {s.scene.path.parent for s in found} == {p.parent for p in opened.pictures[0].values()}
+        assert all(s.signs for s in found)
+
+    def test_without_either_the_reason_is_noted(self, tmp_path: Path) -> None:
+        out, _ = self.export(tmp_path, "none", False)
+        opened = open_export(out, lambda *_: None, tmp_path)
+        assert opened.dataset.videos == ()
+        assert "is not there and the export has no pictures" in opened.notes[0]
+
+    def test_an_export_of_tracks_that_nobody_has_judged_says_so(self, tmp_path: Path) -> None:
+        out, path = self.export(tmp_path, "none", False, "open")
+        opened = open_export(out, lambda *_: path, tmp_path)
+        assert "says of no track that it was accepted" in opened.notes[0]
+        with pytest.raises(InputError, match="Expected corrected signs to learn from.*says of no track"):
+            retrain([opened], Recipe(), None, tmp_path / "out", tmp_path / "work", lambda *_: None)
+        assert not (tmp_path / "out").exists()
+
+    def test_what_is_no_export(self, tmp_path: Path) -> None:
+        (tmp_path / "x.zip").write_text("nothing")
+        with pytest.raises(ImportFormatError, match="expected an export folder or a ZIP"):
+            open_export(tmp_path / "x.zip", lambda *_: None, tmp_path)
+        with pytest.raises(ImportFormatError, match="no export of this tool"):
+            open_export(tmp_path, lambda *_: None, tmp_path)
+        with pytest.raises(InputError, match="There is no export"):
+            open_export(tmp_path / "nowhere", lambda *_: None, tmp_path)

@@ -1,0 +1,161 @@
+"""From files to a version: the command line, whole trainings that go on, the memory."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.training.corrected_toys import film, track, video
+from tests.training.toy_scenes import write_gtsdb
+from tsr_engine.cli.main import run
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.errors import UsageError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.formats import ExportOptions
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.registry import format_named
+from tsr_engine.io.gtsdb import read_gtsdb
+from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.models import SHIPPED, load_component, read_manifest, save_component
+from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.training import whole
+from tsr_engine.training.memory import build_memory
+from tsr_engine.training.public import remembered_figures
+from tsr_engine.training.retrain import Recipe
+
+
+@pytest.fixture(scope="module")
+def corrections(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """An export of two accepted signs, and its video."""
+    folder = tmp_path_factory.mktemp("export")
+    tracks = [track("m1", 4), track("m2", 4, first=5, side=30.0)]
+    path = film(folder / "toy.mp4", tracks, 10)
+    dataset = Dataset(CLASS_NAMES, (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
+    export_dataset(dataset, format_named("cvat-video"), folder / "e.zip", ExportOptions(), zipped=True)
+    return folder / "e.zip", path
+
+
+@pytest.fixture(scope="module")
+def refined(corrections: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A version refined in all parts, and what the command said."""
+    export, path = corrections
+    out = tmp_path_factory.mktemp("version") / "models"
+    lines: list[str] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tsr_engine.cli.train.print_json", lambda content: lines.append(json.dumps(content)))
+        words = ["train", "all", "--export", str(export), "--video", str(path), "--out", str(out), "--json"]
+        assert run(words) == 0
+    return out, lines[0]
+
+
+def test_the_command_writes_a_whole_version(refined: tuple[Path, str]) -> None:
+    out, said = refined
+    content = json.loads(said)
+    assert set(content["components"]) == {"detector", "prior", "classifier", "online", "memory"}
+    for name, digest in content["components"].items():
+        assert load_component(name, out).sha256 == digest
+        assert (digest == load_component(name, SHIPPED).sha256) == (name == "memory")
+    assert content["figures"]["corrections"]["by"] == "sign"
+    assert content["lineage"]["used"]["signs"] == 2
+    assert content["lineage"]["parent"]["models"]["prior"] == load_component("prior").sha256
+    detector = load_component("detector", out)
+    assert detector.data["refined"]["signs"] == 2
+    assert "heldout_boxes" in detector.arrays
+
+
+def test_the_same_seed_gives_the_same_bytes_and_a_version_can_be_refined_again(
+    refined: tuple[Path, str], corrections: tuple[Path, Path], tmp_path: Path
+) -> None:
+    out, _ = refined
+    export, path = corrections
+    words = ["--export", str(export), "--video", str(path)]
+    assert run(["train", "all", *words, "--out", str(tmp_path / "again")]) == 0
+    assert read_manifest(tmp_path / "again")["components"] == read_manifest(out)["components"]
+    assert run(["train", "lambda", *words, "--from", str(out), "--out", str(tmp_path / "child")]) == 0
+    parent, child = (read_manifest(folder)["components"] for folder in (out, tmp_path / "child"))
+    assert {n for n in child if child[n]["sha256"] != parent[n]["sha256"]} <= {"prior"}
+    assert child["prior"]["data"]["centres"] == parent["prior"]["data"]["centres"]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["lambda", "--out", "{out}"], 2, "name --export"),
+        (["online", "--from", "{here}", "--gtsdb", "{here}", "--out", "{out}"], 2, "go with --export"),
+        (["online", "--export", "{export}", "--from", "{here}", "--out", "{here}"], 2, "never overwritten"),
+        (["online", "--export", "{export}", "--out", "{out}"], 3, "is not there and the export has no pictures"),
+        (["online", "--export", "{export}", "--video", "{here}/none.mp4", "--out", "{out}"], 3, "There is no video at"),
+        (["memory", "--gtsdb", "{here}", "--out", "{out}"], 2, "needs --gtsrb DIR"),
+    ],
+)
+def test_what_the_command_refuses(
+    words: list[str], code: int, said: str, corrections: tuple[Path, Path], tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    places = {"here": tmp_path, "out": tmp_path / "out", "export": corrections[0]}
+    assert run(["train", *(word.format(**places) for word in words)]) == code
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_unknown_parts_are_refused() -> None:
+    with pytest.raises(UsageError, match="Got wheels"):
+        Recipe(parts=("detector", "wheels"))
+
+
+def quiet(_stage: str, _done: int, _total: int) -> None:
+    """Nobody asks."""
+
+
+def test_a_whole_training_takes_over_the_rest_and_goes_on_where_it_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes = write_gtsdb(tmp_path / "scenes", 4, 1)
+    report = whole.train_parts(("online",), None, tmp_path / "out", 0, quiet, gtsdb=scenes)
+    shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}
+    assert {name for name in report.models if report.models[name] != shipped[name]} == {"online"}
+
+    def never(*_: Any) -> None:
+        raise AssertionError("it is trained already")
+
+    monkeypatch.setattr(whole, "train_component", never)
+    assert whole.train_parts(("online",), None, tmp_path / "out", 0, quiet, gtsdb=scenes).models == report.models
+    with pytest.raises(UsageError, match="classifier needs gtsrb"):
+        whole.train_parts(("classifier",), None, tmp_path / "other", 0, quiet, gtsdb=scenes)
+
+
+def test_a_memory_of_scenes_and_crops(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    items = []
+    for number in range(4):
+        path = tmp_path / f"{number:05d}_00000.png"
+        cv2.imwrite(str(path), rng.integers(0, 255, (40, 40, 3), dtype=np.uint8))
+        items.append(CropItem(path, (5, 5, 35, 35), number % 2, (number % 2, number), 0))
+    detector, classifier = load_component("detector"), load_component("classifier")
+    built = build_memory(
+        read_gtsdb(write_gtsdb(tmp_path / "scenes", 5, 3)),
+        items,
+        AcfModel.from_arrays(detector.arrays, detector.params),
+        SignClassifier.from_component(classifier),
+        0,
+        quiet,
+    )
+    a = built.arrays
+    assert a["signs"].shape[1] == a["others"].shape[1] == 4000
+    assert len(a["signs"]) == len(a["signs_cascade"]) > 4
+    assert a["moment"].shape == (257, 257)
+    np.testing.assert_allclose(a["moment"], a["moment"].T, rtol=1e-5)
+    assert a["moment"][-1, -1] == pytest.approx(1.0)
+    assert sorted(a["classes"].tolist()) == [0, 0, 1, 1]
+    save_component(built, tmp_path / "m")
+    parts = {"detector": detector, "classifier": classifier, "memory": load_component("memory", tmp_path / "m")}
+    assert set(remembered_figures(parts)) == {"signs_kept", "others_kept", "crops_kept"}
+    assert remembered_figures({"detector": detector, "classifier": classifier}) == {}

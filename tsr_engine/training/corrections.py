@@ -1,0 +1,271 @@
+"""Corrected tracks as training data: a few frames of each sign, and what a reviewed video shows besides.
+
+What a person has said decides what a track is worth:
+
+* accepted, corrected, drawn or imported as truth: a sign;
+* rejected: no sign, and a place that fooled the engine;
+* open, in need of work, occluded, too small, or of no known class: nothing is learned from there.
+
+What no track covers in a reviewed video counts as background: whoever reviewed it has seen the engine's tracks and
+drawn the missing ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import InputError, StorageError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.io.gtsdb import CLASSES, Scene
+from tsr_engine.io.video import open_video
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["CorrectedScene", "Sampling", "corrected_scenes", "is_reviewed", "verdict", "video_name"]
+
+Progress = Callable[[str, int, int], None]
+
+_SAID: Final = frozenset({"corrected", "human", "truth"})
+"""Sources that speak for themselves while a track is still open: a person has worked on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """Which frames are taken.
+
+    Attributes:
+        signs: frames of each sign, spread over its sizes.
+        rejected: frames of each rejected track.
+        background: frames of each reviewed video besides, spread evenly.
+        least: narrowest sign that is learned from, px.
+        most: most signs, and most rejected tracks, of all videos together; more are drawn from by the seed, classes
+            alike. Training time grows with them.
+    """
+
+    signs: int = 12
+    rejected: int = 6
+    background: int = 10
+    least: float = 14.0
+    most: int = 200
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectedScene:
+    """One frame of a reviewed video.
+
+    Attributes:
+        scene: picture, signs and ignored places.
+        video: name of the video.
+        signs: name of the physical sign behind each box of the scene.
+        rejected: boxes of rejected tracks, shape (k, 4).
+    """
+
+    scene: Scene
+    video: str
+    signs: tuple[str, ...]
+    rejected: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
+
+    def without(self, held: frozenset[str]) -> CorrectedScene:
+        """The scene in which some signs are ignored: they belong to another part of a split."""
+        kept = np.array([sign not in held for sign in self.signs], dtype=bool)
+        if kept.all():
+            return self
+        scene = self.scene
+        ignored = np.concatenate([scene.ignored, scene.boxes[~kept]])
+        left = Scene(scene.name, scene.path, scene.boxes[kept], scene.class_ids[kept], ignored)
+        return CorrectedScene(
+            left, self.video, tuple(s for s, k in zip(self.signs, kept, strict=True) if k), self.rejected
+        )
+
+
+def verdict(track: Track) -> str:
+    """What a track is: ``sign``, ``rejected`` or ``unknown``."""
+    if track.state == "rejected":
+        return "rejected"
+    if track.state == "needs_work" or not 0 <= track.label < CLASSES:
+        return "unknown"
+    return "sign" if track.state in ("accepted", "truth") or track.source in _SAID else "unknown"
+
+
+def video_name(video: DatasetVideo) -> str:
+    """How a video is called in the names of its signs."""
+    return video.sha256 or video.name
+
+
+def is_reviewed(video: DatasetVideo) -> bool:
+    """Whether a person has said anything about the video's tracks."""
+    return any(verdict(track) != "unknown" for track in video.tracks())
+
+
+def corrected_scenes(
+    dataset: Dataset,
+    work: Path,
+    sampling: Sampling,
+    progress: Progress | None = None,
+    pictures: Sequence[Mapping[int, Path]] = (),
+    seed: int = 0,
+) -> list[CorrectedScene]:
+    """Frames of the reviewed videos of a data set, decoded into a folder.
+
+    Args:
+        dataset: videos with their files; one with neither a file nor pictures is left out.
+        work: folder for the pictures; one that is there already is not decoded again.
+        sampling: which frames.
+        progress: told stage, frames done, frames in all; may raise to stop.
+        pictures: per video, frame -> picture, for videos without a file; only these frames are used then.
+        seed: of the draw among too many tracks.
+
+    Raises:
+        InputError: a video cannot be read, or has fewer frames than its tracks.
+        StorageError: a picture cannot be written.
+    """
+    tell: Progress = progress or (lambda *_: None)
+    out: list[CorrectedScene] = []
+    chosen = _chosen(dataset, sampling.most, seed)
+    for number, video in enumerate(dataset.videos):
+        own = pictures[number] if number < len(pictures) else {}
+        if not is_reviewed(video) or (video.path is None and not own):
+            continue
+        wanted = _wanted(video, sampling, chosen)
+        if video.path is None:
+            places = {int(k): own[int(k)] for k in wanted if int(k) in own}
+        else:
+            places = _decode(video, video.path, work / f"v{number:03d}", wanted, tell)
+        out += _of_video(video, places, sampling, chosen)
+    return out
+
+
+@dataclass(slots=True)
+class _Frame:
+    """What is known of one frame."""
+
+    boxes: list[FloatArray] = field(default_factory=list)
+    classes: list[int] = field(default_factory=list)
+    signs: list[str] = field(default_factory=list)
+    ignored: list[FloatArray] = field(default_factory=list)
+    rejected: list[FloatArray] = field(default_factory=list)
+
+
+def _chosen(dataset: Dataset, most: int, seed: int) -> frozenset[tuple[str, str]]:
+    """(video, uid) of the tracks that are learned from: all, or as many as may be, in rounds over the classes."""
+    rng = np.random.default_rng([seed, 61])
+    kinds: dict[str, dict[int, list[tuple[str, str]]]] = {"sign": {}, "rejected": {}}
+    for video in dataset.videos:
+        for track in video.tracks():
+            kind = verdict(track)
+            if kind in kinds:
+                kinds[kind].setdefault(track.label, []).append((video_name(video), track.uid))
+    chosen: list[tuple[str, str]] = []
+    for by_class in kinds.values():
+        queues = [[names[i] for i in rng.permutation(len(names))] for _, names in sorted(by_class.items())]
+        rounds = [queue[k] for k in range(max(map(len, queues), default=0)) for queue in queues if k < len(queue)]
+        chosen += rounds[:most]
+    return frozenset(chosen)
+
+
+def _of_video(
+    video: DatasetVideo, places: Mapping[int, Path], sampling: Sampling, chosen: frozenset[tuple[str, str]]
+) -> list[CorrectedScene]:
+    frames = {k: _Frame() for k in places}
+    name = video_name(video)
+    for track in video.tracks():
+        _enter(frames, track, f"{name}/{track.uid}", sampling.least, (name, track.uid) in chosen)
+    scenes = []
+    for number, frame in frames.items():
+        scene = Scene(
+            f"{video.name}#{number}",
+            places[number],
+            _rows(frame.boxes),
+            np.array(frame.classes, dtype=np.int64),
+            _rows(frame.ignored),
+        )
+        scenes.append(CorrectedScene(scene, name, tuple(frame.signs), _rows(frame.rejected)))
+    return scenes
+
+
+def _rows(boxes: Sequence[FloatArray]) -> FloatArray:
+    return np.array(boxes, dtype=np.float64).reshape(-1, 4)
+
+
+def _enter(frames: dict[int, _Frame], track: Track, sign: str, least: float, chosen: bool) -> None:
+    """Enter a track into the frames that are taken."""
+    kind = verdict(track) if chosen else "unknown"
+    clear = _clear(track, least)
+    for i in np.flatnonzero(np.isin(track.frames, list(frames))):
+        frame, box = frames[int(track.frames[i])], track.boxes[i]
+        label = int(track.label if track.labels is None else track.labels[i])
+        if kind == "rejected":
+            frame.rejected.append(box)
+        elif kind == "sign" and clear[i] and 0 <= label < CLASSES:
+            frame.boxes.append(box)
+            frame.classes.append(label)
+            frame.signs.append(sign)
+        else:
+            frame.ignored.append(box)
+
+
+def _clear(track: Track, least: float) -> NDArray[np.bool_]:
+    """Frames of a track whose box shows the sign well enough, shape (n,)."""
+    wide = (track.boxes[:, 2:] - track.boxes[:, :2]).min(axis=1) >= least
+    clear = wide & ~track.occluded
+    return np.asarray(clear if track.ignore is None else clear & ~track.ignore)
+
+
+def _wanted(video: DatasetVideo, sampling: Sampling, chosen: frozenset[tuple[str, str]]) -> NDArray[np.int64]:
+    """Frames to decode, ascending."""
+    stop = video.stop or video.frames
+    wanted: list[NDArray[Any]] = [
+        np.linspace(video.first, stop - 1, min(sampling.background, max(1, stop - video.first)))
+    ]
+    for track in video.tracks():
+        kind = verdict(track)
+        if kind == "unknown" or (video_name(video), track.uid) not in chosen:
+            continue
+        usable = np.flatnonzero(_clear(track, sampling.least)) if kind == "sign" else np.arange(len(track.frames))
+        count = sampling.signs if kind == "sign" else sampling.rejected
+        if len(usable):
+            wanted.append(track.frames[usable][_spread(track.boxes[usable], count)])
+    frames = np.unique(np.concatenate(wanted).astype(np.int64))
+    return np.asarray(frames[(frames >= 0) & (frames < video.frames)])
+
+
+def _spread(boxes: FloatArray, count: int) -> NDArray[np.int64]:
+    """Indices of at most ``count`` boxes, evenly spread over what a sign goes through: its growth, and time."""
+    size = np.log(np.maximum(1.0, np.prod(boxes[:, 2:] - boxes[:, :2], axis=1))) / 2
+    path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(size)) + 0.01)])
+    places = np.linspace(0.0, path[-1], min(count, len(boxes)))
+    return np.unique(np.searchsorted(path, places).clip(0, len(boxes) - 1))
+
+
+def _decode(
+    video: DatasetVideo, path: Path, folder: Path, wanted: NDArray[np.int64], progress: Progress
+) -> dict[int, Path]:
+    """Write the wanted frames as pictures; frame -> file."""
+    places = {int(k): folder / f"{int(k):07d}.png" for k in wanted}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"Cannot make the folder {folder} for training pictures: {error.strerror}.") from None
+    missing = [k for k, place in places.items() if not place.exists()]
+    if not missing:
+        return places
+    with open_video(path) as file:
+        for done, k in enumerate(missing):
+            progress(f"decoding {video.name}", done, len(missing))
+            if k >= len(file.table) and file.table.complete:
+                raise InputError(f"{path} has {len(file.table)} frames, but a track names frame {k}. Is it the video?")
+            _write(places[k], file.read(k).picture)
+    return places
+
+
+def _write(place: Path, picture: Picture) -> None:
+    part = place.with_suffix(".part.png")
+    if not cv2.imwrite(str(part), picture, [cv2.IMWRITE_PNG_COMPRESSION, 1]):
+        raise StorageError(f"Cannot write the training picture {place}. Is the disk full?")
+    part.replace(place)

@@ -1,0 +1,158 @@
+"""Exports of this tool as training data: tracks through the format's own reader, pictures from the video or the export.
+
+The video is preferred, by its SHA-256: it has every frame, so that frames without signs can be drawn as background.
+Without it the pictures that the export carries are used.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Final
+
+from tsr_engine.errors import ImportFormatError, InputError
+from tsr_engine.exchange.archive import unpack
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.manifest import MANIFEST, read_manifest
+from tsr_engine.exchange.registry import format_named
+from tsr_engine.training.corrections import verdict
+
+__all__ = ["OpenedExport", "open_export"]
+
+_REVIEWED: Final = frozenset({"accepted", "rejected"})
+_CHUNK: Final = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedExport:
+    """An export that can be trained from.
+
+    Attributes:
+        dataset: its videos and tracks.
+        pictures: per video, frame -> picture of the export; empty where the video itself is there.
+        sides: side of each (video, sign) in the export's own split; empty: it has none.
+        about: for the lineage: name, SHA-256, format, runs and edit revisions.
+        notes: what was left out and why, one sentence each.
+    """
+
+    dataset: Dataset
+    pictures: tuple[Mapping[int, Path], ...]
+    sides: Mapping[tuple[str, str], str]
+    about: Mapping[str, Any]
+    notes: tuple[str, ...] = field(default=())
+
+
+def open_export(path: Path, find: Callable[[str, str], Path | None], scratch: Path) -> OpenedExport:
+    """Open an export folder or ZIP file.
+
+    Args:
+        path: what ``tsr export`` or the page has made.
+        find: gives the file of a video by its SHA-256 and name; None: it is not there.
+        scratch: an existing folder, where an archive is unpacked and stays.
+
+    Raises:
+        InputError: there is nothing.
+        ImportFormatError: no export of this tool, damaged, or of a format that is only written.
+    """
+    if not path.exists():
+        raise InputError(f"There is no export at {path}. Check the path.")
+    folder = path
+    if path.is_file():
+        if not zipfile.is_zipfile(path):
+            raise ImportFormatError(f"{path}: expected an export folder or a ZIP file of one. Name such a one.")
+        folder = Path(tempfile.mkdtemp(prefix="export-", dir=scratch))
+        unpack(path, folder)
+    content = read_manifest(folder).content
+    chosen = format_named(str(content["format"]["name"]))
+    if chosen.read is None:
+        raise ImportFormatError(
+            f"{path}: {chosen.title} is written only, its boxes do not come back. Export in another format, or name a "
+            "folder of crops with --gtsrb."
+        )
+    videos: list[DatasetVideo] = []
+    pictures: list[Mapping[int, Path]] = []
+    notes: list[str] = []
+    for entry in content["videos"]:
+        bare = _bare(entry, find(str(entry["sha256"]), str(entry["name"])))
+        own = {} if bare.path is not None else _pictures(folder, entry)
+        if bare.path is None and not own:
+            notes.append(f"{path.name}: the file of {bare.name} is not there and the export has no pictures of it.")
+            continue
+        read = read_dataset(folder, ImportTarget(bare, CLASS_NAMES), chosen).videos[0]
+        tracks = tuple(_reviewed(read.tracks(), content))
+        if tracks and all(verdict(track) == "unknown" for track in tracks):
+            notes.append(
+                f"{path.name} says of no track that it was accepted. Export accepted tracks alone, or in a format that "
+                "carries review states, such as cvat-video or tracks-json."
+            )
+        videos.append(replace(bare, tracks=lambda tracks=tracks: iter(tracks)))  # type: ignore[misc]
+        pictures.append(own)
+    about = {
+        "name": path.name,
+        "sha256": _digest(path if path.is_file() else path / MANIFEST),
+        "format": chosen.name,
+        "runs": [dict(entry.get("provenance", {})) for entry in content["videos"]],
+        "videos": [entry["sha256"] for entry in content["videos"]],
+    }
+    sides = {(str(v), str(uid)): str(side) for v, uid, side in content.get("split", {}).get("tracks", [])}
+    return OpenedExport(Dataset(CLASS_NAMES, tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes)))
+
+
+def _bare(entry: Mapping[str, Any], path: Path | None) -> DatasetVideo:
+    rate = entry.get("rate")
+    return DatasetVideo(
+        name=str(entry["name"]),
+        sha256=str(entry["sha256"]),
+        width=int(entry["width"]),
+        height=int(entry["height"]),
+        frames=int(entry["frames"]),
+        rate=None if rate is None else Fraction(str(rate)),
+        times=None,
+        constant_rate=bool(entry.get("constant_rate", True)),
+        tracks=lambda: iter(()),
+        path=path,
+        first=int(entry.get("first", 0)),
+        stop=int(entry.get("stop", 0)),
+        provenance=dict(entry.get("provenance", {})),
+    )
+
+
+def _pictures(folder: Path, entry: Mapping[str, Any]) -> dict[int, Path]:
+    """Frames of a video that the export has pictures of."""
+    table = entry.get("frame_table", {})
+    root = folder.resolve()
+    found: dict[int, Path] = {}
+    for frame, name in zip(table.get("frame", ()), table.get("file", ()), strict=False):
+        if name is None:
+            continue
+        place = (root / str(name)).resolve()
+        if place.is_relative_to(root) and place.is_file():
+            found[int(frame)] = place
+    return found
+
+
+def _reviewed(tracks: Iterator[Track], content: Mapping[str, Any]) -> Iterator[Track]:
+    """Tracks with their review states.
+
+    Formats that carry none give back open tracks. Where the export was limited to accepted ones, that is what they are.
+    """
+    asked = content.get("asked", {}).get("states")
+    only = str(asked[0]) if isinstance(asked, Sequence) and len(asked) == 1 and asked[0] in _REVIEWED else None
+    for track in tracks:
+        yield replace(track, state=only) if only is not None and track.state == "open" else track
+
+
+def _digest(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as stream:
+        while chunk := stream.read(_CHUNK):
+            digest.update(chunk)
+    return digest.hexdigest()

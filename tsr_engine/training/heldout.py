@@ -1,0 +1,178 @@
+"""What is kept away from a refinement, and figures of two versions on it, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.acf import AcfDetector, AcfModel
+from tsr_engine.detection.prior import SpatialPrior
+from tsr_engine.evaluation.detection import match, score_detections
+from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.records import FloatArray
+from tsr_engine.training.classifier_jitter import plain_view
+from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.mining import read_picture
+from tsr_engine.training.refine_classifier import SignCrop
+
+__all__ = ["Parting", "classification_of", "detection_of", "part", "worse"]
+
+Progress = Callable[[str, int, int], None]
+
+_CLEARLY = 0.005
+"""Shares that fall by no more than this are not called worse."""
+_HIGHER = {
+    "ap50": "average precision at IoU 0.5",
+    "ap75": "average precision at IoU 0.75",
+    "recall_at_0.1": "recall at 0.1 false detections a picture",
+    "crops_right": "share of crops read right",
+    "signs_right": "share of signs read right",
+    "signs_kept": "share of remembered signs that are detected",
+    "others_kept": "share of remembered background that is refused",
+    "crops_kept": "share of remembered crops read right",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """Corrected frames in two parts that share no sign.
+
+    Attributes:
+        training: frames to learn from; signs that are held out are ignored in them.
+        held: frames for figures; signs that train are ignored in them. Empty: too few signs to hold any out.
+        by: ``video``, ``sign``, ``export`` (the split that the export came with) or ``none``.
+        signs: names of the held-out signs.
+    """
+
+    training: list[CorrectedScene]
+    held: list[CorrectedScene] = field(default_factory=list)
+    by: str = "none"
+    signs: frozenset[str] = frozenset()
+
+
+def part(scenes: Sequence[CorrectedScene], seed: int, share: float, given: Mapping[str, str] | None = None) -> Parting:
+    """Hold out a share of the corrected signs: whole videos where there are several, else single signs.
+
+    Args:
+        scenes: corrected frames.
+        seed: decides which.
+        share: of the videos or signs that are held out, at least one.
+        given: side of each sign in a split that was made before (``train``, ``val``, ``test``); what is not ``train``
+            is held out.
+    """
+    names = sorted({sign for scene in scenes for sign in scene.signs})
+    rng = np.random.default_rng([seed, 51])
+    told = {name for name in names if given is not None and given.get(name, "train") != "train"}
+    if told and len(told) < len(names):
+        by, held = "export", frozenset(told)
+    else:
+        by, held = _drawn(scenes, names, rng, share)
+    if not held:
+        return Parting(list(scenes))
+    training = [scene.without(held) for scene in scenes]
+    rest = frozenset(names) - held
+    if by == "video":
+        videos = {scene.video for scene in scenes if held & set(scene.signs)}
+        return Parting(
+            [s for s in training if s.video not in videos], [s for s in scenes if s.video in videos], by, held
+        )
+    return Parting(
+        [s for s, whole in zip(training, scenes, strict=True) if s.signs or not whole.signs],
+        [s.without(rest) for s in scenes if held & set(s.signs)],
+        by,
+        held,
+    )
+
+
+def _drawn(
+    scenes: Sequence[CorrectedScene], names: Sequence[str], rng: np.random.Generator, share: float
+) -> tuple[str, frozenset[str]]:
+    of_video: dict[str, set[str]] = {}
+    for scene in scenes:
+        if scene.signs:
+            of_video.setdefault(scene.video, set()).update(scene.signs)
+    videos = sorted(of_video)
+    if len(videos) > 1:
+        taken = rng.permutation(videos)[: max(1, round(share * len(videos)))]
+        return "video", frozenset().union(*(of_video[str(name)] for name in taken))
+    if len(names) > 1:
+        taken = rng.permutation(list(names))[: max(1, round(share * len(names)))]
+        return "sign", frozenset(str(name) for name in taken)
+    return "none", frozenset()
+
+
+def detection_of(
+    model: AcfModel, prior: SpatialPrior | None, scenes: Sequence[CorrectedScene], progress: Progress
+) -> dict[str, Any]:
+    """AP, recall and mean Eq. 7 of a detector on corrected frames, tight boxes, with the prior.
+
+    A detection on an ignored place counts neither way.
+    """
+    detector = AcfDetector(model, prior, DetectorParams(second_core=False, keep_score=-8.0))
+    results, errors = [], []
+    for done, scene in enumerate(scenes):
+        progress("held-out frames", done, len(scenes))
+        seen, truth = detector.detect(read_picture(scene.scene)), scene.scene.boxes
+        kept = _counted(seen.boxes, truth, scene.scene.ignored)
+        boxes, scores = seen.boxes[kept], seen.scores[kept]
+        results.append((boxes, scores, truth))
+        _, found = match(boxes, scores, truth)
+        errors += [float(non_overlap(boxes[d], truth[s])[0, 0]) for s, d in enumerate(found) if d >= 0]
+    coarse, fine = score_detections(results, 0.5), score_detections(results, 0.75)
+    return {
+        "ap50": round(coarse.average_precision, 4),
+        "ap75": round(fine.average_precision, 4),
+        "recall_at_0.1": round(coarse.recall_at(0.1), 4),
+        "mean_eq7": round(float(np.mean(errors)), 4) if errors else None,
+        "boxes": coarse.signs,
+        "pictures": coarse.pictures,
+    }
+
+
+def _counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
+    """Which detections count: those on a sign, and those on no ignored place."""
+    if not len(boxes) or not len(ignored):
+        return np.ones(len(boxes), bool)
+    own = intersection(boxes, ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
+    excused = (np.maximum(iou(boxes, ignored), own) >= 0.5).any(axis=1)
+    on_sign = (iou(boxes, truth) >= 0.5).any(axis=1) if len(truth) else np.zeros(len(boxes), bool)
+    return np.asarray(~excused | on_sign)
+
+
+def classification_of(classifier: SignClassifier, crops: Sequence[SignCrop]) -> dict[str, Any]:
+    """Share of crops, and of signs by the sum of their crops' probabilities, that are read right."""
+    if not crops:
+        return {}
+    answers = classifier.probabilities([plain_view(item.crop) for item in crops])
+    labels = np.array([item.crop.class_id for item in crops])
+    votes: dict[str, FloatArray] = {}
+    truth: dict[str, int] = {}
+    for item, row in zip(crops, answers.astype(np.float64), strict=True):
+        votes[item.sign] = votes.get(item.sign, np.zeros(len(row))) + row
+        truth[item.sign] = item.crop.class_id
+    right = sum(int(vote.argmax()) == truth[sign] for sign, vote in votes.items())
+    return {
+        "crops_right": round(float((answers.argmax(axis=1) == labels).mean()), 4),
+        "signs_right": round(right / len(votes), 4),
+        "crops": len(crops),
+        "signs": len(votes),
+    }
+
+
+def worse(new: Mapping[str, Any], parent: Mapping[str, Any], where: str) -> list[str]:
+    """Sentences on what the new version does worse than the earlier one."""
+    out = []
+    for name, words in _HIGHER.items():
+        before, after = parent.get(name), new.get(name)
+        if before is not None and after is not None and after < before - _CLEARLY:
+            out.append(f"{where}: {words} falls from {before:.3f} to {after:.3f}.")
+    before, after = parent.get("mean_eq7"), new.get("mean_eq7")
+    if before is not None and after is not None and after > before + _CLEARLY:
+        out.append(f"{where}: the mean of Eq. 7 rises from {before:.3f} to {after:.3f}.")
+    return out

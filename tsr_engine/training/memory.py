@@ -1,0 +1,173 @@
+"""What a refinement remembers of the data that the models were trained on: the component ``memory``.
+
+A refinement sees a few corrected signs only. So that it does not unlearn the others, samples of the earlier training go
+along with the models: windows of signs and of background that the detector's second look has judged, and the
+second moment of the classifier's features. The component is made from GTSDB and GTSRB for a given detector and
+classifier, and serves all versions that descend from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.acf import AcfDetector, AcfModel
+from tsr_engine.detection.patch import cut_patch
+from tsr_engine.detection.second_look import features_of
+from tsr_engine.detection.trees import UNIT
+from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.gtsrb import CropItem, tracks_of
+from tsr_engine.io.models import Component
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.descriptor import describe_patches
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plain_view
+from tsr_engine.training.mining import away_from_signs, read_picture
+from tsr_engine.training.patches import PATCH, jitter, window_features
+
+__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "look_at"]
+
+COMPONENT: Final = "memory"
+SIGNS: Final = 360
+OTHERS: Final = 640
+PER_CLASS: Final = 12
+"""Remembered crops of each class."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """Windows as the verifier sees them.
+
+    Attributes:
+        features: shape (n, FEATURES), uint8, after the first step of the second look.
+        cascade: shape (n,), scores of the cascade where the window was found.
+    """
+
+    features: NDArray[np.uint8]
+    cascade: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.features)
+
+    def pick(self, which: NDArray[Any]) -> Samples:
+        """Some of the samples."""
+        return Samples(self.features[which], self.cascade[which])
+
+    def raw(self, model: AcfModel) -> FloatArray:
+        """Log-odds of being a sign by a model, shape (n,)."""
+        c0, c1, c2 = model.calibration
+        return c0 * model.second_look.verifier.scores(self.features) / UNIT + c1 * self.cascade + c2
+
+
+def cascade_scores(model: AcfModel, picture: Picture, boxes: FloatArray) -> FloatArray:
+    """Scores of the cascade for windows laid exactly on boxes (n, 4), shape (n,)."""
+    cut = [window_features(cut_patch(picture, box, model.window.sign, PATCH), model.window) for box in boxes]
+    return model.cascade.scores(np.stack(cut)) / UNIT if cut else np.zeros(0)
+
+
+def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None) -> Samples:
+    """Samples of candidate boxes (n, 4), moved by the first step as in use."""
+    scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
+    moved = model.second_look.step(0, boxes, features_of(picture, boxes))
+    return Samples(features_of(picture, moved), scores)
+
+
+def build_memory(
+    scenes: Sequence[Scene],
+    crops: Sequence[CropItem],
+    model: AcfModel,
+    classifier: SignClassifier,
+    seed: int,
+    progress: Progress,
+) -> Component:
+    """Draw what is remembered.
+
+    Args:
+        scenes: annotated scenes; signs are drawn evenly over their classes, background is what the detector likes
+            best of it.
+        crops: items of GTSRB tracks.
+        model: the detector.
+        classifier: the classifier.
+        seed: of all draws.
+        progress: told stage, number done, number in all.
+    """
+    rng = np.random.default_rng([seed, 11])
+    signs, others = _windows(scenes, model, rng, progress)
+    moment, features, classes = _crop_memory(crops, classifier, rng, progress)
+    arrays: dict[str, NDArray[Any]] = {
+        "signs": signs.features,
+        "signs_cascade": signs.cascade.astype(np.float32),
+        "others": others.features,
+        "others_cascade": others.cascade.astype(np.float32),
+        "moment": moment.astype(np.float32),
+        "crops": features.astype(np.float16),
+        "classes": classes.astype(np.int8),
+    }
+    data = {"scenes": len(scenes), "crops": len(crops), "tracks": len(tracks_of(crops))}
+    return Component(COMPONENT, arrays, {"per_class": PER_CLASS}, data, {}, seed)
+
+
+def _windows(
+    scenes: Sequence[Scene], model: AcfModel, rng: np.random.Generator, progress: Progress
+) -> tuple[Samples, Samples]:
+    frequency = np.maximum(1, np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43))
+    detector = AcfDetector(model, params=DetectorParams(second_core=False))
+    signs: list[Samples] = []
+    others: list[Samples] = []
+    weights: list[float] = []
+    for number, scene in enumerate(scenes):
+        progress("scenes to remember", number, len(scenes))
+        picture = read_picture(scene)
+        for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
+            signs.append(look_at(model, picture, jitter(box, rng, 0.08, 0.08)[None]))
+            weights.append(float(frequency[class_id]) ** -0.5)
+        boxes, scores = detector.candidates(picture)
+        clear = np.flatnonzero(away_from_signs(boxes, scene.taken))[:4]
+        if len(clear):
+            others.append(look_at(model, picture, boxes[clear], scores[clear]))
+    every, wrong = _joined(signs), _joined(others)
+    share = np.array(weights) / np.sum(weights)
+    return (
+        every.pick(np.sort(rng.choice(len(every), min(SIGNS, len(every)), replace=False, p=share))),
+        wrong.pick(np.sort(rng.permutation(len(wrong))[:OTHERS])),
+    )
+
+
+def _joined(parts: Sequence[Samples]) -> Samples:
+    return Samples(np.concatenate([p.features for p in parts]), np.concatenate([p.cascade for p in parts]))
+
+
+def _crop_memory(
+    crops: Sequence[CropItem], classifier: SignClassifier, rng: np.random.Generator, progress: Progress
+) -> tuple[FloatArray, NDArray[np.float32], NDArray[np.int64]]:
+    """Mean of ``x x^T`` over views of crops, classes alike, ``x`` = features and 1; and remembered features."""
+    by_class: dict[int, list[CropItem]] = {}
+    for _, items in sorted(tracks_of(crops).items()):
+        for item in (items[i] for i in rng.choice(len(items), min(3, len(items)), replace=False)):
+            if item.class_id is not None:
+                by_class.setdefault(item.class_id, []).append(item)
+    length = classifier.features.length + 1
+    moment, kept, classes = np.zeros((length, length)), [], []
+    for number, (class_id, items) in enumerate(sorted(by_class.items())):
+        progress("crops to remember", number, CLASS_COUNT)
+        loaded = [load_crop(items[i]) for i in rng.permutation(len(items))[:60]]
+        views = [jittered_view(crop, rng, 0.5) for crop in loaded]
+        of_views = _features(classifier, [view for view, _ in views])
+        rows = np.concatenate([of_views, np.ones((len(of_views), 1))], axis=1)
+        moment += rows.T @ rows / (len(rows) * len(by_class))
+        plain = _features(classifier, [plain_view(crop) for crop in loaded[:PER_CLASS]])
+        kept.append(plain)
+        classes += [class_id] * len(plain)
+    return moment, np.concatenate(kept).astype(np.float32), np.array(classes, np.int64)
+
+
+def _features(classifier: SignClassifier, patches: Sequence[Picture]) -> FloatArray:
+    return np.asarray(classifier.features(describe_patches(np.stack(patches))), dtype=np.float64)

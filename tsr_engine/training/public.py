@@ -1,0 +1,94 @@
+"""Figures of two versions on public data and on what the models remember of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.evaluation.classification import evaluate_classification, predict_items
+from tsr_engine.io.gtsdb import read_gtsdb
+from tsr_engine.io.gtsrb import read_items, split_by_track
+from tsr_engine.io.models import Component
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.training.memory import COMPONENT, Samples
+from tsr_engine.training.offline import detect_scenes, detection_figures, split_scenes
+
+__all__ = ["public_figures", "remembered_figures"]
+
+Progress = Callable[[str, int, int], None]
+
+_HELD = 0.25
+"""Share of the GTSRB tracks that training held out."""
+_FRAMES = 3
+"""Crops of each held-out track: neighbours hardly differ."""
+
+
+def remembered_figures(parts: Mapping[str, Component]) -> dict[str, Any]:
+    """How much of the remembered training data a version still gets right; that part of it which refinements spare.
+
+    Returns:
+        Shares of signs above and of background below log-odds 0, and of crops read right; empty without a memory.
+    """
+    memory = parts.get(COMPONENT)
+    if memory is None:
+        return {}
+    model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
+    out: dict[str, Any] = {}
+    for name, sign in (("signs", 1.0), ("others", -1.0)):
+        samples = Samples(memory.arrays[name], memory.arrays[f"{name}_cascade"].astype(np.float64))
+        spared = samples.pick(np.arange(len(samples)) % 3 == 0)
+        out[f"{name}_kept"] = round(float((sign * spared.raw(model) > 0).mean()), 4)
+    classifier = SignClassifier.from_component(parts["classifier"])
+    margins = memory.arrays["crops"].astype(np.float32) @ classifier.weights + classifier.bias
+    out["crops_kept"] = round(float((margins.argmax(axis=1) == memory.arrays["classes"]).mean()), 4)
+    return out
+
+
+def public_figures(
+    new: Mapping[str, Component],
+    old: Mapping[str, Component],
+    gtsdb: Path | None,
+    gtsrb: Path | None,
+    seed: int,
+    progress: Progress,
+) -> Iterator[tuple[str, dict[str, Any], dict[str, Any]]]:
+    """Name and figures of the new and the earlier version, for each folder that is named.
+
+    The shipped version has learned from all scenes and tracks in the end, so the figures tell what a refinement
+    spoils, not how good a version is on new data.
+
+    Raises:
+        InputError: a folder cannot be read.
+    """
+    if gtsdb is not None:
+        scenes = split_scenes(read_gtsdb(gtsdb), int(old["detector"].seed or 0))[2]
+        yield "gtsdb", _scenes(new, scenes, progress), _scenes(old, scenes, progress)
+    if gtsrb is not None:
+        items = [item for item in read_items(gtsrb) if item.track is not None and item.class_id is not None]
+        held = split_by_track(items, _HELD, int(old["classifier"].seed or 0))[1]
+        chosen = held[:: max(1, len(held) // (_FRAMES * max(1, len({item.track for item in held}))))]
+        yield "gtsrb", _crops(new, chosen, progress), _crops(old, chosen, progress)
+
+
+def _scenes(parts: Mapping[str, Component], scenes: Any, progress: Progress) -> dict[str, Any]:
+    model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
+    return detection_figures(
+        detect_scenes(model, scenes, lambda stage, done, of: progress(f"GTSDB: {stage}", done, of))
+    )
+
+
+def _crops(parts: Mapping[str, Component], items: Any, progress: Progress) -> dict[str, Any]:
+    classifier = SignClassifier.from_component(parts["classifier"])
+    true: list[int] = []
+    read: list[int] = []
+    for answer in predict_items(items, classifier):
+        if len(true) % 64 == 0:
+            progress("GTSRB: reading", len(true), len(items))
+        true.append(answer.item.class_id or 0)
+        read.append(answer.class_id)
+    report = evaluate_classification(true, read)
+    return {"crops_right": round(report.accuracy, 4), "crops": report.pictures}

@@ -1,0 +1,147 @@
+"""Refinement of the classifier by corrected crops: its hyperplanes move as little as the corrections need.
+
+The feature map stays. The 43 hyperplanes are fitted to views of the corrected crops under the squared hinge loss that
+they were trained with, while the earlier data holds them: a change ``D`` costs the mean square of the margins that it
+moves on the earlier crops, ``tr(D^T M D)`` with ``M`` their second moment, times the number of tracks that these were.
+A look that the earlier data knows well resists; one that it never held gives way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.crops import cut
+from tsr_engine.recognition.descriptor import describe_patches
+from tsr_engine.records import FloatArray
+from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, plain_view
+from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.mining import read_picture
+
+__all__ = ["ClassifierRefinement", "SignCrop", "refine_classifier", "sign_crops"]
+
+Progress = Callable[[str, int, int], None]
+
+_ROOM = 0.6
+"""Pixels kept around a crop, share of its side: views are shifted and turned."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClassifierRefinement:
+    """How strongly corrections change the classifier.
+
+    Attributes:
+        views: views of each crop, the first as it stands.
+        weight: what one corrected sign weighs against one track of the earlier data.
+        strength: of the views' distortions, 0 to 1.
+    """
+
+    views: int = 12
+    weight: float = 8.0
+    strength: float = 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class SignCrop:
+    """A crop of a corrected sign, and which sign it is."""
+
+    crop: LoadedCrop
+    sign: str
+
+
+def sign_crops(scenes: Sequence[CorrectedScene], progress: Progress) -> list[SignCrop]:
+    """Crops of all signs of corrected frames, with surroundings."""
+    out = []
+    for done, scene in enumerate(scenes):
+        progress("crops of corrected signs", done, len(scenes))
+        if not scene.signs:
+            continue
+        picture = read_picture(scene.scene)
+        for box, label, sign in zip(scene.scene.boxes, scene.scene.class_ids, scene.signs, strict=True):
+            pixels = cut(picture, box, _ROOM)
+            width, height = box[2] - box[0], box[3] - box[1]
+            left, top = _ROOM * width, _ROOM * height
+            inner = np.array([left, top, left + width, top + height])
+            out.append(SignCrop(LoadedCrop(pixels, inner, int(label)), sign))
+    return out
+
+
+def refine_classifier(
+    classifier: SignClassifier,
+    crops: Sequence[SignCrop],
+    moment: FloatArray,
+    tracks: int,
+    settings: ClassifierRefinement,
+    seed: int,
+    progress: Progress,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """New hyperplanes.
+
+    Args:
+        classifier: the earlier one.
+        crops: of corrected signs.
+        moment: mean of ``x x^T`` over the earlier data, ``x`` = features and 1, shape (h + 1, h + 1).
+        tracks: number of tracks that the moment stands for.
+        settings: how strongly.
+        seed: of the views.
+        progress: told stage, number done, number in all.
+
+    Returns:
+        Weights (h, 43) and bias (43,); half precision, as they are stored.
+
+    Raises:
+        ValueError: no crops.
+    """
+    if not crops:
+        raise ValueError("The classifier is refined with corrected signs of known class. Got none.")
+    features, labels, weights = _views(classifier, crops, settings, seed, progress)
+    rows = np.concatenate([features, np.ones((len(features), 1))], axis=1)
+    target = np.full((len(rows), CLASS_COUNT), -1.0)
+    target[np.arange(len(rows)), labels] = 1.0
+    start = np.concatenate([classifier.weights, classifier.bias[None]]).astype(np.float64)
+    margins = rows @ start
+    hold = tracks * (moment + 1e-4 * np.trace(moment) / len(moment) * np.eye(len(moment)))
+    share = (settings.weight * weights)[:, None]
+
+    def cost(flat: FloatArray) -> tuple[float, FloatArray]:
+        change = flat.reshape(start.shape)
+        slack = np.maximum(0.0, 1.0 - target * (margins + rows @ change))
+        held = hold @ change
+        value = float((share * slack**2).sum() + (change * held).sum())
+        return value, (2 * (held - rows.T @ (share * target * slack))).ravel()
+
+    progress("hyperplanes", 0, 1)
+    found = minimize(cost, np.zeros(start.size), jac=True, method="L-BFGS-B", options={"maxiter": 300})
+    refined = start + found.x.reshape(start.shape)
+    return refined[:-1].astype(np.float16).astype(np.float32), refined[-1].astype(np.float32)
+
+
+def _views(
+    classifier: SignClassifier,
+    crops: Sequence[SignCrop],
+    settings: ClassifierRefinement,
+    seed: int,
+    progress: Progress,
+) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
+    """Features, classes and weights of views; each sign weighs 1 in all."""
+    rng = np.random.default_rng([seed, 31])
+    count: dict[str, int] = {}
+    for item in crops:
+        count[item.sign] = count.get(item.sign, 0) + 1
+    features: list[NDArray[Any]] = []
+    labels, weights = [], []
+    for done, item in enumerate(crops):
+        progress("views of crops", done, len(crops))
+        views = [(plain_view(item.crop), item.crop.class_id)]
+        views += [jittered_view(item.crop, rng, settings.strength) for _ in range(settings.views - 1)]
+        features.append(classifier.features(describe_patches(np.stack([view for view, _ in views]))))
+        labels += [label for _, label in views]
+        weights += [1.0 / (count[item.sign] * len(views))] * len(views)
+    return np.concatenate(features).astype(np.float64), np.array(labels), np.array(weights)

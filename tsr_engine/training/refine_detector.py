@@ -1,0 +1,279 @@
+"""Refinement of a detector by corrections: minutes instead of the hour of a whole training.
+
+The cascade's trees stay. The verifier of the second look, which decides, gets further trees: boosting goes on from the
+log-odds that the detector gives already, on corrected signs, on what the reviewed videos show besides, on rejected
+tracks, and on what is remembered of the earlier training (:mod:`~.memory`), so that signs which nobody has corrected
+keep their scores. The last step of the regression is pulled towards the corrected boxes, with the earlier answers on
+remembered windows as the other half of the equation. Log-odds are calibrated anew so that background which the new
+trees did not see keeps its level. The cascade's last floor is lowered where it loses corrected signs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.detection.boosting import BoostingPlan, boost_further
+from tsr_engine.detection.second_look import CELLS
+from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
+from tsr_engine.records import FloatArray
+from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.memory import Samples
+from tsr_engine.training.refine_windows import Cutting, Material, cut_windows, stacked
+
+__all__ = ["DetectorRefinement", "RefinementNotes", "refine_detector"]
+
+Progress = Callable[[str, int, int], None]
+
+_BACKGROUND: Final = (0.5, 0.97)
+"""Quantiles of the background whose log-odds a refinement leaves where they are."""
+_LEAST_SLOPE: Final = 1e-3
+"""A calibration that hardly heeds the verifier leaves nothing to refine."""
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorRefinement:
+    """How strongly corrections change a detector.
+
+    The defaults were chosen by leaving out one of three clips in turn, none of which any figure is taken from.
+
+    Attributes:
+        trees: most trees that are added to the verifier.
+        trees_a_sign: trees for each corrected sign, up to ``trees``: few signs cannot tell what signs look like.
+        shrinkage: factor on their leaves.
+        feature_share: share of the features that one tree may look at.
+        cutting: how many windows.
+        sign: what a corrected sign weighs in all.
+        other: what a candidate that is none weighs; a rejected box three times as much.
+        remembered: what a remembered sample weighs.
+        inertia: resistance of a leaf against change, in the same units.
+        box_ridge: resistance of the box regression against change.
+        box_memory: what one remembered window weighs there, relative to one corrected.
+        lowest_floor: the cascade's last floor is not lowered below this, in half log-odds.
+        least_signs: with fewer corrected signs nothing of the detector is refined.
+    """
+
+    trees: int = 64
+    trees_a_sign: float = 1.0
+    shrinkage: float = 0.3
+    feature_share: float = 1 / 16
+    cutting: Cutting = field(default_factory=Cutting)
+    sign: float = 10.0
+    other: float = 1.0
+    remembered: float = 1.0
+    inertia: float = 8.0
+    box_ridge: float = 3.0
+    box_memory: float = 0.5
+    lowest_floor: float = -1.0
+    least_signs: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class RefinementNotes:
+    """What a refinement was made of, for the lineage."""
+
+    signs: int
+    windows: int
+    background: int
+    rejected: int
+    remembered: int
+    floor: float
+    calibration: tuple[float, float, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self) | {"calibration": list(self.calibration)}
+
+
+def refine_detector(
+    model: AcfModel,
+    scenes: Sequence[CorrectedScene],
+    remembered: tuple[Samples, Samples] | None,
+    settings: DetectorRefinement,
+    seed: int,
+    progress: Progress,
+) -> tuple[AcfModel, RefinementNotes]:
+    """Refine a detector.
+
+    Args:
+        model: the earlier one.
+        scenes: corrected frames.
+        remembered: signs and background of the earlier training; unset: corrections alone, which forgets more.
+        settings: how strongly.
+        seed: of all draws.
+        progress: told stage, number done, number in all; may raise to stop.
+
+    Raises:
+        ValueError: fewer corrected signs than ``settings.least_signs``, or a model that heeds no verifier.
+        InputError: a picture cannot be decoded.
+    """
+    names = sorted({sign for scene in scenes for sign in scene.signs})
+    if len(names) < settings.least_signs or not names:
+        raise ValueError(f"A detector is refined with {settings.least_signs} signs or more. Got {len(names)} instead.")
+    if model.calibration[0] < _LEAST_SLOPE:
+        raise ValueError("This detector's calibration does not heed its verifier, so that it cannot be refined.")
+    rng = np.random.default_rng([seed, 21])
+    material = cut_windows(model, scenes, names, settings.cutting, rng, progress)
+    progress("boxes", 0, 1)
+    look = replace(model.second_look, weights=_pulled_step(model, material, remembered, settings))
+    calibration = _calibrated(model, material, remembered, settings, seed, progress)
+    progress("more trees", 0, 1)
+    added = _trees(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
+    verifier = _joined(model.second_look.verifier, added)
+    floor, cascade = _lowered(model.cascade, material.floors, settings.lowest_floor)
+    refined = AcfModel(model.window, model.plan, cascade, replace(look, verifier=verifier), calibration)
+    notes = RefinementNotes(
+        len(names),
+        len(material.signs),
+        len(material.others),
+        material.rejected,
+        0 if remembered is None else sum(map(len, remembered)),
+        floor,
+        calibration,
+    )
+    return refined, notes
+
+
+def _trees(
+    model: AcfModel,
+    material: Material,
+    remembered: tuple[Samples, Samples] | None,
+    settings: DetectorRefinement,
+    seed: int,
+    others_used: NDArray[np.bool_],
+) -> TreeEnsemble:
+    """New trees of the verifier, on its own scale: boosted in log-odds, divided by the calibration's slope."""
+    others = material.others.pick(others_used)
+    parts = [material.signs, others]
+    targets = [np.ones(len(material.signs)), np.zeros(len(others))]
+    weights = [settings.sign * material.sign_weights, settings.other * material.other_weights[others_used]]
+    for part in remembered or ():
+        parts.append(part)
+        targets.append(_probability(part.raw(model)))
+        weights.append(np.full(len(part), settings.remembered))
+    samples = stacked(parts)
+    signs = int(material.sign_of.max()) + 1
+    count = max(1, min(settings.trees, round(settings.trees_a_sign * signs)))
+    plan = BoostingPlan(count, model.second_look.verifier.depth, settings.feature_share, settings.shrinkage, 1.0)
+    grown = boost_further(
+        samples.features,
+        np.concatenate(targets),
+        np.concatenate(weights),
+        samples.raw(model) / 2,
+        plan,
+        np.random.default_rng([seed, 22]),
+        CELLS,
+        settings.inertia,
+    )
+    scaled = np.round(grown.leaves * (2.0 / model.calibration[0])).clip(-32000, 32000)
+    return TreeEnsemble(grown.features, grown.thresholds, scaled.astype(np.int16), grown.rejection, CELLS)
+
+
+def _probability(raw: FloatArray) -> FloatArray:
+    return np.asarray(1.0 / (1.0 + np.exp(np.clip(-raw, -60.0, 60.0))))
+
+
+def _joined(first: TreeEnsemble, second: TreeEnsemble) -> TreeEnsemble:
+    return TreeEnsemble(
+        np.concatenate([first.features, second.features]),
+        np.concatenate([first.thresholds, second.thresholds]),
+        np.concatenate([first.leaves, second.leaves]),
+        np.concatenate([first.rejection, second.rejection]),
+        first.window,
+    )
+
+
+def _pulled_step(
+    model: AcfModel,
+    material: Material,
+    remembered: tuple[Samples, Samples] | None,
+    settings: DetectorRefinement,
+) -> NDArray[np.float32]:
+    """Weights of both steps, the second moved to the corrected boxes as little as possible.
+
+    Minimises ``sum_new |x (W + D) + b - y|^2 + m sum_remembered |x D|^2 + r |D|^2`` over D, in the space of samples or
+    of features, whichever is smaller.
+    """
+    look = model.second_look
+    new = material.last.astype(np.float64) / 255.0
+    scale = np.sqrt(material.sign_weights / material.sign_weights.mean())[:, None]
+    wanted = (material.steps - new @ look.weights[1].astype(np.float64) - look.biases[1]) * scale
+    rows, answers = [new * scale], [wanted]
+    if remembered is not None:
+        old = remembered[0].features.astype(np.float64) / 255.0
+        rows.append(old * np.sqrt(settings.box_memory))
+        answers.append(np.zeros((len(old), 4)))
+    x, y = np.concatenate(rows), np.concatenate(answers)
+    strength = settings.box_ridge * float((x * x).sum()) / len(x)
+    few = len(x) <= x.shape[1]
+    gram = x @ x.T if few else x.T @ x
+    gram[np.diag_indices_from(gram)] += strength
+    factor = cho_factor(gram, overwrite_a=True)
+    change = x.T @ cho_solve(factor, y) if few else cho_solve(factor, x.T @ y)
+    out = look.weights.copy()
+    out[1] = (look.weights[1] + change).astype(np.float16).astype(np.float32)
+    return out
+
+
+def _calibrated(
+    model: AcfModel,
+    material: Material,
+    remembered: tuple[Samples, Samples] | None,
+    settings: DetectorRefinement,
+    seed: int,
+    progress: Progress,
+) -> tuple[float, float, float]:
+    """Calibration under which background keeps the log-odds that it had: thresholds keep their false alarms.
+
+    The new trees' answers on background come from trees that did not see it (two halves, each scored by the other's
+    trees). Its median and its upper end are then mapped to where they were.
+    """
+    rng = np.random.default_rng([seed, 23])
+    half_of_new = _halves(material.video_of_other, rng)
+    half_of_old = np.zeros(0, bool) if remembered is None else rng.random(len(remembered[1])) < 0.5
+    before, after = [], []
+    for half in (False, True):
+        progress("calibration", int(half), 2)
+        kept, mine = half_of_new != half, [material.others.pick(half_of_new == half)]
+        memory = remembered
+        if remembered is not None:
+            memory = remembered[0], remembered[1].pick(half_of_old != half)
+            mine.append(remembered[1].pick(half_of_old == half))
+        trees = _trees(model, material, memory, settings, seed, kept)
+        held = stacked(mine)
+        raw = held.raw(model)
+        before.append(raw)
+        after.append(raw + model.calibration[0] * trees.scores(held.features) / UNIT)
+    levels = [np.quantile(np.concatenate(part), _BACKGROUND) for part in (before, after) if sum(map(len, part))]
+    if len(levels) < 2:
+        return model.calibration
+    (low, high), (new_low, new_high) = levels
+    factor = float(np.clip((high - low) / max(new_high - new_low, 1e-6), 0.3, 1.5))
+    c0, c1, c2 = model.calibration
+    return factor * c0, factor * c1, factor * c2 + float(high - factor * new_high)
+
+
+def _halves(videos: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Background in two halves: by video where there are several, else at random."""
+    names = np.unique(videos)
+    if len(names) > 1:
+        return np.isin(videos, rng.permutation(names)[: len(names) // 2])
+    return np.asarray(rng.random(len(videos)) < 0.5)
+
+
+def _lowered(cascade: TreeEnsemble, missed: FloatArray, lowest: float) -> tuple[float, TreeEnsemble]:
+    """The cascade with a last floor that lets through corrected signs it has lost; the floor, in half log-odds."""
+    floor = cascade.rejection[-1] / UNIT
+    within = missed[(missed >= lowest) & (missed < floor)] if len(missed) else missed
+    if cascade.rejection[-1] <= NEVER or not len(within):
+        return float(max(floor, -1e6)), cascade
+    wanted = max(lowest, float(within.min()) - 0.05)
+    rejection = cascade.rejection.copy()
+    rejection[rejection == rejection[-1]] = round(wanted * UNIT)
+    return wanted, cascade.with_rejection(rejection)

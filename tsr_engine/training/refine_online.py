@@ -1,0 +1,51 @@
+"""Warm start of the online detector from corrected signs: some of the offline samples are exchanged (III-D.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.io.models import Component
+from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.online import train_online
+
+__all__ = ["refine_online"]
+
+SHARE = 0.4
+"""Largest share of the offline samples that corrected signs take over."""
+PER_SIGN = 3
+"""Most samples of one sign: every track starts from these, few signs must not rule them."""
+
+
+def refine_online(parent: Component, scenes: Sequence[CorrectedScene], seed: int) -> Component:
+    """Exchange positive samples and as many negative ones; the number of samples, and so the speed, stays.
+
+    Args:
+        parent: component ``online``.
+        scenes: corrected frames.
+        seed: of all draws.
+
+    Raises:
+        InputError: no corrected signs, or a picture that cannot be decoded.
+    """
+    rng = np.random.default_rng([seed, 41])
+    vectors, labels = parent.arrays["X"], parent.arrays["y"]
+    signs = len({sign for scene in scenes for sign in scene.signs})
+    positives = int((labels > 0).sum())
+    count = min(int(SHARE * positives), PER_SIGN * signs)
+    drawn = train_online([scene.scene for scene in scenes], seed, max(1, count))
+    kept = np.sort(np.concatenate([_kept(labels, sign, max(1, count), rng) for sign in (1, -1)]))
+    arrays = {
+        "X": np.concatenate([vectors[kept], drawn.arrays["X"]]),
+        "y": np.concatenate([labels[kept], drawn.arrays["y"]]),
+    }
+    data = {"samples": len(arrays["y"]), "of_corrections": len(drawn.arrays["y"]), "signs": signs}
+    return Component("online", arrays, dict(parent.params), data, {}, seed)
+
+
+def _kept(labels: NDArray[np.int8], sign: int, gone: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Which of the samples of one sign stay when some go."""
+    mine = np.flatnonzero(labels == sign)
+    return np.asarray(np.sort(rng.permutation(mine)[min(gone, len(mine) - 1) :]))

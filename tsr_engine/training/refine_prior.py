@@ -1,0 +1,115 @@
+"""Refinement of the spatial prior and of lambda by corrected boxes (section III-A, Eq. 2 and 8)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.acf import AcfDetector, AcfModel
+from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen
+from tsr_engine.evaluation.detection import match
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.records import FloatArray
+from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.mining import read_picture
+from tsr_engine.training.offline import BANDWIDTH
+
+__all__ = ["Heard", "blended_table", "hear", "refined_lambda"]
+
+Progress = Callable[[str, int, int], None]
+
+Heard = tuple[FloatArray, FloatArray, FloatArray]
+"""Detections on corrected frames: centres (n, 2) in shares of the picture, raw scores (n,), labels +-1 (n,)."""
+
+
+def blended_table(
+    table: NDArray[np.float32], earlier: int, scenes: Sequence[CorrectedScene], sizes: Sequence[tuple[int, int]]
+) -> tuple[NDArray[np.float32], int]:
+    """The Parzen table of the earlier signs and the corrected ones together.
+
+    A Parzen estimate is a mean of kernels, so that two of them blend by their numbers of centres. The frames taken of
+    one corrected track count as one sign each, as the pictures of one sign in GTSDB do.
+
+    Args:
+        table: the earlier estimate.
+        earlier: centres that it was made from.
+        scenes: corrected frames.
+        sizes: (width, height) of each frame's picture.
+
+    Returns:
+        The table, and the number of its centres.
+    """
+    centres = [
+        [(box[0] + box[2]) / (2 * width), (box[1] + box[3]) / (2 * height)]
+        for scene, (width, height) in zip(scenes, sizes, strict=True)
+        for box in scene.scene.boxes
+    ]
+    if not centres:
+        return table, earlier
+    new = parzen(np.clip(centres, 0.0, 1.0), BANDWIDTH).astype(np.float64)
+    old = table.astype(np.float64)
+    density = earlier * old / old.sum() + len(centres) * new / new.sum()
+    return (density / density.max()).astype(np.float32), earlier + len(centres)
+
+
+def hear(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> Heard:
+    """What a detector that has not been trained on the frames says of them; ignored places are left out."""
+    detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
+    centres, scores, labels = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
+    for done, scene in enumerate(scenes):
+        progress("detections for lambda", done, len(scenes))
+        picture = read_picture(scene.scene)
+        seen = detector.detect(picture)
+        hit, _ = match(seen.boxes, seen.raw_scores, scene.scene.boxes)
+        known = hit | ~_covered(seen.boxes, scene.scene.ignored)
+        middle = (seen.boxes[:, :2] + seen.boxes[:, 2:]) / 2 / np.array([picture.shape[1], picture.shape[0]])
+        centres.append(middle[known])
+        scores.append(seen.raw_scores[known])
+        labels.append(np.where(hit[known], 1.0, -1.0))
+    return np.concatenate(centres), np.concatenate(scores), np.concatenate(labels)
+
+
+def _covered(boxes: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
+    """Which boxes touch an ignored place; shape (n,)."""
+    if not len(ignored) or not len(boxes):
+        return np.zeros(len(boxes), bool)
+    apart = (
+        (boxes[:, None, 0] >= ignored[None, :, 2])
+        | (boxes[:, None, 2] <= ignored[None, :, 0])
+        | (boxes[:, None, 1] >= ignored[None, :, 3])
+        | (boxes[:, None, 3] <= ignored[None, :, 1])
+    )
+    return np.asarray((~apart).any(axis=1))
+
+
+def refined_lambda(
+    table: NDArray[np.float32], detector_arrays: dict[str, NDArray[Any]], picture: tuple[int, int], heard: Heard
+) -> float | None:
+    """``lambda`` by Eq. 8 over the earlier held-out detections and those on corrected frames.
+
+    Args:
+        table: the prior.
+        detector_arrays: of the component ``detector``, with its held-out detections.
+        picture: (width, height) of the pictures that those are on.
+        heard: see :func:`hear`.
+
+    Returns:
+        ``lambda`` in units of the raw score; None where the detections of one kind are missing.
+    """
+    prior = SpatialPrior(table, 0.0)
+    centres, raw, labels = heard
+    values = [prior.at(np.concatenate([centres, centres], axis=1), 1, 1)]
+    scores, kinds = [raw], [labels]
+    if {"heldout_boxes", "heldout_raw", "heldout_labels"} <= set(detector_arrays):
+        boxes = detector_arrays["heldout_boxes"][:, 1:].astype(np.float64)
+        values.append(prior.at(boxes, *picture))
+        scores.append(detector_arrays["heldout_raw"].astype(np.float64))
+        kinds.append(detector_arrays["heldout_labels"].astype(np.float64))
+    q, h, y = np.concatenate(values), np.concatenate(scores), np.concatenate(kinds)
+    if not ((y > 0).any() and (y < 0).any()):
+        return None
+    slope, offset = np.polyfit(h, y, 1)
+    return learn_weight(slope * h + offset, q, y) / max(float(slope), 1e-6)

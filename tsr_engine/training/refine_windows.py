@@ -1,0 +1,185 @@
+"""What a refinement cuts out of corrected frames: windows as the second look sees them, of signs and of the rest.
+
+Corrected boxes touch their sign; the detector's training scenes leave a margin, which the detector takes off in use.
+So the margin is put on before anything is cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.acf import AcfDetector, AcfModel
+from tsr_engine.detection.second_look import FEATURES, features_of, steps_to
+from tsr_engine.geometry.boxes import iou, to_cxcywh, to_xyxy
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.augment import relight, soften
+from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.memory import Samples, look_at
+from tsr_engine.training.mining import away_from_signs, read_picture
+from tsr_engine.training.patches import jitter
+
+__all__ = ["Cutting", "Material", "cut_windows", "loosened", "stacked"]
+
+Progress = Callable[[str, int, int], None]
+
+REJECTED_WEIGHT = 3.0
+"""What a rejected box weighs against a candidate of the background: it has fooled the whole engine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cutting:
+    """How many windows are cut.
+
+    Attributes:
+        views: looks at each corrected box, the first neither relit nor softened.
+        starts: jittered starting boxes a look.
+        background: hardest candidates a frame that lie on nothing annotated.
+        tight: corrected boxes touch the sign, as people draw them; False: they carry the margin of GTSDB.
+    """
+
+    views: int = 3
+    starts: int = 2
+    background: int = 6
+    tight: bool = True
+
+
+@dataclass(slots=True)
+class Material:
+    """Everything that is cut out of the scenes once, with the earlier model.
+
+    Attributes:
+        signs: windows of signs, n.
+        sign_weights: shape (n,); the windows of one sign weigh 1 in all.
+        sign_of: shape (n,), which sign.
+        steps: shape (n, 4), what the second regression should answer.
+        last: shape (n, FEATURES), what it sees.
+        others: windows of background and of rejected boxes, m.
+        other_weights: shape (m,).
+        video_of_other: shape (m,), which video.
+        floors: cascade scores of the frames of signs that the cascade lost.
+        rejected: number of rejected boxes.
+    """
+
+    signs: Samples
+    sign_weights: FloatArray
+    sign_of: NDArray[np.int64]
+    steps: FloatArray
+    last: NDArray[np.uint8]
+    others: Samples
+    other_weights: FloatArray
+    video_of_other: NDArray[np.int64]
+    floors: FloatArray
+    rejected: int
+
+
+def loosened(boxes: FloatArray, params: DetectorParams | None = None) -> FloatArray:
+    """Tight boxes (n, 4) with the margin that the detector's training scenes have: what it takes off again."""
+    params = params or DetectorParams()
+    b = to_cxcywh(boxes)
+    b[:, 2] /= params.tight_width
+    b[:, 3] /= params.tight_height
+    b[:, 1] += params.tight_rise * b[:, 3]
+    return to_xyxy(b)
+
+
+def cut_windows(
+    model: AcfModel,
+    scenes: Sequence[CorrectedScene],
+    names: Sequence[str],
+    settings: Cutting,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> Material:
+    """Windows of signs and of everything else, as the second look sees them."""
+    number_of = {name: k for k, name in enumerate(names)}
+    videos = {name: k for k, name in enumerate(sorted({scene.video for scene in scenes}))}
+    frames = np.zeros(len(names))
+    for scene in scenes:
+        for name in scene.signs:
+            frames[number_of[name]] += 1
+    detector = AcfDetector(model, params=DetectorParams(second_core=False))
+    signs, others, steps, last, sign_of, weights, floors = [], [], [], [], [], [], []
+    other_weights: list[FloatArray] = []
+    video_of_other: list[int] = []
+    rejected = 0
+    for done, scene in enumerate(scenes):
+        progress("windows of corrected frames", done, len(scenes))
+        picture, here = read_picture(scene.scene), videos[scene.video]
+        truth = loosened(scene.scene.boxes) if settings.tight else scene.scene.boxes
+        boxes, scores = detector.candidates(picture)
+        for box, name in zip(truth, scene.signs, strict=True):
+            found, step, after = _looks(model, picture, box, settings, rng)
+            signs.append(found)
+            steps.append(step)
+            last.append(after)
+            sign_of += [number_of[name]] * len(found)
+            weights += [1.0 / (frames[number_of[name]] * len(found))] * len(found)
+            overlap = iou(boxes, box[None])[:, 0] if len(boxes) else np.zeros(0)
+            if not (overlap >= 0.4).any():
+                floors.append(float(found.cascade.max()))
+        taken = np.concatenate([scene.scene.taken, scene.rejected])
+        clear = np.flatnonzero(away_from_signs(boxes, taken))[: settings.background]
+        if len(clear):
+            others.append(look_at(model, picture, boxes[clear], scores[clear]))
+            other_weights.append(np.ones(len(clear)))
+            video_of_other += [here] * len(clear)
+        if len(scene.rejected):
+            fooled = loosened(scene.rejected) if settings.tight else scene.rejected
+            wrong = np.concatenate([fooled, *(jitter(box, rng, 0.08, 0.08)[None] for box in fooled)])
+            wrong = wrong[away_from_signs(wrong, scene.scene.taken)]
+            rejected += len(scene.rejected)
+            if len(wrong):
+                others.append(look_at(model, picture, wrong))
+                other_weights.append(np.full(len(wrong), REJECTED_WEIGHT))
+                video_of_other += [here] * len(wrong)
+    empty = Samples(np.zeros((0, FEATURES), np.uint8), np.zeros(0))
+    return Material(
+        stacked(signs),
+        np.array(weights),
+        np.array(sign_of),
+        np.concatenate(steps),
+        np.concatenate(last),
+        stacked(others) if others else empty,
+        np.concatenate(other_weights) if other_weights else np.zeros(0),
+        np.array(video_of_other, dtype=np.int64),
+        np.array(floors),
+        rejected,
+    )
+
+
+def _looks(
+    model: AcfModel, picture: Picture, box: FloatArray, settings: Cutting, rng: np.random.Generator
+) -> tuple[Samples, FloatArray, NDArray[np.uint8]]:
+    """Samples around one sign; the steps that the second regression should answer, and what it sees."""
+    side = float(np.sqrt((box[2] - box[0]) * (box[3] - box[1])))
+    reach = int(2.5 * side + 20)
+    x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))
+    region = picture[y : int(box[3] + reach), x : int(box[2] + reach)]
+    target = box - np.array([x, y, x, y])
+    half = side / 2
+    cx, cy = (target[0] + target[2]) / 2, (target[1] + target[3]) / 2
+    square = np.array([cx - half, cy - half, cx + half, cy + half])
+    found, steps, last = [], [], []
+    for k in range(settings.views):
+        view = region
+        if k and rng.random() < 0.5:
+            view = relight(view, rng)
+        if k and rng.random() < 0.3:
+            view = soften(view, rng)
+        starts = np.stack([jitter(square, rng, 0.1, 0.1) for _ in range(settings.starts)])
+        samples = look_at(model, view, starts)
+        middle = model.second_look.step(0, starts, features_of(view, starts))
+        found.append(samples)
+        steps.append(steps_to(middle, np.repeat(target[None], len(middle), 0)))
+        last.append(samples.features)
+    return stacked(found), np.concatenate(steps), np.concatenate(last)
+
+
+def stacked(parts: Sequence[Samples]) -> Samples:
+    """Several samples as one."""
+    return Samples(np.concatenate([p.features for p in parts]), np.concatenate([p.cascade for p in parts]))

@@ -1,0 +1,318 @@
+"""A new model version from corrections: an earlier one refined part by part, with figures beside the old ones.
+
+First a share of the corrected signs is held out; a trial version learns from the rest, and both versions are measured
+on what was held out. Then the version that is kept learns from all corrections; its figures on corrections stay those
+of the trial, as in the training on public data. Public scenes and crops, where folders are named, measure the version
+that is kept.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.detection.prior import SpatialPrior
+from tsr_engine.errors import InputError, ModelError, UsageError
+from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
+from tsr_engine.pipeline import one_blas_thread
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
+from tsr_engine.training.exports import OpenedExport
+from tsr_engine.training.heldout import Parting, classification_of, detection_of, part, worse
+from tsr_engine.training.memory import COMPONENT as MEMORY
+from tsr_engine.training.memory import Samples
+from tsr_engine.training.mining import read_picture
+from tsr_engine.training.public import public_figures, remembered_figures
+from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, sign_crops
+from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
+from tsr_engine.training.refine_online import refine_online
+from tsr_engine.training.refine_prior import blended_table, hear, refined_lambda
+
+__all__ = ["PARTS", "Recipe", "Report", "retrain"]
+
+PARTS: Final = ("detector", "prior", "lambda", "classifier", "online")
+Progress = Callable[[str, int, int], None]
+Parts = dict[str, Component]
+
+_SCENE: Final = (1360, 800)
+"""Size of GTSDB's pictures, px: what a detector's held-out detections lie on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """What to do; together with data and parent it decides every byte.
+
+    Attributes:
+        parts: of ``PARTS``.
+        seed: of everything random.
+        held_out: share of the corrected videos or signs for figures; 0: none.
+        sampling: which frames of a corrected video are used.
+        detector: how strongly the detector is changed.
+        classifier: likewise.
+    """
+
+    parts: tuple[str, ...] = PARTS
+    seed: int = 0
+    held_out: float = 0.25
+    sampling: Sampling = field(default_factory=Sampling)
+    detector: DetectorRefinement = field(default_factory=DetectorRefinement)
+    classifier: ClassifierRefinement = field(default_factory=ClassifierRefinement)
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.parts if name not in PARTS]
+        if unknown or not self.parts:
+            raise UsageError(f"Parts to train must be of {', '.join(PARTS)}. Got {', '.join(unknown) or 'none'}.")
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What came of it.
+
+    Attributes:
+        figures: of the new version and its parent on the same data; ``worse`` says in sentences what got worse.
+        lineage: exports, parent, parts, seed, settings, counts.
+        models: component -> SHA-256.
+    """
+
+    figures: Mapping[str, Any]
+    lineage: Mapping[str, Any]
+    models: Mapping[str, str]
+
+
+def retrain(
+    exports: Sequence[OpenedExport],
+    recipe: Recipe,
+    parent: Path | None,
+    out: Path,
+    work: Path,
+    progress: Progress,
+    *,
+    gtsdb: Path | None = None,
+    gtsrb: Path | None = None,
+) -> Report:
+    """Make a version.
+
+    Args:
+        exports: corrections.
+        recipe: what to do.
+        parent: folder of the earlier version; unset: the shipped one.
+        out: folder for the new one; parts that are not trained are taken over from the parent.
+        work: folder for pictures while it goes on.
+        progress: told stage, number done, number in all; raises to stop.
+        gtsdb: scenes for figures; those that training reported on.
+        gtsrb: crops for figures; held-out tracks.
+
+    Raises:
+        InputError: no corrections to learn from, or a file that cannot be read.
+        ModelError: the parent is damaged or has no memory of its training.
+        StorageError: no room.
+    """
+    with one_blas_thread():  # the order of sums, and so every byte, does not depend on the number of cores
+        return _retrain(exports, recipe, parent, out, work, progress, gtsdb, gtsrb)
+
+
+def _retrain(
+    exports: Sequence[OpenedExport],
+    recipe: Recipe,
+    parent: Path | None,
+    out: Path,
+    work: Path,
+    progress: Progress,
+    gtsdb: Path | None,
+    gtsrb: Path | None,
+) -> Report:
+    scenes: list[CorrectedScene] = []
+    sides: dict[str, str] = {}
+    for number, export in enumerate(exports):
+        place = work / f"e{number:02d}"
+        scenes += corrected_scenes(export.dataset, place, recipe.sampling, progress, export.pictures, recipe.seed)
+        sides.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
+    _something(scenes, exports)
+    old = _load(parent)
+    parting = part(scenes, recipe.seed, recipe.held_out, sides) if recipe.held_out > 0 else Parting(scenes)
+    figures: dict[str, Any] = {}
+    complaints: list[str] = []
+    if parting.held:
+        trial, _ = _refined(old, parting.training, recipe, _named("trial", progress))
+        now = _measure(trial, parting.held, _named("new version", progress))
+        before = _measure(old, parting.held, _named("earlier version", progress))
+        figures["corrections"] = {
+            "by": parting.by,
+            "signs": len(parting.signs),
+            "pictures": len(parting.held),
+            "new": now,
+            "parent": before,
+        }
+        complaints += worse(now, before, "Held-out corrections")
+    new, counts = _refined(old, scenes, recipe, progress)
+    for name, now, before in (
+        ("remembered", remembered_figures(new), remembered_figures(old)),
+        *public_figures(new, old, gtsdb, gtsrb, recipe.seed, progress),
+    ):
+        if now:
+            figures[name] = {"new": now, "parent": before}
+            complaints += worse(now, before, _WHERE[name])
+    figures["worse"] = complaints
+    lineage = _lineage(exports, recipe, parent, old, parting, scenes, counts)
+    progress("writing", 0, 1)
+    models = {
+        name: save_component(replace(component, figures=_own(name, component, figures)), out)
+        for name, component in new.items()
+    }
+    return Report(figures, lineage, models)
+
+
+_WHERE: Final = {"remembered": "Remembered training data", "gtsdb": "GTSDB scenes", "gtsrb": "GTSRB tracks"}
+
+
+def _something(scenes: Sequence[CorrectedScene], exports: Sequence[OpenedExport]) -> None:
+    if any(scene.signs for scene in scenes):
+        return
+    notes = " ".join(note for export in exports for note in export.notes)
+    raise InputError(
+        "Expected corrected signs to learn from, found none: only tracks that people have accepted, corrected or drawn "
+        f"teach, and their video or pictures must be there. {notes}".strip()
+    )
+
+
+def _load(parent: Path | None) -> Parts:
+    folder = SHIPPED if parent is None else parent
+    present = read_manifest(folder)["components"]
+    for needed in ("detector", "classifier"):
+        if needed not in present:
+            raise ModelError(f"The models in {folder} have no component '{needed}', so they cannot be refined.")
+    return {name: load_component(name, folder) for name in sorted(present)}
+
+
+def _memory(parts: Parts) -> tuple[tuple[Samples, Samples] | None, Component | None]:
+    """What training may lean on: two thirds of the remembered windows; the rest is for figures."""
+    memory = parts.get(MEMORY)
+    if memory is None:
+        return None, None
+    arrays = memory.arrays
+    signs = Samples(arrays["signs"], arrays["signs_cascade"].astype(np.float64))
+    others = Samples(arrays["others"], arrays["others_cascade"].astype(np.float64))
+    return (signs.pick(np.arange(len(signs)) % 3 > 0), others.pick(np.arange(len(others)) % 3 > 0)), memory
+
+
+def _refined(
+    old: Parts, scenes: Sequence[CorrectedScene], recipe: Recipe, progress: Progress
+) -> tuple[Parts, dict[str, Any]]:
+    """All parts, refined or as they were, and counts for the lineage."""
+    new, counts = dict(old), {}
+    remembered, memory = _memory(old)
+    model = AcfModel.from_arrays(old["detector"].arrays, old["detector"].params)
+    if "detector" in recipe.parts:
+        refined, notes = refine_detector(model, scenes, remembered, recipe.detector, recipe.seed, progress)
+        arrays, params = refined.to_arrays()
+        kept = {k: v for k, v in old["detector"].arrays.items() if k.startswith("heldout_")}
+        data = {**old["detector"].data, "refined": notes.as_dict()}
+        new["detector"] = Component("detector", {**arrays, **kept}, params, data, {}, recipe.seed)
+        counts["detector"] = notes.as_dict()
+    if {"prior", "lambda"} & set(recipe.parts) and "prior" in old:
+        new["prior"] = _prior(old, model, scenes, recipe, progress)
+        counts["prior"] = {"lambda": new["prior"].params["lambda"], "lambda_before": old["prior"].params["lambda"]}
+    if "classifier" in recipe.parts:
+        if memory is None:
+            raise ModelError(
+                "The earlier version has no memory of its training data, without which its classifier would forget "
+                "other signs. Start from the shipped models, or leave the classifier out."
+            )
+        crops = sign_crops(scenes, progress)
+        new["classifier"] = _classifier(old["classifier"], crops, memory, recipe, progress)
+        counts["classifier"] = {"crops": len(crops), "signs": len({item.sign for item in crops})}
+    if "online" in recipe.parts and "online" in old:
+        progress("samples for the online detector", 0, 1)
+        new["online"] = refine_online(old["online"], scenes, recipe.seed)
+        counts["online"] = dict(new["online"].data)
+    return new, counts
+
+
+def _prior(
+    old: Parts, model: AcfModel, scenes: Sequence[CorrectedScene], recipe: Recipe, progress: Progress
+) -> Component:
+    """Table and lambda; the detector that has not seen the frames is asked for lambda."""
+    before = old["prior"]
+    table: NDArray[np.float32] = before.arrays["table"].astype(np.float32)
+    centres = int(before.data.get("centres", old["detector"].data.get("scenes", {}).get("signs", 852)))
+    if "prior" in recipe.parts:
+        sizes = [(picture.shape[1], picture.shape[0]) for picture in (read_picture(s.scene) for s in scenes)]
+        table, centres = blended_table(table, centres, scenes, sizes)
+    weight = float(before.params["lambda"])
+    if "lambda" in recipe.parts:
+        found = refined_lambda(table, dict(old["detector"].arrays), _SCENE, hear(model, scenes, progress))
+        weight = weight if found is None else round(found, 6)
+    data = {**before.data, "centres": centres}
+    return Component("prior", {"table": table}, {**before.params, "lambda": weight}, data, {}, recipe.seed)
+
+
+def _classifier(
+    old: Component, crops: Sequence[SignCrop], memory: Component, recipe: Recipe, progress: Progress
+) -> Component:
+    weights, bias = refine_classifier(
+        SignClassifier.from_component(old),
+        crops,
+        memory.arrays["moment"].astype(np.float64),
+        int(memory.data.get("tracks", 1)),
+        recipe.classifier,
+        recipe.seed,
+        progress,
+    )
+    arrays = {**old.arrays, "weights": weights.astype(np.float16), "bias": bias}
+    data = {**old.data, "refined": {"crops": len(crops), "signs": len({item.sign for item in crops})}}
+    return Component("classifier", arrays, old.params, data, {}, recipe.seed)
+
+
+def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -> dict[str, Any]:
+    """Figures of one version on held-out corrections."""
+    model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
+    prior = None
+    if "prior" in parts:
+        prior = SpatialPrior(parts["prior"].arrays["table"].astype(np.float32), float(parts["prior"].params["lambda"]))
+    found = detection_of(model, prior, held, progress)
+    read = classification_of(SignClassifier.from_component(parts["classifier"]), sign_crops(held, progress))
+    return found | read
+
+
+def _own(name: str, component: Component, figures: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Figures that go into the component's own entry; a part that was taken over keeps its own."""
+    if component.figures or name == MEMORY:
+        return component.figures
+    return json.loads(json.dumps(figures))  # type: ignore[no-any-return]
+
+
+def _lineage(
+    exports: Sequence[OpenedExport],
+    recipe: Recipe,
+    parent: Path | None,
+    old: Parts,
+    parting: Parting,
+    scenes: Sequence[CorrectedScene],
+    counts: Mapping[str, Any],
+) -> dict[str, Any]:
+    return {
+        "parent": {"folder": None if parent is None else parent.name, "models": {n: c.sha256 for n, c in old.items()}},
+        "parts": list(recipe.parts),
+        "seed": recipe.seed,
+        "exports": [dict(export.about) for export in exports],
+        "notes": [note for export in exports for note in export.notes],
+        "held_out": {"share": recipe.held_out, "by": parting.by, "signs": sorted(parting.signs)},
+        "used": {
+            "frames": len(scenes),
+            "videos": sorted({video_name(v) for export in exports for v in export.dataset.videos}),
+            "signs": len({sign for scene in scenes for sign in scene.signs}),
+            **counts,
+        },
+        "settings": {"detector": asdict(recipe.detector), "classifier": asdict(recipe.classifier)},
+    }
+
+
+def _named(what: str, progress: Progress) -> Progress:
+    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)

@@ -1,0 +1,135 @@
+"""Whole trainings on public data, part by part, into one folder; what is there already is not made again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.errors import UsageError
+from tsr_engine.io.gtsdb import read_gtsdb
+from tsr_engine.io.gtsrb import read_items
+from tsr_engine.io.models import MANIFEST, SHIPPED, Component, load_component, read_manifest, save_component
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.training.classifier import train_classifier
+from tsr_engine.training.memory import COMPONENT as MEMORY
+from tsr_engine.training.memory import build_memory
+from tsr_engine.training.offline import train_detector, train_prior
+from tsr_engine.training.online import train_online
+from tsr_engine.training.retrain import Report
+
+__all__ = ["WHOLE", "train_component", "train_parts"]
+
+WHOLE: Final = ("detector", "prior", "classifier", "online", MEMORY)
+"""Components that are trained on public data, in this order."""
+Progress = Callable[[str, int, int], None]
+
+
+def train_component(
+    name: str, out: Path, seed: int, progress: Progress, gtsdb: Path | None, gtsrb: Path | None
+) -> Component:
+    """Train one component on public data.
+
+    Args:
+        name: of ``WHOLE``.
+        out: where the components lie that it builds on: the prior on the detector, the memory on that and the
+            classifier.
+        seed: of everything random.
+        progress: told stage, number done, number in all.
+        gtsdb: annotated scenes.
+        gtsrb: crops.
+
+    Raises:
+        UsageError: data that it needs was not named.
+        InputError: the data cannot be read.
+    """
+    needs = {"classifier": (gtsrb,), MEMORY: (gtsdb, gtsrb)}.get(name, (gtsdb,))
+    if name not in WHOLE or None in needs:
+        wanted = {"classifier": "--gtsrb DIR", MEMORY: "--gtsdb DIR and --gtsrb DIR"}.get(name, "--gtsdb DIR")
+        raise UsageError(f"Training {name} needs {wanted}. Name the unpacked data folder.")
+    if name == "classifier":
+        return train_classifier(gtsrb or Path(), seed, progress=progress)
+    scenes = gtsdb or Path()
+    if name == "detector":
+        return train_detector(scenes, gtsrb, seed, progress)
+    if name == "prior":
+        return train_prior(scenes, load_component("detector", out), seed, progress)
+    if name == "online":
+        return train_online(read_gtsdb(scenes), seed)
+    detector, classifier = load_component("detector", out), load_component("classifier", out)
+    return build_memory(
+        read_gtsdb(scenes),
+        [item for item in read_items(gtsrb or Path()) if item.track is not None],
+        AcfModel.from_arrays(detector.arrays, detector.params),
+        SignClassifier.from_component(classifier),
+        seed,
+        progress,
+    )
+
+
+def train_parts(
+    parts: Sequence[str],
+    parent: Path | None,
+    out: Path,
+    seed: int,
+    progress: Progress,
+    *,
+    gtsdb: Path | None = None,
+    gtsrb: Path | None = None,
+) -> Report:
+    """Train parts on public data; the others are taken over from a parent.
+
+    What an earlier, interrupted call has finished in ``out`` stays. The memory is made anew where detector or
+    classifier are, as far as the data for it is named.
+
+    Args:
+        parts: names of ``tsr_engine.training.retrain.PARTS``.
+        parent: folder of the earlier version; unset: the shipped one.
+        out: folder for the new one.
+        seed: of everything random.
+        progress: told stage, number done, number in all; raises to stop.
+        gtsdb: annotated scenes.
+        gtsrb: crops.
+
+    Raises:
+        UsageError: data that a part needs was not named.
+        InputError: the data cannot be read.
+    """
+    folder = SHIPPED if parent is None else parent
+    old = {name: load_component(name, folder) for name in sorted(read_manifest(folder)["components"])}
+    asked = {"prior" if name == "lambda" else name for name in parts}
+    if "detector" in asked:
+        asked.add("prior")  # lambda is in units of the detector's score
+    if asked & {"detector", "classifier"} and gtsdb is not None and gtsrb is not None:
+        asked.add(MEMORY)
+    for name in asked:
+        if name in WHOLE and ((name == "classifier" and gtsrb is None) or (name != "classifier" and gtsdb is None)):
+            raise UsageError(f"Training {name} needs {'gtsrb' if name == 'classifier' else 'gtsdb'}. Name its folder.")
+    done: set[str] = set(read_manifest(out)["components"]) if (out / MANIFEST).exists() else set()
+    figures: dict[str, Any] = {}
+    for name in (n for n in WHOLE if n in asked or n in old):
+        if name in asked and name not in done:
+            component = train_component(name, out, seed, _named(name, progress), gtsdb, gtsrb)
+            save_component(component, out)
+        elif name not in asked and (name != MEMORY or not asked & {"detector", "classifier"}):
+            save_component(replace(old[name]), out)
+    models = {}
+    for name in sorted(read_manifest(out)["components"]):
+        component = load_component(name, out)
+        models[name] = component.sha256
+        if name in asked and component.figures:
+            figures[name] = {"new": dict(component.figures), "parent": dict(old[name].figures) if name in old else {}}
+    lineage = {
+        "parent": {"folder": None if parent is None else parent.name, "models": {n: c.sha256 for n, c in old.items()}},
+        "parts": sorted(asked),
+        "seed": seed,
+        "exports": [],
+        "data": {"gtsdb": None if gtsdb is None else gtsdb.name, "gtsrb": None if gtsrb is None else gtsrb.name},
+    }
+    return Report(figures, lineage, models)
+
+
+def _named(what: str, progress: Progress) -> Progress:
+    return lambda stage, done, total: progress(f"{what}: {stage}", done, total)
