@@ -7,16 +7,26 @@ from typing import Annotated, cast
 
 from fastapi import Depends, Request
 
+from app.artefacts.service import ArtefactService
+from app.bundles.importing import BundleImports
+from app.bundles.service import BundleService
 from app.catalogue import Pictograms
 from app.compare.service import CompareService
 from app.edits.service import EditService
 from app.events import EventBus
 from app.evidence.service import EvidenceService
+from app.exchange.imports import ImportService
+from app.exchange.service import ExportService
 from app.jobs.queue import JobQueue
+from app.recordings.service import RecordingService
+from app.recordings.viewer import ViewerFiles
 from app.runs.service import RunService
 from app.security.tokens import Tokens, home_token
 from app.settings import Settings
+from app.space.prior import find_prior
+from app.space.service import SpaceService
 from app.storage.database import Database
+from app.training.service import TrainingService
 from app.truths.service import TruthService
 from app.videos.frames import FrameService
 from app.videos.service import VideoService
@@ -42,10 +52,20 @@ class Context:
     truths: TruthService
     whatif: WhatIfService
     compare: CompareService
+    artefacts: ArtefactService
+    training: TrainingService
+    exports: ExportService
+    imports: ImportService
+    recordings: RecordingService
+    viewer: ViewerFiles
+    space: SpaceService
+    bundles: BundleService
+    bundle_imports: BundleImports
     pictograms: Pictograms
 
     def close(self) -> None:
         """Release files, threads and connections."""
+        self.space.close()
         self.frames.close()
         self.evidence.close()
         self.database.close()
@@ -67,6 +87,8 @@ def build_context(settings: Settings) -> Context:
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence)
     truths = TruthService(database)
+    frames = FrameService(settings, database)
+    artefacts = ArtefactService(settings, database, events, jobs)
     return Context(
         settings=settings,
         database=database,
@@ -74,13 +96,22 @@ def build_context(settings: Settings) -> Context:
         events=events,
         jobs=jobs,
         videos=videos,
-        frames=FrameService(settings, database),
+        frames=frames,
         runs=RunService(settings, database, events, jobs),
         evidence=evidence,
         edits=edits,
         truths=truths,
         whatif=WhatIfService(database, events, jobs),
         compare=CompareService(database, evidence, edits, truths),
+        artefacts=artefacts,
+        training=TrainingService(settings, database, events, jobs),
+        exports=ExportService(settings, database, artefacts),
+        imports=ImportService(settings, database, events, edits, truths),
+        recordings=RecordingService(database, evidence, artefacts),
+        viewer=ViewerFiles(settings.home),
+        space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),
+        bundles=BundleService(database, evidence, artefacts),
+        bundle_imports=BundleImports(settings, database, events, jobs),
         pictograms=Pictograms(),
     )
 

@@ -9,7 +9,26 @@ from fastapi import FastAPI, Request
 from fastapi.responses import JSONResponse, RedirectResponse, Response
 from starlette.middleware.gzip import GZipMiddleware
 
-from app.api import catalogue, compare, edits, events, evidence, frames, runs, session, truths, videos
+from app import rerun_pages
+from app.api import (
+    artefacts,
+    bundles,
+    catalogue,
+    compare,
+    edits,
+    events,
+    evidence,
+    exchange,
+    frames,
+    models,
+    recordings,
+    runs,
+    session,
+    space,
+    truths,
+    videos,
+    viser,
+)
 from app.context import Context, build_context
 from app.errors import error_body
 from app.failures import Shaped, handle_failures
@@ -21,7 +40,24 @@ from tsr_engine.version import __version__
 
 __all__ = ["create_app"]
 
-_ROUTERS = (session, catalogue, videos, frames, runs, events, evidence, edits, truths, compare)
+_ROUTERS = (
+    session,
+    catalogue,
+    videos,
+    frames,
+    runs,
+    events,
+    evidence,
+    edits,
+    truths,
+    compare,
+    artefacts,
+    exchange,
+    models,
+    recordings,
+    bundles,
+    space,
+)
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -57,6 +93,8 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.context = context
     for module in _ROUTERS:
         app.include_router(module.router, prefix="/api")
+    app.include_router(rerun_pages.router)
+    app.include_router(viser.router)
     _login(app, context)
     mount_pages(app)
     handle_failures(app)

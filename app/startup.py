@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from dataclasses import dataclass
 
 from app.context import Context
@@ -18,19 +19,24 @@ class Running:
 
     supervisor: Supervisor | None
     stream: EventStream
+    warmer: threading.Thread
 
 
 def start(context: Context) -> Running:
     """Start them; called on the server's event loop."""
     if context.settings.sample:
         context.videos.add_samples(context.truths)
+    context.artefacts.sweep()
+    context.imports.sweep()
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.events, context.jobs)
         supervisor.start()
+    warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
+    warmer.start()
     stream = EventStream(context.database, context.events)
     stream.start()
-    return Running(supervisor, stream)
+    return Running(supervisor, stream, warmer)
 
 
 async def stop(running: Running) -> None:
@@ -38,3 +44,4 @@ async def stop(running: Running) -> None:
     await running.stream.stop()
     if running.supervisor is not None:
         await asyncio.to_thread(running.supervisor.stop)
+    await asyncio.to_thread(running.warmer.join)

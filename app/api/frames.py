@@ -29,17 +29,25 @@ def get_frame(
     context: ContextDep,
     width: Annotated[int | None, Query(ge=16, le=16384)] = None,
     encoding: Annotated[Encoding, Query(alias="format")] = "jpeg",
+    glance: bool = False,
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """Frame k as the engine sees it; X-Frame-Ordinal and X-Frame-Pts say which one it is."""
-    served = context.frames.picture(video_id, ordinal, width, encoding, _tags(if_none_match))
+    """Frame k as the engine sees it; X-Frame-Ordinal and X-Frame-Pts say which one it is.
+
+    Who only glances, because the next leap is coming, may get a small, soft picture of the same frame, marked by
+    `X-Frame-Exact: false`.
+    """
+    served = context.frames.picture(video_id, ordinal, width, encoding, _tags(if_none_match), glance=glance)
     headers = {
-        "ETag": served.etag,
-        "Cache-Control": "private, max-age=31536000, immutable",
+        "X-Frame-Exact": str(served.exact).lower(),
         "X-Frame-Ordinal": str(served.ordinal),
         "X-Frame-Pts": str(served.pts),
         "Content-Encoding": "identity",  # compressed already
     }
+    if served.exact:
+        headers |= {"ETag": served.etag, "Cache-Control": "private, max-age=31536000, immutable"}
+    else:
+        headers["Cache-Control"] = "no-store"
     if served.data is None:
         return Response(status_code=304, headers=headers)
     return Response(served.data, media_type=f"image/{served.encoding}", headers=headers)

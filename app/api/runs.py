@@ -65,6 +65,7 @@ def remove_run(run_id: RunId, context: ContextDep) -> None:
     """Remove a run, its evidence and its edits."""
     context.runs.remove(run_id)
     context.evidence.forget(run_id)
+    context.space.forget(run_id)
 
 
 @router.post("/runs/{run_id}/cancel", operation_id="cancel_run", status_code=202, responses=failures(404))

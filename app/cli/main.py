@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from app.cli.bundle import bundle
+from app.cli.exchange import export, formats, import_file
+from app.cli.models import app as models
+from app.cli.record import record
 from app.cli.review import review
 from tsr_engine.cli import main as engine
 
@@ -13,4 +17,10 @@ def run(arguments: list[str] | None = None) -> int:
     known = {command.name for command in engine.app.registered_commands}
     if "review" not in known:
         engine.app.command("review")(review)
+        engine.app.command("export")(export)
+        engine.app.command("import")(import_file)
+        engine.app.command("formats")(formats)
+        engine.app.command("bundle")(bundle)
+        engine.app.add_typer(models, name="models")
+        engine.app.command("record")(record)
     return engine.run(arguments)

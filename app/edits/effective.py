@@ -47,9 +47,6 @@ class EffectiveTrack:
     occluded: NDArray[np.bool_]
 
 
-_ORIGINS: tuple[Origin, ...] = ("engine", "corrected", "interpolated")
-
-
 def box_at(doc: TrackDoc, frame: int, machine: Callable[[int, int], Edges | None]) -> Effective | None:
     """What a track shows in a frame.
 
@@ -84,25 +81,108 @@ def effective_track(
         doc: the document.
         machine: track -> its frames, ascending, shape (n,), and boxes, shape (n, 4).
     """
-    boxes: dict[int, Edges] = {}
+    if doc.gone:
+        return _nothing()
+    frames, boxes, there = _engine(doc, machine)
+    keys = _Keys(doc)
+    if len(keys.frame):
+        between = np.arange(keys.frame[0], keys.frame[-1] + 1)
+        joined = np.union1d(frames, between)
+        place = np.searchsorted(joined, frames)
+        laid = np.full((len(joined), 4), np.nan)
+        laid[place], there = boxes, np.isin(joined, frames, assume_unique=True)
+        frames, boxes = joined, laid
+    at = np.searchsorted(keys.frame, frames, side="right") - 1
+    lines, on_key = keys.lines(frames, at)
+    line = np.isfinite(lines[:, 0])
+    shown = (line | there) & ~keys.outside_at(at)
+    boxes = np.where(line[:, None], lines, boxes)[shown]
+    whole = -1 if doc.class_id is None else doc.class_id
+    label = keys.labels(frames, at)
+    return EffectiveTrack(
+        frame=frames[shown],
+        boxes=np.ascontiguousarray(boxes),
+        class_id=np.where(label < 0, whole, label)[shown],
+        origin=np.where(line, np.where(on_key, 1, 2), 0)[shown],
+        occluded=keys.occluded_at(at)[shown],
+    )
+
+
+class _Keys:
+    """The key frames of a document as columns, so that long tracks with many of them stay quick."""
+
+    def __init__(self, doc: TrackDoc) -> None:
+        order = doc.frames()
+        keys = [doc.keys[str(frame)] for frame in order]
+        n = len(order)
+        self.frame = np.array(order, np.int64)
+        self._box = np.array([_BLANK if key.box is None else key.box for key in keys], np.float64).reshape(n, 4)
+        self._has = np.array([key.box is not None for key in keys], np.bool_)
+        self._outside = np.array([key.outside for key in keys], np.bool_)
+        self._occluded = np.array([key.occluded for key in keys], np.bool_)
+        self._line = np.array([key.interpolate for key in keys], np.bool_)
+        self._label = np.array([-1 if key.class_id is None else key.class_id for key in keys], np.int64)
+        places = np.arange(n)
+        self._start = np.maximum.accumulate(np.where(self._has, places, -1)) if n else places
+        # the next key frame that has a box or is outside; n: there is none
+        stops = np.where(self._has | self._outside, places, n)
+        self._end = np.append(np.minimum.accumulate(stops[::-1])[::-1][1:], n) if n else places
+
+    def outside_at(self, at: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether the key frame that holds (-1: none does) hides the track."""
+        return self._held(self._outside, at)
+
+    def occluded_at(self, at: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """What it says of ``occluded``."""
+        return self._held(self._occluded, at)
+
+    def labels(self, frames: NDArray[np.int64], at: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The label of a key frame in its own frame; -1 elsewhere."""
+        if not len(self.frame):
+            return np.full(len(frames), -1)
+        own = (at >= 0) & (self.frame[at] == frames)
+        return np.where(own, self._label[at], -1)
+
+    def lines(self, frames: NDArray[np.int64], at: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """The boxes that key frames alone give, NaN where they give none; which are a key frame's own."""
+        found = np.full((len(frames), 4), np.nan)
+        on_key = np.zeros(len(frames), np.bool_)
+        n = len(self.frame)
+        if not n:
+            return found, on_key
+        on_key = (at >= 0) & (self.frame[at] == frames) & self._has[at]
+        found[on_key] = self._box[at[on_key]]
+        start, end = self._start[at], self._end[at]
+        ends = np.minimum(end, n - 1)
+        run = (at >= 0) & ~on_key & self._line[at] & (start >= 0) & (end < n) & self._has[ends]
+        a, b = start[run], end[run]
+        share = (frames[run] - self.frame[a]) / (self.frame[b] - self.frame[a])
+        found[run] = self._box[a] + share[:, None] * (self._box[b] - self._box[a])
+        return found, on_key
+
+    def _held(self, what: NDArray[np.bool_], at: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return (at >= 0) & what[at] if len(self.frame) else np.zeros(len(at), np.bool_)
+
+
+_BLANK = (np.nan,) * 4
+
+
+def _engine(
+    doc: TrackDoc, machine: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]]
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Frames, ascending, and boxes of the engine that the segments hold; the first segment of a frame counts."""
+    parts = []
     for segment in doc.segments:
         frames, table = machine(segment.track)
         rows = slice(*np.searchsorted(frames, [segment.first, segment.last + 1]))
-        for frame, (x1, y1, x2, y2) in zip(frames[rows].tolist(), table[rows].tolist(), strict=True):
-            boxes[frame] = (x1, y1, x2, y2)
-    keys = doc.frames()
-    frames_all = sorted({*boxes, *range(keys[0], keys[-1] + 1)}) if keys else sorted(boxes)
-    if not keys:  # nothing said about single frames: no need to look at each
-        shown = [] if doc.gone else [Effective(boxes[f], "engine", False, doc.class_id) for f in frames_all]
-        at = [] if doc.gone else frames_all
-    else:
-        found = [(f, box_at(doc, f, lambda _track, frame: boxes.get(frame))) for f in frames_all]
-        at = [f for f, one in found if one is not None]
-        shown = [one for _, one in found if one is not None]
-    return EffectiveTrack(
-        frame=np.array(at, np.int64),
-        boxes=np.array([one.box for one in shown], np.float64).reshape(-1, 4),
-        class_id=np.array([-1 if one.class_id is None else one.class_id for one in shown], np.int64),
-        origin=np.array([_ORIGINS.index(one.origin) for one in shown], np.int64),
-        occluded=np.array([one.occluded for one in shown], np.bool_),
-    )
+        parts.append((frames[rows], table[rows]))
+    if not parts:
+        return np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0, np.bool_)
+    together = np.concatenate([frames for frames, _ in parts])
+    kept, first = np.unique(together, return_index=True)
+    return kept, np.concatenate([table for _, table in parts])[first], np.ones(len(kept), np.bool_)
+
+
+def _nothing() -> EffectiveTrack:
+    none = np.zeros(0, np.int64)
+    return EffectiveTrack(none, np.zeros((0, 4)), none, none, np.zeros(0, np.bool_))

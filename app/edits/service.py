@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 from uuid import uuid4
@@ -12,66 +12,21 @@ import numpy as np
 from sqlalchemy import Select, func, select
 from sqlalchemy.orm import Session
 
-from app.edits.adopt import Adoption, MachineRun, adopt_documents
+from app.edits.adopt import MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Redo, Undo
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
 from app.edits.history import Target, adopted_keys, targets
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
+from app.edits.views import AdoptConflict, Adopted, Annotation, EditAnswer, LogEntry, adopted, log_entry
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
-from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
-
-
-class Annotation(Model):
-    """Everything that people have changed in a run; see types.js."""
-
-    seq: int
-    docs: list[TrackDoc]
-    undo: Target | None
-    redo: Target | None
-
-
-class EditAnswer(Annotation):
-    """The answer to one operation; ``docs`` are the touched ones."""
-
-    op_id: str
-
-
-class AdoptConflict(Model):
-    """An edit that could not be carried over."""
-
-    key: str
-    reason: str
-    frame: int
-
-
-class Adopted(Model):
-    """What became of the edits of another run."""
-
-    kept: list[str]
-    not_needed: list[str]
-    conflicts: list[AdoptConflict]
-
-
-class LogEntry(Model):
-    """One row of the log."""
-
-    seq: int
-    op_id: str
-    author: str
-    name: str
-    frame: int | None
-    reverts: str | None
-    command: dict[str, Any]
-    keys: list[str]
-    time: str
 
 
 class EditService:
@@ -108,7 +63,7 @@ class EditService:
         with self._database.read() as session:
             _require_run(session, run_id)
             query = select(Edit).where(Edit.run_id == run_id, Edit.seq > after).order_by(Edit.seq).limit(most)
-            return [_entry(edit) for edit in session.scalars(query)]
+            return [log_entry(edit) for edit in session.scalars(query)]
 
     def apply(
         self, run_id: str, op_id: str, author: str, command: Any, expected: Mapping[str, int] | None
@@ -212,31 +167,65 @@ class EditService:
             for key, documents in adoption.changed.items():
                 if not all(name in present and present[name].same(doc) for name, doc in documents.items()):
                     before = {name: present.get(name) or self._fresh(run, name) for name in documents}
-                    self._record_adopted(session, run, from_run, author, key, before, documents)
-            return _adopted(adoption)
+                    command = {"name": "adopt", "from_run": from_run, "key": key}
+                    self._record(session, run, author, command, before, documents)
+            return adopted(adoption)
 
-    def _record_adopted(
+    def put_documents(
+        self,
+        run_id: str,
+        author: str,
+        command: Mapping[str, Any],
+        make: Callable[[Mapping[str, TrackDoc]], Mapping[str, TrackDoc]],
+    ) -> tuple[int | None, list[str]]:
+        """Change many tracks of a run in one operation, which one undo takes back.
+
+        Args:
+            run_id: the run.
+            author: who does it.
+            command: what the log says; ``name`` is the kind of operation.
+            make: documents that are there now -> those to store; called while no other edit of the run goes on.
+
+        Returns:
+            Number of the operation in the log, None if nothing changed; keys of the stored documents.
+
+        Raises:
+            NotFound: no such run.
+        """
+        with self._database.write() as session:
+            lock_for_adoption(session, run_id)
+            run = _require_run(session, run_id)
+            present = {row.key: self._closed(run, _doc(row)) for row in session.scalars(_documents(run_id))}
+            documents = dict(make(present))
+            if not documents:
+                return None, []
+            before = {key: present.get(key) or self._fresh(run, key) for key in documents}
+            row = self._record(session, run, author, command, before, documents)
+            return row.seq, sorted(documents)
+
+    def _record(
         self,
         session: Session,
         run: Run,
-        from_run: str,
         author: str,
-        key: str,
+        command: Mapping[str, Any],
         before: Mapping[str, TrackDoc | None],
         documents: Mapping[str, TrackDoc],
-    ) -> None:
+    ) -> Edit:
+        """Save documents as one operation that no page has asked for by name."""
         saved = self._save(session, run.id, before, documents)
         row = Edit(
             op_id=uuid4().hex,
             run_id=run.id,
             author=author,
-            kind="adopt",
-            command={"name": "adopt", "from_run": from_run, "key": key},
+            kind=command["name"],
+            command=dict(command),
             frame=None,
             before={name: None if doc is None else doc.model_dump(mode="json") for name, doc in before.items()},
             after={name: doc.model_dump(mode="json") for name, doc in saved.items()},
         )
         self._tell(session, row)
+        return row
 
     def _again(self, session: Session, edit: Edit, run_id: str, author: str) -> EditAnswer:
         if edit.run_id != run_id:
@@ -363,11 +352,6 @@ def _machine(table: BoxTable) -> MachineRun:
     return MachineRun(table.frame, numbers[table.track] if len(table) else table.track, table.boxes, table.class_id)
 
 
-def _adopted(adoption: Adoption) -> Adopted:
-    conflicts = [AdoptConflict(key=key, reason=reason, frame=frame) for key, reason, frame in adoption.conflicts]
-    return Adopted(kept=adoption.kept, not_needed=adoption.not_needed, conflicts=conflicts)
-
-
 def _require_run(session: Session, run_id: str) -> Run:
     run = session.get(Run, run_id)
     if run is None:
@@ -384,17 +368,3 @@ def _same(present: TrackDoc | None, left: TrackDoc | None) -> bool:
     if left is None:
         return present is None or present.gone
     return present is not None and present.same(left)
-
-
-def _entry(edit: Edit) -> LogEntry:
-    return LogEntry(
-        seq=edit.seq,
-        op_id=edit.op_id,
-        author=edit.author,
-        name=edit.kind,
-        frame=edit.frame,
-        reverts=edit.reverts,
-        command=edit.command,
-        keys=sorted(edit.after),
-        time=edit.created.isoformat(),
-    )

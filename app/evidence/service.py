@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from app.errors import Conflict, Invalid, NotFound
+from sqlalchemy import select
+
+from app.errors import ApiError, Conflict, Invalid, NotFound
 from app.evidence.crops import MARGIN, CropOf, box_in_frame, crop_of, encode, pixels_in_frame
 from app.evidence.disagreement import Others
 from app.evidence.explain import Explanation
@@ -26,7 +28,7 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from tsr_engine.errors import EvidenceError
+from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.params import Params
@@ -70,6 +72,7 @@ class EvidenceService:
         self._lock = threading.Lock()
         self._answers: OrderedDict[tuple[str, ...], bytes] = OrderedDict()
         self._facts: OrderedDict[str, TrackFacts] = OrderedDict()
+        self._turns: dict[tuple[str, ...], threading.Lock] = {}
 
     def close(self) -> None:
         """Close all stores."""
@@ -111,6 +114,16 @@ class EvidenceService:
             yield reader
 
     # ------------------------------------------------------------------------------------------- about whole runs
+
+    def warm(self) -> None:
+        """Answer for the newest complete run what the page asks first, so that it opens at once later."""
+        query = select(Run.id).where(Run.state == "complete").order_by(Run.finished.desc(), Run.created.desc()).limit(1)
+        with self._database.read() as session:
+            newest = session.scalars(query).first()
+        if newest is not None:
+            with suppress(ApiError, TsrError):  # whoever opens it is told
+                self.lanes(newest)
+                self.tracks(newest)
 
     def tracks(self, run_id: str) -> bytes:
         """``TrackColumns`` as JSON; empty columns while the run has nothing."""
@@ -261,11 +274,21 @@ class EvidenceService:
             with self.reading(place) as reader:
                 key = (*key, str(reader.last_frame))
         with self._lock:
-            known = self._answers.get(key)
-            if known is not None:
-                self._answers.move_to_end(key)
-                return known
-        answer = _json(make())
+            turn = self._turns.setdefault(key, threading.Lock())
+        with turn:  # who asks for what is being made already waits for it
+            with self._lock:
+                known = self._answers.get(key)
+                if known is not None:
+                    self._answers.move_to_end(key)
+                    return known
+            try:
+                answer = _json(make())
+            finally:
+                with self._lock:
+                    self._turns.pop(key, None)
+            return self._keep(key, answer)
+
+    def _keep(self, key: tuple[str, ...], answer: bytes) -> bytes:
         with self._lock:
             # What was known of an earlier state of the same run is of no use any more.
             for old in [k for k in self._answers if k[:2] == key[:2]]:

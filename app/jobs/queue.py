@@ -15,6 +15,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
+from app.jobs.lanes import SHORT_KINDS, Lane
 from app.storage.models import Job
 
 __all__ = ["MOST_CRASHES", "STRIDE", "Fenced", "JobQueue"]
@@ -56,9 +57,11 @@ class JobQueue:
         session.flush()
         return job
 
-    def waiting(self, session: Session) -> Sequence[str]:
-        """Jobs that can be claimed, the next first."""
+    def waiting(self, session: Session, lane: Lane | None = None) -> Sequence[str]:
+        """Jobs that can be claimed, the next first; those of one lane."""
         query = select(Job.id).where(Job.state == "queued").order_by(Job.priority.desc(), Job.order)
+        if lane is not None:
+            query = query.where(Job.kind.in_(SHORT_KINDS) if lane == "short" else Job.kind.not_in(SHORT_KINDS))
         return session.scalars(query).all()
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
@@ -129,9 +132,17 @@ class JobQueue:
             job.state, job.finished = "cancelled", datetime.now(UTC)
             return job
         if job.crashes >= MOST_CRASHES:
-            where = "before its first frame" if job.position is None else f"at frame {job.position}"
             job.state, job.finished = "failed", datetime.now(UTC)
-            job.error = f"The engine died {job.crashes} times {where}. The file may be damaged there."
+            job.error = _died(job)
             return job
         job.state = "queued"
         return None
+
+
+def _died(job: Job) -> str:
+    if job.kind not in ("import", "track"):
+        return (
+            f"The process that makes this died {job.crashes} times. Its memory may not suffice: ask for less at once."
+        )
+    where = "before its first frame" if job.position is None else f"at frame {job.position}"
+    return f"The engine died {job.crashes} times {where}. The file may be damaged there."

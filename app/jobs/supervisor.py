@@ -12,14 +12,15 @@ import time
 
 from sqlalchemy.exc import SQLAlchemyError
 
+from app.artefacts.folders import clear_folder
 from app.events import EventBus
+from app.jobs.lanes import LANES, SHORT_WORKERS, Lane, lane_of
 from app.jobs.locks import holder, is_alive, place_of
 from app.jobs.outcome import settle_subject, take_back
 from app.jobs.queue import Fenced, JobQueue
-from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Job, Run
+from app.storage.models import Job
 
 __all__ = ["Supervisor"]
 
@@ -45,11 +46,16 @@ class Supervisor:
         self._database = database
         self._events = events
         self._jobs = jobs
-        self._workers: list[subprocess.Popen[bytes]] = []
+        self._lanes: dict[Lane, list[subprocess.Popen[bytes]]] = {lane: [] for lane in LANES}
         self._stop = threading.Event()
         self._overdue: dict[str, float] = {}
         self._beats: dict[str, tuple[object, float]] = {}
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
+
+    @property
+    def _workers(self) -> list[subprocess.Popen[bytes]]:
+        """The processes of all lanes."""
+        return [worker for lane in LANES for worker in self._lanes[lane]]
 
     def start(self) -> None:
         """Begin to watch."""
@@ -93,19 +99,22 @@ class Supervisor:
                 self._stop.wait(2.0)
 
     def _turn(self) -> None:
-        self._workers = [worker for worker in self._workers if worker.poll() is None]
+        for lane in LANES:
+            self._lanes[lane] = [worker for worker in self._lanes[lane] if worker.poll() is None]
         with self._database.read() as session:
             running = self._jobs.running(session)
-            waiting = len(self._jobs.waiting(session))
+            waiting = {lane: len(self._jobs.waiting(session, lane)) for lane in LANES}
         for job in running:
             if self._is_dead(job):
                 self._bury(job)
             elif job.cancel:
                 self._press(job)
-        busy = sum(is_alive(self._settings.home, job.id) for job in running)
-        idle = len(self._workers) - busy
-        if waiting > max(0, idle) and len(self._workers) < self._settings.workers:
-            self._workers.append(self._spawn())
+        for lane in LANES:
+            workers = self._lanes[lane]
+            busy = sum(lane_of(job.kind) == lane and is_alive(self._settings.home, job.id) for job in running)
+            most = self._settings.workers if lane == "long" else SHORT_WORKERS
+            if waiting[lane] > max(0, len(workers) - busy) and len(workers) < most:
+                workers.append(self._spawn(lane))
 
     def _is_dead(self, job: Job) -> bool:
         if is_alive(self._settings.home, job.id):
@@ -123,11 +132,11 @@ class Supervisor:
             ended = self._jobs.bury(session, job.id, job.token)
             if ended is not None:
                 settle_subject(session, self._events, ended, ended.state, ended.error)
-                return
-            run = session.get(Run, job.subject)
-            if run is not None and run.state == "running":
-                run.state = "queued"
-                publish_run(session, self._events, run)
+            else:
+                settle_subject(session, self._events, job, "queued", None)
+        if ended is not None:
+            clear_folder(self._settings.home, job.subject)
+            return
         _log.warning("A worker died in job %s; it is tried again.", job.id)
 
     def _press(self, job: Job) -> None:
@@ -138,10 +147,10 @@ class Supervisor:
             assert process is not None
             os.kill(process, signal.SIGKILL if waited > 2 * _PATIENCE else signal.SIGTERM)
 
-    def _spawn(self) -> subprocess.Popen[bytes]:
+    def _spawn(self, lane: Lane) -> subprocess.Popen[bytes]:
         passed = {f"TSR_{name.upper()}": value for name, value in _as_environment(self._settings).items()}
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        command = [sys.executable, "-m", "app.jobs.worker", str(os.getpid())]
+        command = [sys.executable, "-m", "app.jobs.worker", str(os.getpid()), lane]
         environment = {**os.environ, **threads, **passed}
         return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
 

@@ -86,8 +86,32 @@ def task_of(kind: str) -> Task:
         from app.runs.task import track
 
         return track
+    if kind == "retrain":
+        from app.training.task import retrain_models
+
+        return retrain_models
+    if kind == "export":
+        from app.exchange.task import export
+
+        return export
     if kind == "whatif":
         from app.whatif.task import run_whatif
 
         return run_whatif
+    if kind == "glance":
+        from app.videos.glancing import make_glances
+
+        return make_glances
+    if kind == "bundle":
+        from app.bundles.task import make_run_bundle
+
+        return make_run_bundle
+    if kind == "recording":
+        from app.recordings.task import record_run
+
+        return record_run
+    if kind == "scene":
+        from app.space.task import make_scene
+
+        return make_scene
     raise KeyError(kind)

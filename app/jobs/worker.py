@@ -1,4 +1,4 @@
-"""A process that takes jobs from the queue until there are none: ``python -m app.jobs.worker PARENT``.
+"""A process that takes jobs from the queue until there are none: ``python -m app.jobs.worker PARENT LANE``.
 
 It ends with its server, has a limit on memory, and works at low priority: a broken or hostile video costs this one
 process.
@@ -18,6 +18,7 @@ import time
 from sqlalchemy.exc import OperationalError
 
 from app.events import EventBus
+from app.jobs.lanes import LANES, Lane
 from app.jobs.locks import JobLock, place_of
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
@@ -68,7 +69,8 @@ class _Leaving:
 
 def main(arguments: list[str] | None = None) -> int:
     """Work until idle or told to leave; the exit code is 0 then."""
-    parent = int((sys.argv[1:] if arguments is None else arguments)[0])
+    given = sys.argv[1:] if arguments is None else arguments
+    parent, lane = int(given[0]), LANES[LANES.index(given[1])]  # type: ignore[arg-type]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
     leaving = _Leaving()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
@@ -83,7 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
     jobs = JobQueue(events)
     since = time.monotonic()
     while not leaving() and time.monotonic() - since < IDLE:
-        if _one_job(settings, database, events, jobs, leaving):
+        if _one_job(settings, database, events, jobs, leaving, lane):
             since = time.monotonic()
         else:
             time.sleep(0.2)
@@ -91,10 +93,12 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def _one_job(settings: Settings, database: Database, events: EventBus, jobs: JobQueue, leaving: _Leaving) -> bool:
-    """Do the next job; False: there was none."""
+def _one_job(
+    settings: Settings, database: Database, events: EventBus, jobs: JobQueue, leaving: _Leaving, lane: Lane
+) -> bool:
+    """Do the next job of the lane; False: there was none."""
     with database.read() as session:
-        waiting = jobs.waiting(session)
+        waiting = jobs.waiting(session, lane)
     for job_id in waiting:
         lock = JobLock(settings.home, job_id)
         if not lock.take():

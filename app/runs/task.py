@@ -10,6 +10,7 @@ from app.jobs.tasks import Stopped, TaskContext
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
+from app.training.folders import begin_with
 from tsr_engine.errors import InputError
 from tsr_engine.version import __version__
 
@@ -30,9 +31,10 @@ def track(task: TaskContext) -> None:
         _check_file(video)
         run.state, run.error = "running", None
         run.started = run.started or datetime.now(UTC)
+        models = begin_with(task.settings, session, run)
         publish_run(session, task.events, run)
     params = params_of(run.preset, run.parameters)
-    components = load_components(params, task.settings.models)
+    components = load_components(params, models)
     request = RunRequest(
         Path(video.path), params, evidence=task.settings.home / run.folder, start=run.first, stop=run.stop
     )

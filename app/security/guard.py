@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ipaddress
 import json
+import re
 from collections.abc import Iterable, Iterator
 from typing import Final
 from urllib.parse import urlsplit
@@ -23,12 +24,13 @@ __all__ = ["CSP", "Guard", "cookie_name"]
 
 CSP: Final = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'; connect-src 'self'; "
-    "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+    "frame-src 'self'; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
 _SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _OPEN: Final = ("/login/", "/static/")
 _OPEN_EXACT: Final = frozenset({"/", "/favicon.ico", "/index.html"})
-_UPLOADS: Final = "/api/uploads/"
+_UPLOADS: Final = re.compile(r"/api/(uploads/.*|videos/[0-9a-f]{64}/imports|bundles)", re.ASCII | re.DOTALL)
+"""Routes that write their body to a file as it comes, up to a limit of their own."""
 _MOST_DIGITS: Final = 18
 
 
@@ -65,7 +67,7 @@ class Guard:
         if scope["type"] == "websocket":
             await self.app(scope, receive, send)
             return
-        body = _Limited(receive, None if scope["path"].startswith(_UPLOADS) else self.body_max)
+        body = _Limited(receive, None if _UPLOADS.fullmatch(scope["path"]) else self.body_max)
         answered = False
 
         async def guarded(message: Message) -> None:
@@ -98,7 +100,7 @@ class Guard:
         length = headers.get("content-length", "0")
         if len(length) > _MOST_DIGITS or not (length.isascii() and length.isdigit()):
             return 400, "bad_request", "The header Content-Length is not the number of bytes of the body."
-        if not path.startswith(_UPLOADS) and int(length) > self.body_max:
+        if not _UPLOADS.fullmatch(path) and int(length) > self.body_max:
             return 413, "too_large", f"The body has {length} bytes, allowed are {self.body_max}."
         return None
 

@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import JSON, BigInteger, DateTime, Float, ForeignKey, Index, Integer, LargeBinary, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-__all__ = ["Base", "Edit", "Event", "Job", "Run", "TrackDocument", "Truth", "Video"]
+__all__ = ["Artefact", "Base", "Edit", "Event", "Job", "ModelVersion", "Run", "TrackDocument", "Truth", "Video"]
 
 Sequence = BigInteger().with_variant(Integer, "sqlite")
 """Whole numbers that count up; SQLite counts only INTEGER keys."""
@@ -138,7 +138,7 @@ class Event(Base):
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     kind: Mapped[str] = mapped_column(String(32))
-    """``video``, ``run``, ``edit``, ``removed`` ..."""
+    """``video``, ``run``, ``edit``, ``artefact``, ``model``, ``removed`` ..."""
     subject: Mapped[str] = mapped_column(String(64))
     data: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
     time: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
@@ -195,3 +195,63 @@ class Truth(Base):
     """Rows of frame, track, x1, y1, x2, y2, class, visibility, ignore: little-endian float64, deflated."""
     count: Mapped[int] = mapped_column(Integer)
     created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+
+
+class Artefact(Base):
+    """A file that was made from runs and can be downloaded: an export, a recording, a bug bundle, a 3-D page."""
+
+    __tablename__ = "artefacts"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    kind: Mapped[str] = mapped_column(String(16), index=True)
+    """``export``, ``recording``, ``bundle`` or ``scene``."""
+    run_id: Mapped[str | None] = mapped_column(ForeignKey("runs.id", ondelete="SET NULL"), index=True)
+    """The run, where there is exactly one."""
+    name: Mapped[str] = mapped_column(Text)
+    """File name offered for the download."""
+    state: Mapped[str] = mapped_column(String(16), default="queued")
+    """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    options: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    """What was asked for."""
+    done: Mapped[int] = mapped_column(Integer, default=0)
+    total: Mapped[int | None]
+    path: Mapped[str] = mapped_column(Text, default="")
+    """Relative to the data folder; empty until it is whole."""
+    size: Mapped[int | None] = mapped_column(BigInteger)
+    """Bytes."""
+    sha256: Mapped[str] = mapped_column(String(64), default="")
+    summary: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    """Counts, skipped items with reasons."""
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+
+
+class ModelVersion(Base):
+    """A set of trained models; immutable when complete."""
+
+    __tablename__ = "model_versions"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    name: Mapped[str] = mapped_column(Text)
+    state: Mapped[str] = mapped_column(String(16), default="queued")
+    """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    parent_id: Mapped[str | None] = mapped_column(String(32))
+    """The version that it started from; NULL: the one that ships with the package."""
+    folder: Mapped[str] = mapped_column(Text, default="")
+    """The models, relative to the data folder."""
+    lineage: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    """Exports with their edit revisions and hashes, data folders, parts trained, seed, split."""
+    figures: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
+    """Held-out figures of this version and of its parent on the same data."""
+    models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
+    """Model -> SHA-256."""
+    stage: Mapped[str] = mapped_column(Text, default="")
+    """What is being done, in words."""
+    done: Mapped[int] = mapped_column(Integer, default=0)
+    total: Mapped[int | None]
+    promoted: Mapped[int] = mapped_column(Integer, default=0)
+    """Counts up with each promotion; new runs use the complete version with the highest one, above 0."""
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))

@@ -40,7 +40,14 @@ class TruthService:
             if video is None:
                 raise NotFound(f"There is no video {video_id[:80]!r}.")
             frames = video.frames if video.state == "ready" else None
-        rows = parse(content, frames)
+        return self.put_rows(video_id, name, parse(content, frames))
+
+    def put_rows(self, video_id: str, name: str, rows: Rows) -> Truth:
+        """Store checked rows, columns as in ``app.truths.rows.COLUMNS``; a truth of the same name is replaced.
+
+        Raises:
+            NotFound: no such video.
+        """
         truth = Truth(id=uuid.uuid4().hex, video_id=video_id, name=name, boxes=pack(rows), count=len(rows))
         with self._database.write() as session:
             if session.get(Video, video_id) is None:

@@ -17,6 +17,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video as VideoRow
 from app.videos.encoded import EncodedCache
+from app.videos.glance import glance_path
 from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
 from app.videos.table import modified, unpack
 from tsr_engine.errors import TsrError
@@ -39,6 +40,8 @@ class Served:
     ordinal: int
     pts: int
     etag: str
+    exact: bool = True
+    """False: small and soft, for a viewer who scrubs; ask again for the picture itself."""
 
 
 class FrameService:
@@ -52,7 +55,14 @@ class FrameService:
         self._lock = threading.Lock()
 
     def picture(
-        self, video_id: str, ordinal: int, width: int | None, encoding: Encoding, held: Container[str] = ()
+        self,
+        video_id: str,
+        ordinal: int,
+        width: int | None,
+        encoding: Encoding,
+        held: Container[str] = (),
+        *,
+        glance: bool = False,
     ) -> Served:
         """Frame ``ordinal``, at most ``width`` px wide (rounded up to one of ``WIDTHS``), never enlarged.
 
@@ -62,6 +72,7 @@ class FrameService:
             width: px; unset: the video's own.
             encoding: ``jpeg`` or ``webp``.
             held: ETags that the page has; such a picture is not made again.
+            glance: a picture that is small and soft will do, if it is there sooner.
 
         Raises:
             NotFound: no such video or frame, or its file is gone.
@@ -73,6 +84,9 @@ class FrameService:
                 raise NotFound(f"The video has frames 0 to {len(reel.table) - 1}. Got {ordinal}.", field="ordinal")
             wanted = reel.snap(width)
             etag = f'"{video_id[:20]}-{ordinal}-{wanted}-{encoding}"'
+            soft = reel.glance(ordinal, wanted, encoding) if glance else None
+            if soft is not None:
+                return Served(soft, encoding, ordinal, int(reel.table.pts[ordinal]), etag, exact=False)
             data = None if etag in held else reel.get(ordinal, wanted, encoding)
             return Served(data, encoding, ordinal, int(reel.table.pts[ordinal]), etag)
 
@@ -157,7 +171,7 @@ class FrameService:
             video = open_video(path, limits=VideoLimits(max_pixels=self._settings.max_pixels), table=table)
         except TsrError as error:
             raise Conflict(str(error), code="unreadable") from None
-        return Reel(video_id, video, table, self._cache, status)
+        return Reel(video_id, video, table, self._cache, status, glance_path(self._settings.home, video_id))
 
 
 def _status(path: Path) -> tuple[int, ...] | None:

@@ -10,6 +10,7 @@ import cv2
 from app.jobs.tasks import Stopped, TaskContext
 from app.runs.start import queue_first_run
 from app.storage.models import Video
+from app.videos.glance import is_wanted
 from app.videos.table import pack
 from app.videos.thumbnails import thumbnail_path
 from app.videos.view import publish_video
@@ -77,6 +78,8 @@ def import_video(task: TaskContext) -> None:
         publish_video(session, task.events, row)
         if row.sample:
             queue_first_run(session, task.events, task.jobs, row)
+        if is_wanted(table, file.width, file.height):
+            task.jobs.submit(session, "glance", video.id, priority=-1)
 
 
 def _status(path: Path) -> tuple[int, int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Literal
 
 import cv2
@@ -11,6 +12,8 @@ import numpy as np
 
 from app.errors import Conflict, Invalid
 from app.videos.encoded import EncodedCache
+from app.videos.glance import Glances, effort
+from tsr_engine.errors import TsrError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import Video
 from tsr_engine.records import Picture
@@ -20,6 +23,8 @@ __all__ = ["WIDTHS", "ClosedReelError", "Encoding", "Reel", "around", "encode_pi
 Encoding = Literal["jpeg", "webp"]
 WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
 """Widths that pictures are served at, besides their own."""
+_NEAR = 0.06
+"""Seconds of decoding that are no reason to glance."""
 _AHEAD = 24
 _SOON = 6
 # Going back, whole blocks are decoded at once: each one costs a jump to a key frame.
@@ -41,11 +46,24 @@ class Reel:
     """
 
     def __init__(
-        self, video_id: str, video: Video, table: FrameTable, cache: EncodedCache, status: tuple[int, ...]
+        self, video_id: str, video: Video, table: FrameTable, cache: EncodedCache, status: tuple[int, ...], small: Path
     ) -> None:
+        """Take an open video over.
+
+        Args:
+            video_id: the video.
+            video: closed with the reel.
+            table: of the video.
+            cache: of encoded pictures, shared.
+            status: as above.
+            small: where the copy for scrubbing lies once it is made.
+        """
         self.table = table
         self.status = status
         self.path = video.path
+        self._small = small
+        self._glances: Glances | None = None
+        self._opening = threading.Lock()
         self._id = video_id
         self._video = video
         self._cache = cache
@@ -89,6 +107,36 @@ class Reel:
         assert data is not None
         return data
 
+    def glance(self, ordinal: int, width: int, encoding: Encoding) -> bytes | None:
+        """A small, soft picture at once; None where the picture itself is near, or no copy for scrubbing is made yet.
+
+        The thread that decodes ahead stays where it is: whoever glances has not arrived.
+        """
+        if (self._id, ordinal, width, encoding) in self._cache:
+            return None
+        keys = np.flatnonzero(self.table.key[: ordinal + 1])
+        key = int(keys[-1]) if len(keys) else 0
+        at = self._video.position
+        steps = ordinal - at if key <= at <= ordinal else ordinal - key
+        if effort(steps, self._video.width, self._video.height) < _NEAR and not self._decoding.locked():
+            return None
+        with self._opening:
+            if self._closed:
+                raise ClosedReelError
+            if self._glances is None:
+                if not self._small.is_file():
+                    return None
+                try:
+                    self._glances = Glances(self._small, len(self.table))
+                except TsrError:
+                    self._small.unlink(missing_ok=True)  # cut off or another version's: better none
+                    return None
+            try:
+                picture = self._glances.read(ordinal)
+            except TsrError:
+                return None
+        return encode_picture(picture, width, encoding)
+
     def read(self, ordinal: int) -> Picture:
         """The decoded picture; errors as for ``get``."""
         with self._turn():
@@ -102,6 +150,9 @@ class Reel:
         self._thread.join()
         with self._decoding:
             self._video.close()
+        with self._opening:
+            if self._glances is not None:
+                self._glances.close()
 
     def _turn(self) -> _Turn:
         return _Turn(self)

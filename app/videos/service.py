@@ -15,6 +15,7 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
+from app.videos.glance import glance_path
 from app.videos.paths import allowed_path
 from app.videos.samples import SampleDrives
 from app.videos.table import restamp, unpack
@@ -164,7 +165,9 @@ class VideoService(SampleDrives):
             video = self.get(session, video_id)
             runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
             subjects = [video_id, *(run.id for run in runs)]
-            active = select(Job.id).where(Job.subject.in_(subjects), Job.state == "running").limit(1)
+            active = (
+                select(Job.id).where(Job.subject.in_(subjects), Job.state == "running", Job.kind != "glance").limit(1)
+            )
             if session.scalars(active).first() is not None:
                 raise Conflict(f"The engine is working on {video.name}. Cancel that first.", code="still_running")
             for subject in subjects:
@@ -179,6 +182,7 @@ class VideoService(SampleDrives):
         if owned is not None and home in owned.parents:
             owned.unlink(missing_ok=True)
         (home / "thumbnails" / f"{video_id}.jpg").unlink(missing_ok=True)
+        glance_path(home, video_id).unlink(missing_ok=True)
         self.remove_folders([run.folder for run in runs])
         return [run.id for run in runs]
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from app.jobs.tasks import Stopped, TaskContext
 from app.runs.view import publish_run
 from app.storage.models import Run
+from app.training.folders import models_of_run
 from app.whatif.difference import difference
 from tsr_engine.version import __version__
 
@@ -38,11 +39,12 @@ def run_whatif(task: TaskContext) -> None:
         run = session.get_one(Run, task.job.subject)
         parent = session.get_one(Run, run.parent_id)
         run.state, run.error, run.started = "running", None, run.started or datetime.now(UTC)
+        models = models_of_run(task.settings, session, parent)
         publish_run(session, task.events, run)
     source = task.settings.home / parent.folder
     with EvidenceReader(source) as reader:
         params = run_params(reader).with_settings([(k, _plain(v)) for k, v in run.parameters.items()])
-        components = load_components(params, task.settings.models)
+        components = load_components(params, models)
         check_models(reader, components)
         report = ReplayReport()
         told = time.monotonic()

@@ -87,6 +87,7 @@ const live = startLive(app, {
     const { review } = store.get();
     if (event.kind === 'edit' && review?.run?.id === event.subject) editor.hear(event.data.docs, event.data.op_id);
     if (event.kind === 'run') app.loader.follow(event.data);
+    if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:space', { detail: event.data }));
   },
   onReset: () => {
     void app.loader.refresh();

@@ -242,6 +242,98 @@
 
 /** @typedef {{seq: number, kind: string, subject: string, data: any}} ServerEvent */
 
+/** @typedef {{name: string, values: string[], help: string}} Switch   an option of a format; the first value is the default */
+
+/**
+ * @typedef {object} Format
+ * @property {string} name
+ * @property {string} title
+ * @property {string} summary          one sentence
+ * @property {boolean} can_export
+ * @property {boolean} can_import
+ * @property {boolean} needs_pictures
+ * @property {Switch[]} export_switches
+ * @property {Switch[]} import_switches
+ * @property {string} docs
+ */
+
+/**
+ * A file that was made from runs, or is being made.
+ * @typedef {object} Artefact
+ * @property {string} id
+ * @property {'export'|'recording'|'bundle'|'scene'} kind
+ * @property {string|null} run_id
+ * @property {string} name             of the file
+ * @property {'queued'|'running'|'complete'|'failed'|'cancelled'} state
+ * @property {string|null} error
+ * @property {Record<string, any>} options
+ * @property {number} done
+ * @property {number|null} total
+ * @property {number|null} size        bytes
+ * @property {string} sha256
+ * @property {Record<string, any>} summary   of an export: title, counts, skipped, skipped_count, videos, split
+ * @property {string} created
+ * @property {string|null} finished
+ */
+
+/**
+ * @typedef {object} ExportRequest
+ * @property {string[]} runs
+ * @property {string} format
+ * @property {'none'|'annotated'|'all'} pictures
+ * @property {string[]} states
+ * @property {number[]|null} classes
+ * @property {number|null} min_side    px
+ * @property {number} [first]
+ * @property {number|null} [stop]
+ * @property {{train: number, val: number, test: number}|null} split
+ * @property {'sign'|'video'} [split_by]
+ * @property {number} split_seed
+ * @property {number} thin_px
+ * @property {Record<string, string>} switches
+ * @property {string} name
+ */
+
+/**
+ * @typedef {object} ImportResult
+ * @property {'annotation'|'truth'|'run'} kind
+ * @property {string} id               of the run or the truth
+ * @property {number} tracks
+ * @property {number} boxes
+ * @property {number} [same]           tracks that the run showed already
+ * @property {string[]} repaired
+ * @property {{what: string, reason: string}[]} skipped
+ */
+
+/**
+ * A set of model files.
+ * @typedef {object} ModelVersion
+ * @property {string} id               `shipped`: those of the engine
+ * @property {string} name
+ * @property {'queued'|'running'|'complete'|'failed'|'cancelled'} state
+ * @property {string|null} error
+ * @property {string|null} parent_id
+ * @property {Record<string, any>} lineage
+ * @property {Record<string, any>} figures
+ * @property {Record<string, string>} models   part -> SHA-256
+ * @property {string} stage
+ * @property {number} done
+ * @property {number|null} total
+ * @property {boolean} active
+ * @property {string} created
+ * @property {string|null} finished
+ */
+
+/**
+ * @typedef {object} ModelRequest
+ * @property {string} name
+ * @property {string[]} parts
+ * @property {string[]} exports        ids of artefacts
+ * @property {{gtsdb?: string, gtsrb?: string}} folders
+ * @property {number} seed
+ * @property {string|null} parent
+ */
+
 /**
  * `summary.difference` of a complete what-if. Lists hold at most 500 entries, `counts` the full numbers.
  * `gained` and `relabelled` name tracks of the what-if; `lost` and `switched` tracks of the run that it replays.
@@ -277,6 +369,8 @@
  * @property {Parameter[]} parameters
  * @property {Video[]|null} videos             null: not loaded yet
  * @property {Record<string, Run[]>} runs      by video
+ * @property {Artefact[]|null} artefacts       null: not loaded yet
+ * @property {ModelVersion[]|null} models      the newest first; null: not loaded yet
  * @property {ReviewState|null} review
  * @property {Banner[]} banners
  * @property {'online'|'offline'} connection
@@ -287,12 +381,14 @@
 /**
  * @typedef {{screen: 'library'}
  *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
- *   | {screen: 'compare', a: string, b: string}} Route
+ *   | {screen: 'compare', a: string, b: string}
+ *   | {screen: 'models'} | {screen: 'files'}} Route
  */
 
 /** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}}} Banner */
 
-/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted', data?: any}} Dialog */
+/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'
+ *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'settings', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState
@@ -323,6 +419,7 @@
  * @property {{op_id: string, command: Command}[]} unsaved   operations without an acknowledgement yet
  * @property {{box: Box, key: string}|null} drag       box under the pointer
  * @property {QueueFilter} filter
+ * @property {'recording'|'space'|null} beside         what stands beside the picture
  */
 
 /**

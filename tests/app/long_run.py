@@ -12,7 +12,7 @@ import json
 import sqlite3
 import time
 import uuid
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from operator import itemgetter
 from pathlib import Path
@@ -66,7 +66,8 @@ def make_long_run(home: Path, frames: int = FRAMES, tracks: int = TRACKS, seed: 
     path = write_video(home / "long_drive.mp4", frames)
     digest = video_sha256(path)
     with open_video(path) as video:
-        table = video.table
+        # Our own file is as its packets say; decoding it to confirm that would take most of the time.
+        table = replace(video.table, confirmed=len(video.table), complete=True)
     run_id = uuid.uuid4().hex
     folder = home / "runs" / run_id
     header = RunHeader(

@@ -42,6 +42,12 @@ _STRICTER = frozenset(
         "put_truth",  # the body must be the CSV
         "edit",  # x1 < x2, the track must exist ...
         "adopt_edits",  # from another run of the same video
+        "start_export",  # options are the format's, runs are of different videos
+        "train_models",  # there must be something to learn from, folders lie inside the roots
+        "record_run",  # whole numbers are whole numbers; the frames must be the run's
+        "bundle_run",  # the frames and tracks must be the run's
+        "import_bundle",  # the body must be a bundle
+        "import_file",  # the body must be of the format, switches and label_map are JSON
     }
 )
 """Routes with rules that JSON Schema cannot say."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -110,6 +111,84 @@ def _broken(page: Page, _: dict[str, Any]) -> None:
     page.locator(".empty-error").wait_for()
 
 
+def _screen(name: str) -> Callable[[Page, dict[str, Any]], None]:
+    def go(page: Page, _: dict[str, Any]) -> None:
+        _address(page, f"#/{name}")
+        page.locator(".made, .model, .empty-actions").first.wait_for()
+        page.wait_for_timeout(500)
+
+    return go
+
+
+def _over(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Page, dict[str, Any]], None]:
+    """A dialog over the review screen, which is opened only where it is not there yet."""
+
+    def go(page: Page, facts: dict[str, Any]) -> None:
+        if page.locator("dialog[open]").count():
+            page.keyboard.press("Escape")
+        if page.evaluate("tsr.store.get().review === null"):
+            _review(page, facts)
+        _open(page, {"kind": kind, "data": data(facts)})
+
+    return go
+
+
+def _compared(page: Page, facts: dict[str, Any]) -> None:
+    """A version as it is after a retraining, which would take minutes."""
+    _screen("models")(page, facts)
+    before = {"ap50": 0.7123, "recall_at_0.1": 0.81, "mean_eq7": 0.131, "signs_right": 0.9, "pictures": 64, "signs": 11}
+    now = before | {"ap50": 0.7841, "recall_at_0.1": 0.835, "mean_eq7": 0.1345}
+    version = {"id": "0" * 32, "name": "Evening drives", "state": "complete", "error": None, "parent_id": None}
+    version |= {"stage": "", "done": 0, "total": None, "active": False, "models": {}}
+    version |= {"created": "2026-01-05T09:00:00Z", "finished": "2026-01-05T09:07:00Z"}
+    version["lineage"] = {
+        "asked": {"exports": [{"name": "corrections.zip"}], "folders": {}, "seed": 4},
+        "parts": ["detector", "classifier"],
+        "exports": [{"videos": [{"name": "country_road.mp4", "edit_revision": 41}]}],
+        "used": {"frames": 212, "signs": 24, "videos": ["country_road.mp4"]},
+        "held_out": {"by": "sign", "signs": ["a", "b", "c"]},
+    }
+    version["figures"] = {
+        "corrections": {"new": now, "parent": before},
+        "remembered": {"new": {"crops_kept": 0.9912}, "parent": {"crops_kept": 0.9912}},
+        "worse": ["Held-out corrections: localisation error rose from 0.131 to 0.1345."],
+    }
+    page.evaluate(
+        "async version => { const page = await import('/static/js/store/actions/page.js');"
+        " tsr.store.dispatch(state => page.putModel(state, version)); }",
+        version,
+    )
+    page.wait_for_timeout(300)
+
+
+def _dealt(page: Page, facts: dict[str, Any]) -> None:
+    _over("export", lambda facts: {"runs": [facts["run"]]})(page, facts)
+    page.get_by_label("Split into").check()
+    page.wait_for_timeout(500)
+
+
+def _refused(page: Page, facts: dict[str, Any]) -> None:
+    _over("import", lambda facts: {"video": facts["video"], "as": "truth"})(page, facts)
+    broken = b"frame,track_id,x1,y1,x2,y2,class_id\n4,1,10,10,5,20,14\n"
+    page.locator("#import-file").set_input_files(
+        {"name": "broken.csv", "mimeType": "text/csv", "buffer": broken}  # type: ignore[arg-type]
+    )
+    page.get_by_role("button", name="Import", exact=True).click()
+    page.locator(".import-refused:visible").wait_for()
+
+
+def _beside(kind: str, ready: str) -> Callable[[Page, dict[str, Any]], None]:
+    def go(page: Page, facts: dict[str, Any]) -> None:
+        _review(page, facts)
+        if page.locator(".beside:visible").count():
+            page.get_by_role("button", name="Close this view").click()
+        page.locator(f"[data-operation={kind}-view]").click()
+        page.locator(f".beside {ready}").first.wait_for()
+        page.wait_for_timeout(1500)
+
+    return go
+
+
 SCENES = (
     Scene("library", _library),
     Scene("library-no-match", _no_match),
@@ -123,10 +202,24 @@ SCENES = (
     Scene("compare-choose", _dialog("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),
     Scene("conflict", _dialog("conflict", _conflict)),
     Scene("help", _dialog("help", lambda _: {})),
+    Scene("export", _dealt),
+    Scene("import", _over("import", lambda facts: {"video": facts["video"]})),
+    Scene("import-refused", _refused),
+    Scene("truths", _over("truths", lambda facts: {"video": facts["video"]})),
+    Scene("record", _over("record", lambda _: {})),
+    Scene("report-bug", _over("bundle", lambda _: {})),
+    Scene("open-bug-bundle", _over("import-bundle", lambda _: {})),
+    Scene("retrain", _over("retrain", lambda _: {})),
+    Scene("preferences", _over("settings", lambda _: {})),
+    Scene("review-recording", _beside("recording", ".empty, iframe")),
+    Scene("files", _screen("files")),
+    Scene("models", _compared),
     Scene("compare", _compare),
     Scene("compare-error", _broken),
     Scene("offline", _offline),
 )
+VIEWS = (Scene("review-space", _beside("space", ".empty, iframe")),)
+"""Only for people to look at: they take a while."""
 
 
 def serious(page: Page) -> list[str]:
@@ -151,6 +244,15 @@ def _facts(server: LiveServer) -> dict[str, Any]:
     )
     tracks = server.call("GET", f"/runs/{video['latest_run']}/tracks")
     at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
+    for name, format_ in (("corrections", "cvat-video"), ("crops", "gtsrb")):
+        pictures = "annotated" if format_ == "gtsrb" else "none"
+        wanted = {"runs": [video["latest_run"]], "format": format_, "pictures": pictures, "name": name}
+        made = server.call("POST", "/exports", wanted)
+        end = time.monotonic() + 120
+        while server.call("GET", f"/artefacts/{made['id']}")["state"] in ("queued", "running"):
+            if time.monotonic() > end:
+                raise RuntimeError(f"The export {name} was not made in two minutes.")
+            time.sleep(0.3)
     return {
         "video": video["id"],
         "run": video["latest_run"],
@@ -172,7 +274,7 @@ def _shoot(
     page.on("pageerror", lambda error: problems.append(f"error in the page: {error}"))
     page.goto(server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
-    for scene in SCENES:
+    for scene in (*SCENES, *VIEWS):
         scene.go(page, facts)
         page.screenshot(path=out / f"{scene.name}-{size}-{theme}.png")
         problems += serious(page) if AXE.is_file() else []

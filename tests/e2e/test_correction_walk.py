@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, Route, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
@@ -349,6 +349,33 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     assert desk.documents()[key]["review"] == theirs
     assert desk.documents()[key]["not_a_sign"] is True
     other.context.close()
+
+
+@pytest.mark.parametrize(("status", "code"), [(507, "storage_full"), (503, "busy")])
+def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page, status: int, code: str) -> None:
+    key = "m" + str(state(page)["tracks"]["id"][-1])
+    before = desk.documents().get(key, {"not_a_sign": False})["not_a_sign"]
+    answer = {"error": {"code": code, "message": "The disk is full. Make room.", "field": None, "details": None}}
+    edits = re.compile(r"/api/runs/[0-9a-f]+/edits$")
+
+    def refuse(route: Route) -> None:
+        if route.request.method == "POST":
+            route.fulfill(status=status, json=answer)
+        else:
+            route.fallback()
+
+    page.route(edits, refuse)
+    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+    page.keyboard.press("Shift+x")
+    banner = page.locator(".banner").filter(has_text="The disk is full. Make room.")
+    banner.first.wait_for(timeout=20_000)
+    assert state(page)["unsaved"] == 1
+    assert state(page)["docs"][key]["not_a_sign"] is not before  # the page shows what was done
+    assert desk.documents().get(key, {"not_a_sign": False})["not_a_sign"] is before
+    page.unroute(edits)  # somebody has made room
+    wait(page, lambda s: s["unsaved"] == 0, 60)
+    assert desk.documents()[key]["not_a_sign"] is not before
+    banner.wait_for(state="detached", timeout=20_000)
 
 
 def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:

@@ -9,6 +9,8 @@ import {upload} from './upload.js';
 /** @typedef {import('../types.js').Run} Run */
 /** @typedef {import('../types.js').Command} Command */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
+/** @typedef {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal}} Sending */
+/** @typedef {{note: string, video_name: string, first: number, stop: number, expected: {id: string, expected: string, met: boolean, got: string}[], corrections: number, other_pictures: number, skipped: string[], engine_version: string}} BundleReport */
 /** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[]}} Folder */
 /** @typedef {{preset: string, parameters: Record<string, unknown>, first?: number, stop?: number|null, name?: string}} RunRequest */
 /** @typedef {{id: string, name: string, count: number}} Truth */
@@ -27,6 +29,8 @@ import {upload} from './upload.js';
 
 const VIDEO = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', runs: 'number', warnings: 'array', review: 'object'});
 const RUN = /** @type {const} */ ({id: 'string', video_id: 'string', state: 'string', preset: 'string', first: 'number', frames_done: 'number', summary: 'object'});
+const ARTEFACT = /** @type {const} */ ({id: 'string', kind: 'string', name: 'string', state: 'string', options: 'object', summary: 'object'});
+const MODEL = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', figures: 'object', lineage: 'object', active: 'boolean'});
 
 /**
  * @param {{base?: string, fetch?: typeof fetch, signal?: AbortSignal}} [setup]
@@ -87,19 +91,22 @@ export function createApi(setup = {}) {
      */
     frameUrl: (id, frame, options) => `${base}/videos/${e(id)}/frames/${frame}${queryText(options)}`,
     /**
-     * The picture of a frame, with the ordinal that the server says it has.
+     * The picture of a frame, with the ordinal that the server says it has. A glance may get a small, soft one, which
+     * is not exact.
      *
      * @param {string} id
      * @param {number} frame
-     * @param {{width?: number, format?: 'jpeg'|'webp', signal?: AbortSignal, timeout?: number}} [options]
-     * @returns {Promise<{blob: Blob, ordinal: number, pts: number|null}>}
+     * @param {{width?: number, format?: 'jpeg'|'webp', glance?: boolean, signal?: AbortSignal, timeout?: number}} [options]
+     * @returns {Promise<{blob: Blob, ordinal: number, pts: number|null, exact: boolean}>}
      */
-    frame: async (id, frame, {width, format, ...call} = {}) => {
-      const answer = await send(`/videos/${e(id)}/frames/${frame}`, {...call, query: {width, format}});
+    frame: async (id, frame, {width, format, glance, ...call} = {}) => {
+      const query = {width, format, glance: glance ? 'true' : undefined};
+      const answer = await send(`/videos/${e(id)}/frames/${frame}`, {...call, query});
       const ordinal = answer.headers.get('X-Frame-Ordinal');
       const pts = answer.headers.get('X-Frame-Pts');
       expectObject('GET /videos/…/frames/…', {ordinal: ordinal === null ? null : Number(ordinal)}, {ordinal: 'number'});
-      return {blob: await answer.blob(), ordinal: Number(ordinal), pts: pts === null ? null : Number(pts)};
+      const exact = answer.headers.get('X-Frame-Exact') !== 'false';
+      return {blob: await answer.blob(), ordinal: Number(ordinal), pts: pts === null ? null : Number(pts), exact};
     },
 
     // -- runs
@@ -155,6 +162,58 @@ export function createApi(setup = {}) {
     removeTruth: (truth, call) => json(`/truths/${e(truth)}`, {...call, method: 'DELETE'}),
     /** @param {string} reference   `run:ID`, `annotation:RUN` or `truth:ID` @param {string} candidate @param {Call} [call] @returns {Promise<Comparison>} */
     compare: async (reference, candidate, call) => expectObject('GET /compare', await json('/compare', {timeout: 120_000, ...call, query: {reference, candidate}}), {figures: 'object', confusion: 'object'}),
+
+    // -- files that are made from runs
+    /** @param {{kind?: string, run?: string}} [query] @param {Call} [call] @returns {Promise<import('../types.js').Artefact[]>} */
+    artefacts: async (query = {}, call) => {
+      const answer = expectObject('GET /artefacts', await json('/artefacts', {...call, query}), {artefacts: 'array'});
+      return expectList('GET /artefacts', answer.artefacts, ARTEFACT);
+    },
+    /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
+    artefact: async (id, call) => expectObject('GET /artefacts/…', await json(`/artefacts/${e(id)}`, call), ARTEFACT),
+    /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
+    removeArtefact: (id, call) => json(`/artefacts/${e(id)}`, {...call, method: 'DELETE'}),
+    /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
+    cancelArtefact: async (id, call) => expectObject('POST /artefacts/…/cancel', await json(`/artefacts/${e(id)}/cancel`, {...call, method: 'POST'}), ARTEFACT),
+    /** @param {string} id @returns {string} address of the file */
+    downloadUrl: (id) => `${base}/artefacts/${e(id)}/download`,
+    /** @param {Call} [call] @returns {Promise<import('../types.js').Format[]>} */
+    formats: async (call) => expectList('GET /formats', expectObject('GET /formats', await json('/formats', call), {formats: 'array'}).formats, {name: 'string', title: 'string', summary: 'string', export_switches: 'array', import_switches: 'array'}),
+    /** @param {import('../types.js').ExportRequest} request @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
+    startExport: async (request, call) => expectObject('POST /exports', await json('/exports', {...call, method: 'POST', body: request}), ARTEFACT),
+    /** @param {string} run @param {{first: number, stop: number, frame?: number|null, track?: string|null, name?: string}} request @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
+    record: async (run, request, call) => expectObject('POST /runs/…/recordings', await json(`/runs/${e(run)}/recordings`, {...call, method: 'POST', body: request}), ARTEFACT),
+    /** @param {string} run @param {{first: number, stop: number, note: string, tracks?: string[]}} request @param {Call} [call] @returns {Promise<import('../types.js').Artefact>} */
+    makeBundle: async (run, request, call) => expectObject('POST /runs/…/bundles', await json(`/runs/${e(run)}/bundles`, {...call, method: 'POST', body: request}), ARTEFACT),
+    /**
+     * @param {File} file
+     * @param {string|null} author
+     * @param {Sending} [options]
+     * @returns {Promise<{video: Video, run: Run, report: BundleReport}>}
+     */
+    importBundle: async (file, author, options = {}) => expectObject('POST /bundles', await upload(`${base}/bundles${queryText({author})}`, file, {...options, method: 'POST'}), {video: 'object', run: 'object', report: 'object'}),
+    /**
+     * Lay a file onto a video.
+     *
+     * @param {string} video
+     * @param {File} file
+     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, author?: string|null}} query
+     * @param {Sending} [options]
+     * @returns {Promise<import('../types.js').ImportResult>}
+     */
+    importFile: async (video, file, query, options = {}) => expectObject('POST /videos/…/imports', await upload(`${base}/videos/${e(video)}/imports${queryText({file: file.name.slice(-255), ...query})}`, file, {...options, method: 'POST'}), {kind: 'string', id: 'string', tracks: 'number', boxes: 'number', repaired: 'array', skipped: 'array'}),
+
+    // -- models
+    /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion[]>} */
+    models: async (call) => expectList('GET /models', expectObject('GET /models', await json('/models', call), {models: 'array'}).models, MODEL),
+    /** @param {import('../types.js').ModelRequest} request @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} */
+    train: async (request, call) => expectObject('POST /models', await json('/models', {...call, method: 'POST', body: request}), MODEL),
+    /** @param {string} id @param {'promote'|'cancel'|'resume'} what @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} */
+    changeModel: async (id, what, call) => expectObject(`POST /models/…/${what}`, await json(`/models/${e(id)}/${what}`, {...call, method: 'POST'}), MODEL),
+    /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} the one that is active now */
+    rollBackModels: async (call) => expectObject('POST /models/rollback', await json('/models/rollback', {...call, method: 'POST'}), MODEL),
+    /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
+    removeModel: (id, call) => json(`/models/${e(id)}`, {...call, method: 'DELETE'}),
 
     // -- edits
     /** @param {string} run @param {string|null} [author] @param {Call} [call] @returns {Promise<import('../types.js').Annotation>} */

@@ -7,15 +7,15 @@ import {ApiError, errorOfAnswer} from './errors.js';
 const STALL = 60_000;
 
 /**
- * PUT a file as it is.
+ * Send a file as it is.
  *
  * @param {string} url
  * @param {Blob} file
- * @param {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal, request?: XMLHttpRequest}} options
+ * @param {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal, method?: 'PUT'|'POST', request?: XMLHttpRequest}} options
  * @returns {Promise<any>} the JSON of the answer
  * @throws {ApiError}
  */
-export function upload(url, file, {onProgress, signal, request = new XMLHttpRequest()}) {
+export function upload(url, file, {onProgress, signal, method = 'PUT', request = new XMLHttpRequest()}) {
   return new Promise((resolve, reject) => {
     /** @type {ReturnType<typeof setTimeout>|undefined} */
     let timer;
@@ -38,7 +38,7 @@ export function upload(url, file, {onProgress, signal, request = new XMLHttpRequ
       return;
     }
     signal?.addEventListener('abort', stop, {once: true});
-    request.open('PUT', url);
+    request.open(method, url);
     request.setRequestHeader('Content-Type', 'application/octet-stream');
     request.upload.addEventListener('progress', (event) => {
       moved();

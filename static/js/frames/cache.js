@@ -3,7 +3,7 @@
  * Decoded pictures by ordinal, bounded by their bytes. A picture is only ever handed out for the ordinal that the
  * server says it has.
  *
- * @typedef {{frame: number, width: number, bitmap: ImageBitmap}} Shot
+ * @typedef {{frame: number, width: number, bitmap: ImageBitmap}} Shot   width: the one asked for; 0: a soft stand-in
  */
 
 const MOST_BYTES = 384 * 2 ** 20;
@@ -13,6 +13,7 @@ const AT_ONCE = 5;
  * @typedef {object} FrameCache
  * @property {(frame: number) => Shot|null} peek           what is there at once
  * @property {(frame: number) => Promise<Shot>} load       from the server if need be; an older load gives way at the next `want`
+ * @property {(frame: number) => Promise<Shot>} glance     the same, or a soft stand-in where that is there sooner
  * @property {(frames: Iterable<number>) => void} want     load these ahead, in order; what is not among them is dropped
  * @property {(width: number) => void} setWidth            width that pictures are wanted at, px
  * @property {() => void} clear                            the end: nothing is loaded any more
@@ -27,7 +28,7 @@ const AT_ONCE = 5;
 export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob) => createImageBitmap(blob) } = {}) {
   /** @type {Map<number, Shot>} */
   const held = new Map();
-  /** @type {Map<number, {promise: Promise<Shot>, abort: AbortController}>} */
+  /** @type {Map<number, {promise: Promise<Shot>, abort: AbortController, glance: boolean}>} */
   const running = new Map();
   /** @type {number[]} */
   let queue = [];
@@ -60,17 +61,18 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
     shot.bitmap.close();
   }
 
-  /** @param {number} frame */
-  function start(frame) {
+  /** @param {number} frame @param {boolean} [glance] */
+  function start(frame, glance = false) {
     const known = running.get(frame);
-    if (known) return known.promise;
+    if (known && (glance || !known.glance)) return known.promise;
+    known?.abort.abort();
     const abort = new AbortController();
     const asked = width;
     const promise = (async () => {
-      const { blob, ordinal } = await api.frame(video, frame, { width: asked, signal: abort.signal });
+      const { blob, ordinal, exact } = await api.frame(video, frame, { width: asked, glance, signal: abort.signal });
       if (abort.signal.aborted) throw new DOMException('The picture is no longer wanted.', 'AbortError');
       if (ordinal !== frame) throw new Error(`Asked for frame ${frame}, got ${ordinal}.`);
-      const shot = { frame, width: asked, bitmap: await decode(blob) };
+      const shot = { frame, width: exact ? asked : 0, bitmap: await decode(blob) };
       if (closed) {
         shot.bitmap.close();
         throw new DOMException('The page has gone on.', 'AbortError');
@@ -82,7 +84,7 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
       pump();
     });
     promise.catch(() => {});
-    running.set(frame, { promise, abort });
+    running.set(frame, { promise, abort, glance });
     return promise;
   }
 
@@ -108,6 +110,11 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
       urgent = frame;
       const shot = fresh(frame);
       return shot ? Promise.resolve(shot) : start(frame);
+    },
+    glance: (frame) => {
+      urgent = frame;
+      const shot = fresh(frame);
+      return shot ? Promise.resolve(shot) : start(frame, true);
     },
     want(frames) {
       const wanted = new Set(frames);

@@ -18,7 +18,7 @@ const AHEAD = 24;
 const BEHIND = 8;
 /** A step of more frames is a leap. */
 const NEAR = 12;
-/** How long the cursor rests after a leap before its neighbours are loaded, ms. */
+/** How long the cursor rests after a leap before the sharp picture and its neighbours are loaded, ms. */
 const REST = 180;
 /** How far behind time playing may fall before its clock is set back, s. */
 const SLACK = 0.12;
@@ -55,25 +55,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
   let stalled = 0;
 
   /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let restful;
-
-  /**
-   * Load what comes next. After a leap that waits a moment: whoever scrubs wants the next place, not this one's
-   * neighbours.
-   * @param {number} frame
-   */
-  function ahead(frame) {
-    clearTimeout(restful);
-    if (Math.abs(frame - before) <= NEAR || before === 0) {
-      loadAround(frame);
-      return;
-    }
-    cache.want([]);
-    restful = setTimeout(() => {
-      before = frame;
-      loadAround(frame);
-    }, REST);
-  }
+  let resting;
 
   /** @param {number} frame */
   function loadAround(frame) {
@@ -87,12 +69,27 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
   }
 
   /** @param {number} frame */
-  async function bring(frame) {
+  function bring(frame) {
     wanted = frame;
+    clearTimeout(resting);
     const ready = cache.peek(frame);
     if (ready) put(ready);
-    const request = cache.load(frame);
-    ahead(frame);
+    if (before === 0 || Math.abs(frame - before) <= NEAR) {
+      void show(frame, cache.load(frame));
+      loadAround(frame);
+      return;
+    }
+    // Whoever scrubs wants the next place, not this one's neighbours, and soon rather than sharp.
+    void show(frame, cache.glance(frame));
+    cache.want([]);
+    resting = setTimeout(() => {
+      void show(frame, cache.load(frame));
+      loadAround(frame);
+    }, REST);
+  }
+
+  /** @param {number} frame @param {Promise<Shot>} request */
+  async function show(frame, request) {
     try {
       const shot = await request;
       if (wanted === frame && !ended) {
@@ -150,7 +147,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     sync() {
       const review = store.get().review;
       if (!review?.timebase || ended) return;
-      if (review.frame !== wanted) void bring(review.frame);
+      if (review.frame !== wanted) bring(review.frame);
       if (review.playing && !handle) {
         tally = { frames: 0, late: 0 };
         started = null;
@@ -163,7 +160,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     setWidth(width) {
       cache.setWidth(width);
       const shot = wanted >= 0 ? cache.peek(wanted) : null;
-      if (wanted >= 0 && (!shot || shot.width < width)) void bring(wanted);
+      if (wanted >= 0 && (!shot || shot.width < width)) bring(wanted);
     },
     setSpeed(value) {
       speed = value;
@@ -173,7 +170,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     tally: () => tally,
     destroy() {
       ended = true;
-      clearTimeout(restful);
+      clearTimeout(resting);
       if (handle) untick(handle);
       cache.clear();
     },

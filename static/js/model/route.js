@@ -5,6 +5,7 @@
  *     #/                                        library
  *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest
  *     #/compare?a=run:R&b=annotation:R
+ *     #/models, #/files
  *
  * @typedef {import('../types.js').Route} Route
  */
@@ -21,6 +22,7 @@ export function formatRoute(route) {
     return `#/review/${route.video}/${route.run ?? '-'}${pairs.length ? `?${pairs.join('&')}` : ''}`;
   }
   if (route.screen === 'compare') return `#/compare?a=${encodeURIComponent(route.a)}&b=${encodeURIComponent(route.b)}`;
+  if (route.screen === 'models' || route.screen === 'files') return `#/${route.screen}`;
   return '#/';
 }
 
@@ -47,6 +49,7 @@ export function parseRoute(hash) {
   if (parts[0] === 'compare' && side.test(values.a ?? '') && side.test(values.b ?? '')) {
     return {screen: 'compare', a: values.a, b: values.b};
   }
+  if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files')) return {screen: parts[0]};
   return {screen: 'library'};
 }
 

@@ -2,12 +2,13 @@
 /** Everything a person can do: the one source of toolbar, keyboard and help. */
 
 import { boxes } from './boxes.js';
+import { exchange } from './exchange.js';
 import { navigation } from './navigate.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...navigation, ...boxes, ...verdicts, ...view];
+export const allOperations = () => [...navigation, ...boxes, ...verdicts, ...exchange, ...view];
 
 /**
  * Run an operation if it can be run now.

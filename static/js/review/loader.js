@@ -24,6 +24,7 @@ const FOLLOW = 1500;
  * @property {() => Promise<void>} refresh     load tracks and lanes of the run anew
  * @property {(run: Run) => void} follow       a run has gone on
  * @property {(id: string|null) => void} showSecond   another run's results as a layer
+ * @property {(id: string|null) => void} showTruth    a ground truth of the video as a layer; null: whichever there is
  * @property {() => void} destroy
  */
 
@@ -41,6 +42,10 @@ export function createLoader(app, hooks) {
   let asked = new Map();
   /** @type {string|null} */
   let truth = null;
+  /** Asked for, perhaps before its video is open. @type {string|null} */
+  let wantedTruth = null;
+  /** The video that could not be opened yet. @type {string|null} */
+  let unready = null;
   let followed = 0;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
@@ -62,7 +67,8 @@ export function createLoader(app, hooks) {
     try {
       const video = await api.video(route.video, { signal });
       store.dispatch((state) => openReview(state, video));
-      if (video.state !== 'ready') return;
+      unready = video.state === 'ready' ? null : video.id;
+      if (unready !== null) return;
       const [table, runs] = await Promise.all([api.frameTable(video.id, { signal }), api.runs(video.id, { signal })]);
       const run = runs.find(({ id }) => id === route.run) ?? runs.find(({ id }) => id === video.latest_run) ?? runs[0] ?? null;
       store.dispatch((state) => {
@@ -89,7 +95,7 @@ export function createLoader(app, hooks) {
   /** @param {string} video @param {AbortSignal} signal */
   async function truths(video, signal) {
     const found = await api.truths(video, { signal });
-    truth = found[0]?.id ?? null;
+    truth = found.find(({ id }) => id === wantedTruth)?.id ?? found[0]?.id ?? null;
     sync();
   }
 
@@ -194,6 +200,11 @@ export function createLoader(app, hooks) {
       }
       return;
     }
+    if (unready !== null && review?.video.id === unready && review.video.state === 'ready') {
+      unready = null; // it was still being imported when it was opened
+      void open(route);
+      return;
+    }
     if (!review?.timebase || !current) return;
     const signal = AbortSignal.any([current.signal, app.signal]);
     around(review, signal);
@@ -227,6 +238,15 @@ export function createLoader(app, hooks) {
       for (const name of [...asked.keys()]) if (name.startsWith('secondOverlays/')) asked.delete(name);
       store.dispatch((state) => changeReview(state, (review) => ({ second: id, secondOverlays: {}, layers: { ...review.layers, second: true } })));
       sync();
+    },
+    showTruth(id) {
+      wantedTruth = id;
+      for (const name of [...asked.keys()]) if (name.startsWith('truth/')) asked.delete(name);
+      store.dispatch((state) => changeReview(state, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } })));
+      const { review } = store.get();
+      if (!review || !current) return;
+      const signal = AbortSignal.any([current.signal, app.signal]);
+      truths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
     },
     destroy() {
       clearTimeout(timer);

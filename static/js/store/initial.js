@@ -14,6 +14,8 @@ export const initialState = () => ({
   parameters: [],
   videos: null,
   runs: {},
+  artefacts: null,
+  models: null,
   review: null,
   banners: [],
   connection: 'online',
@@ -60,4 +62,5 @@ export const initialReview = (video) => ({
   unsaved: [],
   drag: null,
   filter: { ...NO_FILTER },
+  beside: null,
 });

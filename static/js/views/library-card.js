@@ -2,9 +2,11 @@
 /** One video of the library. The elements stay while its progress changes, so that focus and hover stay. */
 
 import {sentence} from '../api/errors.js';
+import {isVideoFile} from '../model/exchange.js';
 import {formatRoute} from '../model/route.js';
 import {dropVideo, openDialog, putVideo} from '../store/actions/page.js';
 import {fill, h, setText} from './dom.js';
+import {acceptDrops} from './drops.js';
 import {bytes, clock, count, figure, plural} from './format.js';
 import {icon} from './icons.js';
 import {runPart, runProgress} from './run-words.js';
@@ -31,6 +33,11 @@ export function createCard(app, first) {
   const element = h('li', {class: 'card', 'aria-labelledby': title.id},
     h('div', {class: 'card-frame'}, icon('film'), picture, length),
     h('div', {class: 'card-body'}, title, facts, state, actions));
+  acceptDrops(element, ([file]) => {
+    if (!file || isVideoFile(file)) return false;
+    app.store.dispatch((now) => openDialog(now, {kind: 'import', data: {video: first.id, file}}));
+    return true;
+  });
   /** @type {[Video, Run[]|undefined]|null} */
   let shown = null;
   let actionsKey = '';
@@ -144,6 +151,12 @@ function actionsOf(app, video) {
     actions.push(h('button', {class: 'btn', type: 'button', onclick: () => retry(app, video), 'aria-label': `Import ${video.name} again`}, icon('refresh'), 'Import again'));
   }
   actions.push(h('span', {class: 'grow'}));
+  if (video.state === 'ready') {
+    actions.push(h('button', {
+      class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': `Import annotations for ${video.name}`, title: 'Import annotations for this video …',
+      onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'import', data: {video: video.id}})),
+    }, icon('import')));
+  }
   actions.push(h('button', {
     class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': `Remove ${video.name} from the library`, title: 'Remove from the library …', onclick: () => askRemove(app, video),
   }, icon('trash')));

@@ -10,7 +10,7 @@ import {icon} from './icons.js';
 /**
  * @param {import('../page-types.js').App} app
  * @param {AbortSignal} signal
- * @returns {{element: HTMLElement, add: (files: File[]) => void, acceptDrops: (target: HTMLElement) => void}}
+ * @returns {{element: HTMLElement, add: (files: File[]) => void}}
  */
 export function createUploads(app, signal) {
   const element = h('ul', {class: 'uploads', 'aria-label': 'Uploads', hidden: true});
@@ -79,32 +79,5 @@ export function createUploads(app, signal) {
     return send();
   }
 
-  /** @param {HTMLElement} target */
-  function acceptDrops(target) {
-    let depth = 0;
-    /** @param {DragEvent} event */
-    const hasFiles = (event) => event.dataTransfer?.types.includes('Files') ?? false;
-    target.addEventListener('dragenter', (event) => {
-      if (!hasFiles(event)) return;
-      depth += 1;
-      target.classList.add('dropping');
-    });
-    target.addEventListener('dragleave', (event) => {
-      if (!hasFiles(event)) return;
-      depth -= 1;
-      if (depth <= 0) target.classList.remove('dropping');
-    });
-    target.addEventListener('dragover', (event) => {
-      if (hasFiles(event)) event.preventDefault();
-    });
-    target.addEventListener('drop', (event) => {
-      if (!hasFiles(event)) return;
-      event.preventDefault();
-      depth = 0;
-      target.classList.remove('dropping');
-      add([...(event.dataTransfer?.files ?? [])]);
-    });
-  }
-
-  return {element, add, acceptDrops};
+  return {element, add};
 }

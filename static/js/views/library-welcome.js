@@ -68,7 +68,7 @@ export function createWelcome(app) {
     const busy = run && (run.state === 'running' || run.state === 'queued');
     if (video.state === 'importing') fill(progress, h('p', {class: 'small muted'}, 'Is imported; a few seconds …'));
     else if (video.state === 'failed') fill(progress, h('p', {class: 'small field-error'}, video.error ?? 'The import failed.'));
-    else if (busy) fill(progress, h('p', {class: 'small muted'}, usable ? `${runProgress(run)}. You can begin at once: results appear as they come.` : runProgress(run)), h('span', {class: 'meter', style: {'--part': `${runPart(run) * 100}%`}}, h('span')));
+    else if (busy) fill(progress, h('p', {class: 'small muted'}, usable ? `${runProgress(run).replace(/\.$/, '')}. You can begin at once: results appear as they come.` : runProgress(run)), h('span', {class: 'meter', style: {'--part': `${runPart(run) * 100}%`}}, h('span')));
     else if (run) fill(progress, h('p', {class: 'small muted'}, runProgress(run)));
     else fill(progress);
   }

@@ -2,15 +2,18 @@
 /** The first screen: all videos, how far each is, and how to add one. */
 
 import {sentence} from '../api/errors.js';
+import {isVideoFile} from '../model/exchange.js';
 import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
 import {h, reconcile, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
 import {plural} from './format.js';
 import {icon} from './icons.js';
 import {createCard} from './library-card.js';
+import {acceptDrops} from './drops.js';
 import {createUploads} from './library-uploads.js';
 import {createWelcome} from './library-welcome.js';
 import {recall, remember} from './preferences.js';
+import {toast} from './toasts.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').State} State */
@@ -78,10 +81,18 @@ export function createLibrary(app) {
         h('h1', null, 'Library'), total, h('div', {class: 'grow'}),
         h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort,
         h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
-        h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files),
+        h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files,
+        h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
+        h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
       uploads.element, welcomePlace, notice, list),
-    h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop video files to upload them')));
-  uploads.acceptDrops(element);
+    h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop videos to upload them, annotations on their video')));
+  acceptDrops(element, (dropped) => {
+    uploads.add(dropped.filter(isVideoFile));
+    const data = dropped.find((file) => !isVideoFile(file));
+    if (!data) return;
+    if (/\.zip$/i.test(data.name)) store.dispatch((state) => openDialog(state, {kind: 'import-bundle', data: {file: data}}));
+    else toast('Drop annotations on the video that they belong to.');
+  });
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
   const cards = new WeakMap();
   /** @type {Set<string>} */

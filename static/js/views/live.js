@@ -4,7 +4,7 @@
 import {sentence} from '../api/errors.js';
 import {openStream} from '../api/events.js';
 import {
-  dropRun, dropVideo, hideBanner, putRun, putVideo, setConnection, setLabels, setParameters, setRuns, setSession, setVideos, showBanner,
+  dropMade, dropRun, dropVideo, hideBanner, putArtefact, putModel, putRun, setArtefacts, setModels, putVideo, setConnection, setLabels, setParameters, setRuns, setSession, setVideos, showBanner,
 } from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -63,6 +63,7 @@ export function startLive(app, hooks = {}) {
       const [session, labels, parameters, videos] = await Promise.all([api.session(), api.labels(), api.parameters(), api.videos()]);
       store.dispatch((state) => setVideos(setParameters(setLabels(setSession(state, session), labels), parameters), videos));
       store.dispatch((state) => hideBanner(state, 'load'));
+      await reloadMade();
       for (const video of Object.keys(store.get().runs)) {
         const runs = await api.runs(video);
         store.dispatch((state) => setRuns(state, video, runs));
@@ -71,6 +72,11 @@ export function startLive(app, hooks = {}) {
       if (app.signal.aborted) return;
       store.dispatch((state) => showBanner(state, {id: 'load', tone: 'error', text: sentence(thrown)}));
     }
+  }
+
+  async function reloadMade() {
+    const [artefacts, models] = await Promise.all([api.artefacts(), store.get().models && api.models()]);
+    store.dispatch((state) => (models ? setModels(setArtefacts(state, artefacts), models) : setArtefacts(state, artefacts)));
   }
 
   return {retry: stream.retry, reload};
@@ -83,5 +89,7 @@ export function startLive(app, hooks = {}) {
 function take(store, event) {
   if (event.kind === 'video') store.dispatch((state) => putVideo(state, event.data));
   else if (event.kind === 'run') store.dispatch((state) => putRun(state, event.data));
-  else if (event.kind === 'removed') store.dispatch((state) => dropRun(dropVideo(state, event.subject), event.subject));
+  else if (event.kind === 'removed') store.dispatch((state) => dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject));
+  else if (event.kind === 'artefact') store.dispatch((state) => putArtefact(state, event.data));
+  else if (event.kind === 'model') store.dispatch((state) => putModel(state, event.data));
 }

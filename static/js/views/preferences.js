@@ -40,3 +40,12 @@ export function applyTheme(theme) {
   const dark = theme === 'dark' || theme === 'auto' && matchMedia('(prefers-color-scheme: dark)').matches;
   document.documentElement.dataset.theme = dark ? 'dark' : 'light';
 }
+
+/** @param {string} name */
+export function forget(name) {
+  try {
+    localStorage.removeItem(`tsr.${name}`);
+  } catch {
+    // As above.
+  }
+}

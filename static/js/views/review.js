@@ -1,8 +1,12 @@
 // @ts-check
 /** The review screen: toolbar, picture, right column and lanes, with lines between them that can be moved. */
 
+import {openDialog} from '../store/actions/page.js';
 import {h} from './dom.js';
+import {createBeside} from './beside.js';
+import {acceptDrops} from './drops.js';
 import {emptyState, waiting} from './empty.js';
+import {icon} from './icons.js';
 import {createInspector} from './inspector/index.js';
 import {createLanes} from './lanes/index.js';
 import {createPicture} from './picture/index.js';
@@ -29,16 +33,25 @@ export function createReview(app) {
   });
   const top = h('div', {class: 'review-top'});
   const grid = h('div', {class: 'review-grid'});
+  const pictures = h('div', {class: 'review-pictures'});
+  const beside = createBeside(app, (large) => grid.classList.toggle('beside-large', large));
+  const between = splitter({label: 'Width of the view beside the picture', orientation: 'vertical', container: pictures, variable: '--beside', name: 'review.beside', initial: 55, low: 25, high: 80});
+  pictures.append(h('section', {class: 'review-picture', 'aria-label': 'Picture'}, picture.element), between, beside.element);
   top.append(
-    h('section', {class: 'review-picture', 'aria-label': 'Picture'}, picture.element),
+    pictures,
     splitter({label: 'Width of the right column', orientation: 'vertical', container: top, variable: '--side', name: 'review.side', initial: 28, low: 18, high: 50}),
     h('section', {class: 'review-side', 'aria-label': 'Track details and queue'}, side.element));
   grid.append(top,
     splitter({label: 'Height of the lanes', orientation: 'horizontal', container: grid, variable: '--lanes', name: 'review.lanes', initial: 38, low: 12, high: 65}),
     h('section', {class: 'review-lanes', 'aria-label': 'Time lanes'}, lanes.element));
   const notice = h('div', {class: 'review-notice'}, waiting('The review is opened', {signal: ended.signal}));
-  const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, grid, notice);
-  const parts = [toolbar, picture, side, lanes];
+  const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, grid, notice,
+    h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('import'), h('span', null, 'Drop annotations to import them for this video')));
+  acceptDrops(element, ([file]) => {
+    const {review} = app.store.get();
+    if (file && review) app.store.dispatch((state) => openDialog(state, {kind: 'import', data: {video: review.video.id, file}}));
+  });
+  const parts = [toolbar, picture, beside, side, lanes];
   let noticed = 'waiting';
 
   /** @param {import('../types.js').State} state */
@@ -62,6 +75,7 @@ export function createReview(app) {
     element,
     update(state) {
       notify(state);
+      between.hidden = !state.review?.beside;
       for (const part of parts) part.update(state);
     },
     destroy() {

@@ -5,7 +5,9 @@ import {createBanners} from './banners.js';
 import {createCompare} from './compare.js';
 import {createDialogs} from './dialogs/layer.js';
 import {h} from './dom.js';
+import {createFiles} from './files.js';
 import {createLibrary} from './library.js';
+import {createModels} from './models.js';
 import {createReview} from './review.js';
 import {createToasts} from './toasts.js';
 import {createTopBar} from './topbar.js';
@@ -20,6 +22,8 @@ const SCREENS = {
   library: {title: 'Library', create: createLibrary},
   review: {title: 'Review', create: createReview},
   compare: {title: 'Compare', create: createCompare},
+  models: {title: 'Models', create: createModels},
+  files: {title: 'Files', create: createFiles},
 };
 
 /**

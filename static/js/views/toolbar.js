@@ -20,6 +20,8 @@ const BAR = [
   ['accept', 'reject', 'needs-work'],
   ['previous-in-queue', 'next-in-queue'],
   ['fit', 'actual-size', 'what-if'],
+  ['export', 'import', 'truths', 'record', 'report-bug'],
+  ['recording-view', 'space-view'],
 ];
 /** Buttons that carry their name. */
 const NAMED = new Set(['accept', 'reject', 'needs-work', 'relabel', 'what-if']);
@@ -28,6 +30,8 @@ const PRESSED = {
   play: (review) => review.playing,
   draw: (review) => review.mode === 'draw',
   merge: (review) => review.mode === 'merge',
+  'recording-view': (review) => review.beside === 'recording',
+  'space-view': (review) => review.beside === 'space',
   'select-mode': (review) => review.mode === 'select',
   accept: (review) => docOfSelected(review)?.review === 'accepted',
   reject: (review) => docOfSelected(review)?.review === 'rejected',

@@ -3,6 +3,7 @@
 
 import {formatRoute} from '../model/route.js';
 import {openDialog, setTheme} from '../store/actions/page.js';
+import {isActive} from './artefact-words.js';
 import {fill, h, setAttribute, setText} from './dom.js';
 import {icon} from './icons.js';
 import {runTitle} from './run-words.js';
@@ -40,12 +41,22 @@ export function createTopBar(app) {
     class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Help and keys (F1)', title: 'Help and keys (F1)',
     onclick: () => store.dispatch((state) => openDialog(state, {kind: 'help'})),
   }, icon('help'));
+  const settings = h('button', {
+    class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Preferences', title: 'Preferences: your name, theme',
+    onclick: () => store.dispatch((state) => openDialog(state, {kind: 'settings'})),
+  }, icon('settings'));
+  const making = h('span', {class: 'nav-count', hidden: true});
+  const links = [
+    h('a', {class: 'nav-link', href: '#/', dataset: {screen: 'library'}}, 'Library'),
+    h('a', {class: 'nav-link', href: '#/files', dataset: {screen: 'files'}}, 'Files', making),
+    h('a', {class: 'nav-link', href: '#/models', dataset: {screen: 'models'}}, 'Models'),
+  ];
   const element = h('header', {class: 'topbar'},
     h('a', {class: 'brand', href: '#/', title: 'To the library'},
       h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', null, 'tsr review')),
-    h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, h('a', {class: 'nav-link', href: '#/'}, 'Library')),
+    h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, ...links),
     chooser,
-    h('div', {class: 'grow'}), saved, theme, help);
+    h('div', {class: 'grow'}), saved, theme, settings, help);
   /** @type {Partial<State>} */
   let last = {};
 
@@ -54,9 +65,15 @@ export function createTopBar(app) {
     update(state) {
       if (state.videos !== last.videos || state.runs !== last.runs || state.route !== last.route || state.review?.run !== last.review?.run) {
         showChooser(state, chooser, videos, runs);
-        setAttribute(element.querySelector('.nav-link') ?? element, 'aria-current', state.route.screen === 'library' ? 'page' : null);
+        for (const link of links) setAttribute(link, 'aria-current', link.dataset.screen === state.route.screen ? 'page' : null);
       }
       if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.route !== last.route) showSaved(state, saved);
+      if (state.artefacts !== last.artefacts) {
+        const busy = (state.artefacts ?? []).filter(isActive).length;
+        making.hidden = busy === 0;
+        setText(making, busy);
+        setAttribute(making, 'title', busy ? `${busy} in the making` : null);
+      }
       if (state.theme !== last.theme) {
         fill(theme, icon(state.theme === 'dark' ? 'moon' : state.theme === 'light' ? 'sun' : 'contrast'));
         theme.title = THEMES[state.theme][1];

@@ -14,7 +14,7 @@ function create(most) {
   const closed = [];
   const api = /** @type {any} */ ({
     frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { signal }) => new Promise((resolve, reject) => {
-      const request = { answer: (ordinal = frame) => resolve({ blob: frame, ordinal }), aborted: false };
+      const request = { answer: (ordinal = frame) => resolve({ blob: frame, ordinal, exact: true }), aborted: false };
       signal.addEventListener('abort', () => {
         request.aborted = true;
         reject(new DOMException('', 'AbortError'));
@@ -88,4 +88,42 @@ test('after the end nothing is kept', async () => {
   await loading;
   cache.clear();
   assert.deepEqual(closed, [1]);
+});
+
+test('a soft stand-in is shown until the picture is asked for, and never counts as it', async () => {
+  /** @type {boolean[]} */
+  const asked = [];
+  /** @type {string[]} */
+  const closed = [];
+  const api = /** @type {any} */ ({
+    frame: async (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { glance }) => {
+      asked.push(glance);
+      return { blob: glance ? 'soft' : 'sharp', ordinal: frame, exact: !glance };
+    },
+  });
+  const decode = async (/** @type {any} */ blob) => /** @type {any} */ ({ width: 1, height: 1, close: () => closed.push(blob) });
+  const cache = createFrameCache(api, 'v', { decode });
+  assert.equal((await cache.glance(5)).width, 0);
+  assert.equal(cache.peek(5)?.width, 0);
+  assert.equal((await cache.load(5)).width, 1280);
+  assert.deepEqual(closed, ['soft']);
+  assert.equal((await cache.glance(5)).width, 1280); // it is there: nothing is asked
+  assert.deepEqual(asked, [true, false]);
+});
+
+test('the picture does not wait for a glance that is still on its way', async () => {
+  /** @type {boolean[]} */
+  const aborted = [];
+  const api = /** @type {any} */ ({
+    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { glance, signal }) => new Promise((resolve, reject) => {
+      if (!glance) resolve({ blob: 'sharp', ordinal: frame, exact: true });
+      signal.addEventListener('abort', () => { aborted.push(glance); reject(new DOMException('', 'AbortError')); });
+    }),
+  });
+  const decode = async () => /** @type {any} */ ({ width: 1, height: 1, close: () => {} });
+  const cache = createFrameCache(api, 'v', { decode });
+  const soft = cache.glance(5);
+  soft.catch(() => {});
+  assert.equal((await cache.load(5)).width, 1280);
+  assert.deepEqual(aborted, [true]);
 });

@@ -40,6 +40,29 @@ test('routes survive the way into the address and back', () => {
   for (const route of /** @type {import('../../../static/js/types.js').Route[]} */ ([
     {screen: 'library'}, {screen: 'review', video: id, run: null, frame: null, track: null},
     {screen: 'review', video: id, run: other, frame: 0, track: 'h-1/ä?&'}, {screen: 'compare', a: `run:${other}`, b: `truth:${other}`},
+    {screen: 'models'}, {screen: 'files'},
   ])) assert.deepEqual(parseRoute(formatRoute(route)), route);
-  for (const hash of ['', '#', '#/review/xyz', '#/compare?a=run:1', '#/review/%', '#/compare?a=%E0%A4%A', '#/nothing']) assert.deepEqual(parseRoute(hash), {screen: 'library'}, hash);
+  for (const hash of ['', '#', '#/review/xyz', '#/compare?a=run:1', '#/review/%', '#/compare?a=%E0%A4%A', '#/nothing', '#/models/x']) assert.deepEqual(parseRoute(hash), {screen: 'library'}, hash);
+});
+
+test('files and versions take their place, and leave it', () => {
+  const made = (/** @type {string} */ id, more = {}) => /** @type {any} */ ({id, state: 'queued', active: false, ...more});
+  assert.equal(actions.putArtefact(initialState(), made('a')).artefacts, null);
+  let state = actions.setArtefacts(initialState(), [made('a')]);
+  state = actions.putArtefact(actions.putArtefact(state, made('b')), made('a', {state: 'complete'}));
+  assert.deepEqual(state.artefacts?.map(({id, state: now}) => [id, now]), [['b', 'queued'], ['a', 'complete']]);
+  assert.deepEqual(actions.dropMade(state, 'b').artefacts?.map(({id}) => id), ['a']);
+  assert.equal(actions.dropMade(state, 'x'), state);
+});
+
+test('exactly one version is in use, the shipped one where no other is', () => {
+  const version = (/** @type {string} */ id, active = false) => /** @type {any} */ ({id, active});
+  const used = (/** @type {any} */ state) => state.models.filter((/** @type {any} */ one) => one.active).map((/** @type {any} */ one) => one.id);
+  let state = actions.setModels(initialState(), [version('b'), version('a'), version('shipped', true)]);
+  state = actions.putModel(state, version('a', true));
+  assert.deepEqual(used(state), ['a']);
+  state = actions.putModel(state, version('b', true));
+  assert.deepEqual(used(state), ['b']);
+  state = actions.putModel(state, version('b', false));
+  assert.deepEqual(used(state), ['shipped']);
 });

@@ -94,3 +94,65 @@ export function showBanner(state, banner) {
 export function hideBanner(state, id) {
   return state.banners.some((banner) => banner.id === id) ? {...state, banners: state.banners.filter((banner) => banner.id !== id)} : state;
 }
+
+/** @param {State} state @param {import('../../types.js').Artefact[]} artefacts @returns {State} */
+export const setArtefacts = (state, artefacts) => ({...state, artefacts});
+
+/**
+ * Take over a file that is new or has gone on; the newest stand first.
+ * @param {State} state
+ * @param {import('../../types.js').Artefact} artefact
+ * @returns {State}
+ */
+export function putArtefact(state, artefact) {
+  if (state.artefacts === null) return state;
+  return {...state, artefacts: replaced(state.artefacts, artefact)};
+}
+
+/** @param {State} state @param {import('../../types.js').ModelVersion[]} models @returns {State} */
+export const setModels = (state, models) => ({...state, models});
+
+/**
+ * Take over a version that is new or has changed. At most one is active; where none is said to be, the shipped one is.
+ * @param {State} state
+ * @param {import('../../types.js').ModelVersion} version
+ * @returns {State}
+ */
+export function putModel(state, version) {
+  if (state.models === null) return state;
+  const models = replaced(state.models, version);
+  const active = version.active ? version.id : models.find((other) => other.active && other.id !== 'shipped')?.id ?? 'shipped';
+  return {...state, models: models.map((other) => (other.active === (other.id === active) ? other : {...other, active: other.id === active}))};
+}
+
+/**
+ * Forget a file or a version that is gone.
+ * @param {State} state
+ * @param {string} id
+ * @returns {State}
+ */
+export function dropMade(state, id) {
+  const artefacts = without(state.artefacts, id);
+  const models = without(state.models, id);
+  return artefacts === state.artefacts && models === state.models ? state : {...state, artefacts, models};
+}
+
+/**
+ * @template {{id: string}} T
+ * @param {T[]} list
+ * @param {T} item
+ * @returns {T[]}
+ */
+function replaced(list, item) {
+  return list.some(({id}) => id === item.id) ? list.map((other) => (other.id === item.id ? item : other)) : [item, ...list];
+}
+
+/**
+ * @template {{id: string}} T
+ * @param {T[]|null} list
+ * @param {string} id
+ * @returns {T[]|null}
+ */
+function without(list, id) {
+  return list?.some((item) => item.id === id) ? list.filter((item) => item.id !== id) : list;
+}

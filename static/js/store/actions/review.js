@@ -52,6 +52,9 @@ export const toggleLayer = (state, name) =>
 /** @param {State} state @param {ReviewState['mode']} mode @returns {State} */
 export const setMode = (state, mode) => changeReview(state, { mode, drag: null, marked: [] });
 
+/** What stands beside the picture; the same again: nothing. @param {State} state @param {'recording'|'space'} beside @returns {State} */
+export const toggleBeside = (state, beside) => changeReview(state, (review) => ({ beside: review.beside === beside ? null : beside }));
+
 /** @param {State} state @param {string} key @returns {State} */
 export const toggleMarked = (state, key) =>
   changeReview(state, (review) => ({

@@ -10,6 +10,8 @@
  * - note: `{key?, frame?, note_id?, text?}`
  * - conflict: `{current, yours, keepMine, takeTheirs}`: documents of both sides, and what the two buttons do
  * - adopted: `{from, to}`: runs
+ * - export: `{runs?}`; import: `{video, file?, as?}`; truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
+ * - record, bundle, settings: nothing
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?}`
  */
 
@@ -18,13 +20,21 @@ import {h} from '../dom.js';
 import {icon} from '../icons.js';
 import {addVideoDialog} from './add-video.js';
 import {adoptedDialog} from './adopted.js';
+import {bundleDialog} from './bundle.js';
 import {compareDialog} from './compare.js';
 import {confirmDialog} from './confirm.js';
 import {conflictDialog} from './conflict.js';
+import {exportDialog} from './export.js';
 import {helpDialog} from './help.js';
+import {importDialog} from './import.js';
+import {importBundleDialog} from './import-bundle.js';
 import {noteDialog} from './note.js';
+import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
+import {retrainDialog} from './retrain.js';
 import {runDialog} from './run.js';
+import {settingsDialog} from './settings.js';
+import {truthsDialog} from './truths.js';
 import {whatIfDialog} from './whatif.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -53,13 +63,21 @@ import {whatIfDialog} from './whatif.js';
 const KINDS = {
   'add-video': addVideoDialog,
   adopted: adoptedDialog,
+  bundle: bundleDialog,
   compare: compareDialog,
   confirm: confirmDialog,
   conflict: conflictDialog,
+  export: exportDialog,
   help: helpDialog,
+  import: importDialog,
+  'import-bundle': importBundleDialog,
   note: noteDialog,
+  record: recordDialog,
   relabel: relabelDialog,
+  retrain: retrainDialog,
   run: runDialog,
+  settings: settingsDialog,
+  truths: truthsDialog,
   whatif: whatIfDialog,
 };
 

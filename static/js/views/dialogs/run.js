@@ -3,7 +3,7 @@
 
 import {ApiError, sentence} from '../../api/errors.js';
 import {formatRoute} from '../../model/route.js';
-import {dropRun, openDialog, putRun, setRuns} from '../../store/actions/page.js';
+import {dropRun, openDialog, putRun, setModels, setRuns} from '../../store/actions/page.js';
 import {fill, h, reconcile, setText} from '../dom.js';
 import {moment, plural} from '../format.js';
 import {icon} from '../icons.js';
@@ -188,12 +188,21 @@ function newRun({app, data, signal, close}, frames) {
     }
   }
 
+  const models = h('p', {class: 'field-hint run-models'}, 'Models: …');
+  app.api.models({signal}).then(
+    (found) => {
+      app.store.dispatch((state) => setModels(state, found));
+      fill(models, 'Models: ', h('strong', null, found.find(({active}) => active)?.name ?? 'Shipped'), ', ', h('a', {href: '#/models', onclick: close}, 'choose another'));
+    },
+    () => {
+      models.hidden = true; // the server chooses by itself
+    });
   const element = h('div', {class: 'stack'},
     h('div', {class: 'run-fields'},
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-preset'}, 'Preset'), preset),
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-name'}, 'Name'), name),
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-first'}, 'First frame'), first),
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-last'}, 'Last frame'), last)),
-    rangeError, h('details', {class: 'details', open: true}, summary, fields.element));
+    rangeError, models, h('details', {class: 'details', open: true}, summary, fields.element));
   return {element, submit, focus: preset, footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), start]};
 }

@@ -1,0 +1,68 @@
+"""Bug bundles: made from a run as work in the background, and taken into the library."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path as FilePath
+from typing import Annotated
+
+import anyio.to_thread
+from fastapi import APIRouter, Query, Request
+from pydantic import Field
+
+from app.api.receiving import RAW_BODY, receive
+from app.api.responses import failures
+from app.api.runs import RunId
+from app.artefacts.view import ArtefactView
+from app.bundles.importing import BundleImport
+from app.context import ContextDep
+from app.edits.documents import Frame, Key
+from app.shapes import PLAIN, Model
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["bundles"])
+
+
+class BundleOrder(Model):
+    """What to pack."""
+
+    first: Frame
+    stop: Annotated[int, Field(ge=1, le=2**31 - 1, strict=True)]
+    note: Annotated[str, Field(max_length=8000, pattern=PLAIN)] = ""
+    tracks: Annotated[tuple[Key, ...], Field(max_length=200)] = ()
+    """Tracks that it is about; empty: all that were corrected."""
+    max_eq7: Annotated[float, Field(ge=0, lt=1)] | None = None
+    """Error of Eq. 7 that a corrected box may have; unset: 0.25."""
+
+
+@router.post("/runs/{run_id}/bundles", operation_id="bundle_run", status_code=202, responses=failures(404, 409))
+def bundle_run(run_id: RunId, order: BundleOrder, context: ContextDep) -> ArtefactView:
+    """Pack a range of frames with output and corrections; the answer is the artefact that it becomes."""
+    return context.bundles.start(
+        run_id, order.first, order.stop, note=order.note, tracks=order.tracks, max_eq7=order.max_eq7
+    )
+
+
+@router.post("/bundles", operation_id="import_bundle", status_code=201, responses=failures(), openapi_extra=RAW_BODY)
+async def import_bundle(
+    request: Request,
+    context: ContextDep,
+    author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
+) -> BundleImport:
+    """Take a bundle into the library: its clip as a video, its run, its corrections; all of it, or nothing."""
+    part = await anyio.to_thread.run_sync(context.imports.new_part)
+    try:
+        path = part / "bundle.zip"
+        await receive(request, path, context.settings.upload_max_mb * 2**20)
+        work = part / "work"
+        work.mkdir()
+        name = author or context.settings.author
+        return await anyio.to_thread.run_sync(context.bundle_imports.bring_in, path, work, name)
+    finally:
+        with anyio.CancelScope(shield=True):
+            await anyio.to_thread.run_sync(_remove, part)
+
+
+def _remove(folder: FilePath) -> None:
+    shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,156 @@
+"""Exports and imports: formats, export as work in the background, import of a body that is written as it comes."""
+
+from __future__ import annotations
+
+import errno
+import re
+import shutil
+from pathlib import Path as FilePath
+from typing import Annotated, Any
+
+import anyio.to_thread
+from fastapi import APIRouter, Query, Request
+from pydantic import TypeAdapter, ValidationError
+from starlette.requests import ClientDisconnect
+
+from app.api.responses import failures
+from app.api.runs import VideoId
+from app.artefacts.view import ArtefactView, artefact_view
+from app.context import Context, ContextDep
+from app.errors import Invalid, StorageFull, TooLarge
+from app.exchange.export import ExportRequest
+from app.exchange.formats import FormatView, format_view
+from app.exchange.imports import ImportKind, ImportResult, Incoming
+from app.shapes import PLAIN, Model
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.registry import FORMATS
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["exchange"])
+
+_BODY = {
+    "requestBody": {
+        "required": True,
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
+_UNSAFE = re.compile(r"[^\w .()+-]+")
+_SWITCHES = TypeAdapter(dict[str, str])
+_LABELS = TypeAdapter(dict[str, int])
+
+
+class Formats(Model):
+    """All formats."""
+
+    formats: list[FormatView]
+
+
+@router.get("/formats", operation_id="list_formats", responses=failures())
+def list_formats() -> Formats:
+    """Formats that can be exported or imported, with their options."""
+    return Formats(formats=[format_view(each) for each in FORMATS.values()])
+
+
+@router.post("/exports", operation_id="start_export", status_code=202, responses=failures(404, 409))
+def start_export(wanted: ExportRequest, context: ContextDep) -> ArtefactView:
+    """Queue an export of one or more runs with their corrections; it becomes one ZIP file."""
+    return artefact_view(context.exports.start(wanted))
+
+
+@router.post(
+    "/videos/{video_id}/imports",
+    operation_id="import_file",
+    status_code=201,
+    responses=failures(404, 409),
+    openapi_extra=_BODY,
+)
+async def import_file(
+    video_id: VideoId,
+    request: Request,
+    context: ContextDep,
+    kind: Annotated[ImportKind, Query(alias="as", description="what it becomes")],
+    format: Annotated[str | None, Query(max_length=32, pattern=PLAIN, description="unset: found out")] = None,
+    run: Annotated[str | None, Query(pattern="^[0-9a-f]{32}$", description="the run that is corrected")] = None,
+    name: Annotated[
+        str, Query(min_length=1, max_length=120, pattern=r"^[^/\x00-\x1f\x7f]+$", description="file name, or a title")
+    ] = "import",
+    file: Annotated[
+        str | None, Query(max_length=255, description="name of the file, where `name` is a title: its ending tells")
+    ] = None,
+    switches: Annotated[str, Query(max_length=4000, description='JSON: `{"option": "value"}`')] = "{}",
+    label_map: Annotated[str, Query(max_length=20000, description='JSON: `{"name in the file": class number}`')] = "{}",
+    author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
+) -> ImportResult:
+    """Read a file or ZIP archive and lay it onto the video: all of it, or nothing.
+
+    A ground truth of the same name is replaced. An annotation is one operation of the run's log: one undo takes it
+    back.
+    """
+    said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
+    part = await anyio.to_thread.run_sync(context.imports.new_part)
+    try:
+        path = part / (_UNSAFE.sub("_", file or name).strip(" .")[:100] or "import")
+        await _receive(request, path, context)
+        incoming = Incoming(
+            path=path,
+            name=name,
+            format=format,
+            switches=said[0],
+            label_map=said[1],
+            author=author or context.settings.author,
+            scratch=part,
+        )
+        return await anyio.to_thread.run_sync(_bring_in, context, video_id, incoming, kind, run)
+    finally:
+        with anyio.CancelScope(shield=True):
+            await anyio.to_thread.run_sync(_remove, part)
+
+
+def _bring_in(context: Context, video_id: str, incoming: Incoming, kind: ImportKind, run: str | None) -> ImportResult:
+    try:
+        return context.imports.bring_in(video_id, incoming, kind, run)
+    except ImportFormatError as error:
+        raise Invalid(f"{error} Nothing was imported.", field="body", code="bad_file") from None
+
+
+async def _receive(request: Request, path: FilePath, context: Context) -> None:
+    """Write the body to a file as it comes.
+
+    Raises:
+        TooLarge: over the limit of uploads.
+        Invalid: empty, or broken off.
+        StorageFull: the disk is full.
+    """
+    most = context.settings.upload_max_mb * 2**20
+    length = request.headers.get("content-length", "0")
+    if length.isascii() and length.isdigit() and int(length) > most:
+        raise TooLarge(f"The file has {length} bytes, allowed are {most}.")
+    size = 0
+    try:
+        with path.open("xb") as file:
+            async for chunk in request.stream():
+                size += len(chunk)
+                if size > most:
+                    raise TooLarge(f"The file has more than {most} bytes.")
+                await anyio.to_thread.run_sync(file.write, chunk)
+    except ClientDisconnect:
+        raise Invalid("The upload broke off. Nothing was imported.", field="body", code="broken_off") from None
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            raise StorageFull("The disk is full: nothing was imported. Free some space and try again.") from None
+        raise
+    if not size:
+        raise Invalid("The file is empty. Nothing was imported.", field="body")
+
+
+def _json(shape: TypeAdapter[Any], text: str, field: str) -> Any:
+    try:
+        return shape.validate_json(text, strict=True)
+    except (ValidationError, ValueError):
+        wanted = '{"option": "value"}' if field == "switches" else '{"name": 14}'
+        raise Invalid(f"{field} must be a JSON object like {wanted}. Got {text[:80]!r}.", field=field) from None
+
+
+def _remove(folder: FilePath) -> None:
+    shutil.rmtree(folder, ignore_errors=True)

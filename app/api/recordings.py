@@ -1,0 +1,41 @@
+"""Recordings for the Rerun viewer."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from app.api.responses import failures
+from app.api.runs import RunId
+from app.artefacts.view import ArtefactView
+from app.context import ContextDep
+from app.edits.documents import Frame, Key
+from app.shapes import PLAIN, Model
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["recordings"])
+
+
+class RecordingOrder(Model):
+    """What to record."""
+
+    first: Frame
+    stop: Annotated[int, Field(ge=1, le=2**31 - 1, strict=True)]
+    name: Annotated[str, Field(max_length=120, pattern=PLAIN)] = ""
+    frame: Frame | None = None
+    """The frame that it is about."""
+    track: Key | None = None
+    """The track that it is about."""
+    truth: Annotated[str, Field(pattern="^[0-9a-f]{32}$")] | None = None
+    """Ground truth to put in; unset: that of the video, where there is exactly one."""
+
+
+@router.post("/runs/{run_id}/recordings", operation_id="record_run", status_code=202, responses=failures(404, 409))
+def record_run(run_id: RunId, order: RecordingOrder, context: ContextDep) -> ArtefactView:
+    """Make a ``.rrd`` file of a range of frames; the answer is the artefact that it becomes."""
+    return context.recordings.start(
+        run_id, order.first, order.stop, name=order.name, frame=order.frame, track=order.track, truth=order.truth
+    )

@@ -1,0 +1,145 @@
+"""The way to a view: viser's page over HTTP, and its socket, passed on message by message.
+
+Token, Host and Origin have been checked by :class:`app.security.guard.Guard` before anything here runs, for sockets as
+for pages. A socket is connected to the port of the view that its address names, and to nothing else. Each direction
+hands on one message at a time and waits until it is taken, so that a slow page slows viser down instead of filling
+this process.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Coroutine
+from typing import Annotated, Any, Final
+
+from fastapi import APIRouter, Header, Path
+from fastapi.responses import Response
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+
+from app.api.responses import failures
+from app.api.runs import RunId
+from app.context import Context, ContextDep
+from app.errors import ApiError
+from app.space.host import HEADER
+from app.space.page import viser_page
+from app.space.view import View
+from tsr_engine.errors import TsrError
+
+__all__ = ["ViewName", "router"]
+
+router = APIRouter(include_in_schema=False)
+
+ViewName = Annotated[str, Path(pattern="^[0-9a-f]{8,32}$", description="name that the page has given its view")]
+_LARGEST: Final = 128 * 2**20
+"""Bytes of one message of viser: a scene comes in few, large ones."""
+_QUEUED: Final = 4
+"""Messages of viser that are taken before they can be handed on."""
+_log = logging.getLogger("tsr.space")
+
+
+@router.get("/viser/{run_id}/{view}", responses=failures(404, 409))
+@router.get("/viser/{run_id}/{view}/", responses=failures(404, 409))
+def get_page(
+    run_id: RunId,
+    view: ViewName,
+    context: ContextDep,
+    accept_encoding: Annotated[str, Header()] = "",
+    if_none_match: Annotated[str | None, Header()] = None,
+) -> Response:
+    """The page of viser; its scene comes over the socket of the same address."""
+    context.space.check(run_id)
+    page = viser_page()
+    headers = {
+        "ETag": page.etag,
+        "Cache-Control": "private, no-cache",
+        "Content-Security-Policy": page.policy,
+        "Vary": "Accept-Encoding",
+    }
+    if if_none_match == page.etag:
+        return Response(status_code=304, headers=headers)
+    if "gzip" in accept_encoding:
+        return Response(page.packed, media_type="text/html", headers={**headers, "Content-Encoding": "gzip"})
+    return Response(page.content, media_type="text/html", headers={**headers, "Content-Encoding": "identity"})
+
+
+@router.websocket("/viser/{run_id}/{view}")
+@router.websocket("/viser/{run_id}/{view}/")
+async def get_socket(socket: WebSocket, run_id: RunId, view: ViewName) -> None:
+    """The socket of a view, which is made if it is not there."""
+    context: Context = socket.app.state.context
+    offered = [p for p in socket.scope.get("subprotocols", []) if p.startswith("viser-v")]
+    if not offered:
+        await socket.close(4400, "not viser's page")
+        return
+    try:
+        found = await asyncio.to_thread(context.space.enter, run_id, view)
+    except ApiError as error:
+        await socket.close(4000 + error.status, error.code)
+        return
+    except TsrError:
+        _log.exception("A 3-D view of run %s could not be opened.", run_id)
+        await socket.close(4500, "internal")
+        return
+    try:
+        await _connect(socket, found, offered[0])
+    finally:
+        context.space.leave(found)
+
+
+async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
+    from websockets.asyncio.client import connect
+    from websockets.exceptions import WebSocketException
+    from websockets.typing import Subprotocol
+
+    try:
+        async with connect(
+            f"ws://127.0.0.1:{view.host.port}/",
+            additional_headers={HEADER: view.host.secret},
+            subprotocols=[Subprotocol(protocol)],
+            compression=None,
+            max_size=_LARGEST,
+            max_queue=_QUEUED,
+            ping_interval=None,
+            open_timeout=10,
+            close_timeout=1,
+            proxy=None,
+        ) as upstream:
+            await socket.accept(upstream.subprotocol)
+            await _first_done(_to_page(upstream, socket), _to_viser(socket, upstream))
+    except (WebSocketException, OSError, WebSocketDisconnect, RuntimeError) as error:
+        _log.debug("The socket of a 3-D view has ended: %s", error)
+    if socket.application_state is not WebSocketState.DISCONNECTED:
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):  # the page was faster
+            await socket.close(1001, "the view has ended")
+
+
+async def _first_done(*parts: Coroutine[Any, Any, None]) -> None:
+    """Run both directions until one ends; then neither is left."""
+    tasks = [asyncio.ensure_future(part) for part in parts]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in tasks:
+            task.cancel()
+        for result in await asyncio.gather(*tasks, return_exceptions=True):
+            if isinstance(result, Exception):
+                _log.debug("One direction of a 3-D view's socket has ended: %r", result)
+
+
+async def _to_page(upstream: Any, socket: WebSocket) -> None:
+    async for message in upstream:
+        if isinstance(message, bytes):
+            await socket.send_bytes(message)
+        else:
+            await socket.send_text(message)
+
+
+async def _to_viser(socket: WebSocket, upstream: Any) -> None:
+    while True:
+        message = await socket.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        content = message.get("bytes")
+        await upstream.send(content if content is not None else message.get("text", ""))

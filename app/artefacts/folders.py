@@ -1,0 +1,41 @@
+"""Where artefacts lie. A folder counts only when its row says ``complete``; all else in it is left from broken work."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from pathlib import Path
+
+__all__ = ["artefact_folder", "clear_folder", "file_sha256", "settle_file"]
+
+_CHUNK = 1 << 20
+
+
+def artefact_folder(home: Path, artefact_id: str) -> Path:
+    """The folder of one artefact."""
+    return home / "artefacts" / artefact_id
+
+
+def clear_folder(home: Path, artefact_id: str) -> None:
+    """Remove what an artefact has written so far."""
+    shutil.rmtree(artefact_folder(home, artefact_id), ignore_errors=True)
+
+
+def settle_file(path: Path) -> None:
+    """Bring a finished file and its name to the disk."""
+    for place in (path, path.parent):
+        handle = os.open(place, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def file_sha256(path: Path) -> str:
+    """Digest of a file's bytes."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while chunk := file.read(_CHUNK):
+            digest.update(chunk)
+    return digest.hexdigest()

@@ -1,0 +1,233 @@
+"""What a person's corrections say should have come out of the engine.
+
+====================================  ==================================================================
+correction                            expectation
+====================================  ==================================================================
+a track of their own (nothing there)  ``found``
+another class for the whole track     ``label``
+key frames with boxes                 ``boxes`` in those frames
+not a sign, rejected, deleted         ``absent``; a second track on a sign that stays: that sign is ``one``
+deleted from some frame on            ``absent`` in the frames that went
+pieces of several tracks in one       ``one``
+pieces of one track in several        ``apart``
+accepted                              ``found`` and ``label``, as it stands
+====================================  ==================================================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+
+from app.edits.documents import TrackDoc
+from app.edits.effective import Effective, box_at
+from app.exchange.machine import MachineTrack, MachineTracks
+from tsr_engine.bundle import Bounds, Expectation, Expected, ExpectedSign
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.geometry.boxes import iou
+
+__all__ = ["expectation_of"]
+
+Edges = tuple[float, float, float, float]
+
+
+def expectation_of(
+    reader: EvidenceReader,
+    documents: Mapping[str, TrackDoc],
+    first: int,
+    stop: int,
+    keys: Collection[str] = (),
+    bounds: Bounds | None = None,
+) -> Expectation:
+    """The expectation in the frames ``first <= k < stop``.
+
+    Args:
+        reader: the run.
+        documents: of the corrected tracks, by key.
+        first: first frame.
+        stop: frame after the last.
+        keys: only what is said about these tracks; empty: about all.
+        bounds: how near is near enough.
+    """
+    present = [f"m{track.track_id}" for track in reader.tracks(first, stop) if track.confirmed]
+    maker = _Maker(MachineTracks(reader), documents, present, first, stop, Bounds() if bounds is None else bounds)
+    for key in sorted(documents):
+        if not keys or key in keys:
+            maker.add(documents[key])
+    maker.add_apart(set(keys))
+    return Expectation(bounds=maker.bounds, signs=maker.signs, expected=maker.expected)
+
+
+@dataclass(slots=True)
+class _Maker:
+    machine: MachineTracks
+    documents: Mapping[str, TrackDoc]
+    present: list[str]
+    """Keys of the engine's tracks in the frames."""
+    first: int
+    stop: int
+    bounds: Bounds
+    signs: dict[str, ExpectedSign] = field(default_factory=dict)
+    expected: list[Expected] = field(default_factory=list)
+    _known: dict[int, MachineTrack | None] = field(default_factory=dict)
+
+    def add(self, doc: TrackDoc) -> None:
+        """Everything that one document says."""
+        if doc.merged_into is not None:
+            return  # what becomes of it is said by the other one
+        if doc.gone or doc.not_a_sign or doc.review == "rejected":
+            self._absent(doc.key, self._engine_boxes(doc))
+            return
+        shown = self._shown(doc)
+        if doc.key.startswith("m"):
+            self._absent(f"{doc.key} cut", self._cut(doc))
+        if not shown:
+            return
+        self._put(doc.key, shown)
+        pieces = {piece.track for piece in doc.segments if piece.first < self.stop and piece.last >= self.first}
+        own = [f for f in shown if (key := doc.keys.get(str(f))) is not None and key.box is not None]
+        accepted = doc.review == "accepted"
+        if not pieces or accepted:
+            self._expect(doc.key, "found")
+        label = doc.class_id
+        if label is None and accepted:
+            label = self._label(doc)
+        if label is not None:
+            self.expected.append(Expected(id=f"{doc.key}.label", kind="label", sign=doc.key, class_id=label))
+        hidden = set(self.signs[doc.key].hidden)
+        if pieces and (visible := [f for f in own if f not in hidden]):
+            self.expected.append(Expected(id=f"{doc.key}.boxes", kind="boxes", sign=doc.key, frames=visible))
+        if len(pieces) > 1:
+            self._expect(doc.key, "one")
+
+    def add_apart(self, keys: set[str]) -> None:
+        """Pairs of signs that the engine has taken for one."""
+        holders: dict[int, list[str]] = {}
+        for key in sorted(self.documents):
+            doc = self.documents[key]
+            if doc.gone or doc.not_a_sign or doc.review == "rejected":
+                continue
+            for track in sorted({p.track for p in doc.segments if p.first < self.stop and p.last >= self.first}):
+                holders.setdefault(track, []).append(key)
+        pairs = {pair for held in holders.values() for pair in combinations(held, 2)}
+        for a, b in sorted(pairs):
+            if keys and not {a, b} & keys:
+                continue
+            for key in (a, b):
+                if key not in self.signs and (shown := self._shown(self.documents[key])):
+                    self._put(key, shown)
+            if a in self.signs and b in self.signs:
+                self.expected.append(Expected(id=f"{a}.apart.{b}", kind="apart", sign=a, other=b))
+
+    def _expect(self, key: str, kind: str) -> None:
+        name = f"{key}.{kind}"
+        if all(one.id != name for one in self.expected):
+            self.expected.append(Expected.model_validate({"id": name, "kind": kind, "sign": key}))
+
+    def _put(self, key: str, shown: Mapping[int, Effective]) -> None:
+        frames = sorted(shown)
+        self.signs[key] = ExpectedSign(
+            frames=frames,
+            boxes=[shown[f].box for f in frames],
+            hidden=[f for f in frames if shown[f].occluded],
+        )
+
+    def _absent(self, key: str, boxes: Mapping[int, Edges]) -> None:
+        """Nothing is to be there, but for signs that stay."""
+        if not boxes:
+            return
+        twins = {f: twin for f, box in boxes.items() if (twin := self._sign_at(f, box)) is not None}
+        if 2 * len(twins) >= len(boxes):
+            twin = max(sorted(set(twins.values())), key=list(twins.values()).count)
+            if twin not in self.signs:
+                self._put(twin, self._shown_as(twin))
+            self._expect(twin, "one")
+            return
+        frames = sorted(boxes.keys() - twins.keys())
+        self.signs[key] = ExpectedSign(frames=frames, boxes=[boxes[f] for f in frames])
+        self.expected.append(Expected(id=f"{key}.absent", kind="absent", sign=key))
+
+    def _sign_at(self, frame: int, box: Edges) -> str | None:
+        """The sign that stays and lies on a box; None: none does."""
+        for key in self._staying():
+            found = self._box_of(key, frame)
+            if found is not None and float(iou(box, found.box)[0, 0]) >= self.bounds.iou:
+                return key
+        return None
+
+    def _staying(self) -> Iterator[str]:
+        for key, doc in sorted(self.documents.items()):
+            if not (doc.gone or doc.not_a_sign or doc.review == "rejected"):
+                yield key
+        yield from (key for key in self.present if key not in self.documents)
+
+    def _shown_as(self, key: str) -> dict[int, Effective]:
+        return {f: box for f in range(self.first, self.stop) if (box := self._box_of(key, f)) is not None}
+
+    def _shown(self, doc: TrackDoc) -> dict[int, Effective]:
+        return {f: b for f in range(self.first, self.stop) if (b := box_at(doc, f, self._machine_box)) is not None}
+
+    def _box_of(self, key: str, frame: int) -> Effective | None:
+        doc = self.documents.get(key)
+        if doc is not None:
+            return box_at(doc, frame, self._machine_box)
+        box = self._machine_box(int(key[1:]), frame)
+        return None if box is None else Effective(box, "engine", False, None)
+
+    def _engine_boxes(self, doc: TrackDoc) -> dict[int, Edges]:
+        """Where the engine saw what a person says is nothing; of a person's own track, nowhere."""
+        tracks = {piece.track for piece in doc.segments} | ({int(doc.key[1:])} if doc.key.startswith("m") else set())
+        boxes: dict[int, Edges] = {}
+        for track in sorted(tracks):
+            for frame in range(self.first, self.stop):
+                inside = doc.gone or any(p.track == track and p.first <= frame <= p.last for p in doc.segments)
+                held = doc.gone and self._held_elsewhere(doc.key, track, frame)
+                box = self._machine_box(track, frame) if inside and not held else None
+                if box is not None:
+                    boxes.setdefault(frame, box)
+        return boxes
+
+    def _cut(self, doc: TrackDoc) -> dict[int, Edges]:
+        """The engine's boxes of a track that no document shows any more."""
+        track = int(doc.key[1:])
+        boxes: dict[int, Edges] = {}
+        for frame in range(self.first, self.stop):
+            box = self._machine_box(track, frame)
+            shown = box_at(doc, frame, self._machine_box)
+            if box is not None and shown is None and not self._held_elsewhere(doc.key, track, frame):
+                boxes[frame] = box
+        return boxes
+
+    def _held_elsewhere(self, key: str, track: int, frame: int) -> bool:
+        """Whether another document took this frame of an engine track over."""
+        return any(
+            other.key != key and any(p.track == track and p.first <= frame <= p.last for p in other.segments)
+            for other in self.documents.values()
+        )
+
+    def _machine_box(self, track: int, frame: int) -> Edges | None:
+        found = self._track(track)
+        if found is None:
+            return None
+        place = int(np.searchsorted(found.frames, frame))
+        if place == len(found.frames) or found.frames[place] != frame:
+            return None
+        x1, y1, x2, y2 = found.boxes[place].tolist()
+        return x1, y1, x2, y2
+
+    def _track(self, number: int) -> MachineTrack | None:
+        if number not in self._known:
+            self._known[number] = self.machine.one(number)
+        return self._known[number]
+
+    def _label(self, doc: TrackDoc) -> int | None:
+        """The engine's class, which stands."""
+        own = [int(doc.key[1:])] if doc.key.startswith("m") else []
+        for number in (*own, *(piece.track for piece in doc.segments)):
+            label = self.machine.labels.get(number, -1)
+            if label >= 0:
+                return label
+        return None

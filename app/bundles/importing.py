@@ -1,0 +1,296 @@
+"""A bundle of somebody else taken into the library: clip, run and corrections, all of it or nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import uuid
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.bundles.corrections import moved_document, read_corrections
+from app.edits.documents import TrackDoc, engine_doc
+from app.errors import Invalid
+from app.events import EventBus
+from app.jobs.queue import JobQueue
+from app.runs.view import RunView, publish_run, run_view
+from app.settings import Settings
+from app.shapes import Model
+from app.storage.database import Database
+from app.storage.models import Edit, Run, TrackDocument, Video
+from app.videos.view import VideoView, publish_video, video_view
+from tsr_engine.bundle.expectation import read_expectation
+from tsr_engine.bundle.judge import sentence
+from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
+from tsr_engine.bundle.manifest import Manifest
+from tsr_engine.errors import ImportFormatError, UsageError
+from tsr_engine.params import PRESETS, Params
+
+__all__ = ["BundleImport", "BundleImports", "BundleReportView"]
+
+_TIMEOUT = 900.0
+"""Seconds that checking a bundle may take."""
+
+
+class ExpectedView(Model):
+    """One expectation, and what became of it when the bundle was made."""
+
+    id: str
+    expected: str
+    met: bool
+    got: str
+
+
+class BundleReportView(Model):
+    """What came in."""
+
+    note: str
+    video_name: str
+    first: int
+    stop: int
+    offset: int
+    """Frame of the original video that the clip's frame 0 is."""
+    expected: list[ExpectedView]
+    corrections: int
+    other_pictures: int
+    """Pictures that decode to other bits here than where the bundle was made."""
+    skipped: list[str]
+    engine_version: str
+
+
+class BundleImport(Model):
+    """A bundle in the library."""
+
+    video: VideoView
+    run: RunView
+    report: BundleReportView
+
+
+class BundleImports:
+    """Takes bundles in."""
+
+    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._settings = settings
+        self._database = database
+        self._events = events
+        self._jobs = jobs
+
+    def bring_in(self, path: Path, folder: Path, author: str) -> BundleImport:
+        """Check a bundle, then store all of it in one transaction.
+
+        Args:
+            path: the zip file.
+            folder: in the data folder, empty; the caller removes it.
+            author: whose name the corrections carry.
+
+        Raises:
+            Invalid: the first thing that breaks a rule.
+        """
+        facts = self._checked(path, folder)
+        place = folder / "bundle"
+        try:
+            manifest = Manifest.read(place, path.name)
+            documents = read_corrections(place / CORRECTIONS)
+            expectation = read_expectation(place / EXPECTATION)
+        except ImportFormatError as error:
+            raise _refused(str(error)) from None
+        frames, offset = manifest.frames, manifest.clip.offset
+        spans = {int(track): (span[0], span[1]) for track, span in facts["tracks"].items()}
+        moved = {doc.key: moved_document(doc, frames.start, frames.stop, offset, spans) for doc in documents}
+        kept = {key: doc for key, doc in moved.items() if doc is not None}
+        skipped = [
+            f"The corrections of {key} lie outside of these frames." for key, doc in moved.items() if doc is None
+        ]
+        got = {one.id: one for one in manifest.got}
+        expected = [
+            ExpectedView(
+                id=one.id,
+                expected=sentence(one, expectation),
+                met=got[one.id].met if one.id in got else False,
+                got=got[one.id].text if one.id in got else "",
+            )
+            for one in expectation.expected
+        ]
+        report = BundleReportView(
+            note=manifest.note,
+            video_name=manifest.video.name,
+            first=frames.first - offset,
+            stop=frames.stop - offset,
+            offset=offset,
+            expected=expected,
+            corrections=len(kept),
+            other_pictures=facts["other_pictures"],
+            skipped=skipped,
+            engine_version=manifest.run.engine_version,
+        )
+        return self._store(manifest, place, folder, kept, spans, report, author)
+
+    def _checked(self, path: Path, folder: Path) -> dict[str, Any]:
+        """What a process of its own says about the bundle: a hostile one costs that process alone."""
+        with path.open("rb") as stream:
+            if not stream.read(4).startswith(b"PK"):
+                raise _refused(f"{path.name} is no ZIP archive. Choose a file that 'tsr bundle' or the tool has made.")
+        limit = self._settings.worker_memory_mb * 2**20
+        command = [sys.executable, "-m", "tsr_engine.bundle.check", str(path), str(folder)]
+        try:
+            done = subprocess.run(  # noqa: S603 - our own module
+                [*command, str(self._settings.max_pixels), str(limit)],
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=_TIMEOUT,
+                check=False,
+            )
+            answer: dict[str, Any] = json.loads(done.stdout.decode().strip().splitlines()[-1])
+        except subprocess.TimeoutExpired:
+            raise _refused(f"{path.name} took more than {_TIMEOUT:.0f} s to check.") from None
+        except (ValueError, IndexError):
+            raise _refused(f"{path.name} cannot be read: the process that checked it died.") from None
+        if "error" in answer:
+            # Where it was unpacked means nothing to anybody, and is gone soon.
+            raise _refused(str(answer["error"]).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), ""))
+        found: dict[str, Any] = answer["ok"]
+        return found
+
+    def _store(
+        self,
+        manifest: Manifest,
+        place: Path,
+        folder: Path,
+        documents: Mapping[str, TrackDoc],
+        spans: Mapping[int, tuple[int, int]],
+        report: BundleReportView,
+        author: str,
+    ) -> BundleImport:
+        home = self._settings.home
+        run_id = uuid.uuid4().hex
+        clip = place / manifest.clip.file
+        upload = home / "uploads" / f"{manifest.clip.sha256}{clip.suffix}"
+        evidence = home / "runs" / run_id
+        evidence.parent.mkdir(parents=True, exist_ok=True)
+        fresh = False
+        try:
+            with self._database.write() as session:
+                video = session.get(Video, manifest.clip.sha256)
+                if video is None:
+                    video = Video(
+                        id=manifest.clip.sha256, name=_clip_name(manifest), path=str(upload), state="importing"
+                    )
+                    video.size, video.owned, video.sample, video.warnings = clip.stat().st_size, True, False, []
+                    session.add(video)
+                    session.flush()
+                    self._jobs.submit(session, "import", video.id, priority=10)
+                    fresh = True
+                run = self._run(manifest, video.id, run_id, report, len(spans))
+                session.add(run)
+                session.flush()
+                self._correct(session, run, documents, spans, report, author)
+                publish_video(session, self._events, video)
+                publish_run(session, self._events, run)
+                views = video_view(session, video), run_view(run)
+                if fresh:
+                    clip.replace(upload)
+                shutil.move(folder / EVIDENCE, evidence)
+        except BaseException:
+            shutil.rmtree(evidence, ignore_errors=True)
+            if fresh:
+                upload.unlink(missing_ok=True)
+            raise
+        return BundleImport(video=views[0], run=views[1], report=report)
+
+    def _run(self, manifest: Manifest, video_id: str, run_id: str, report: BundleReportView, tracks: int) -> Run:
+        frames, offset = manifest.frames, manifest.clip.offset
+        preset, changed = _configuration(manifest)
+        now = datetime.now(UTC)
+        count = frames.stop - frames.start
+        return Run(
+            id=run_id,
+            video_id=video_id,
+            kind="engine",
+            name=f"{manifest.run.name or 'Run'} of a bundle"[:120],
+            state="complete",
+            preset=preset,
+            parameters=changed,
+            first=frames.start - offset,
+            stop=frames.stop - offset,
+            folder=f"runs/{run_id}",
+            engine_version=manifest.run.engine_version[:32],
+            models=dict(manifest.run.models),
+            frames_done=count,
+            frames_total=count,
+            tracks=tracks,
+            summary={"bundle": report.model_dump(mode="json"), "seconds": 0.0},
+            started=now,
+            finished=now,
+        )
+
+    def _correct(
+        self,
+        session: Session,
+        run: Run,
+        documents: Mapping[str, TrackDoc],
+        spans: Mapping[int, tuple[int, int]],
+        report: BundleReportView,
+        author: str,
+    ) -> None:
+        """The corrections as one operation of the log, which one undo takes back."""
+        if not documents:
+            return
+        after = {key: doc.model_dump(mode="json") for key, doc in documents.items()}
+        for key, document in after.items():
+            session.add(TrackDocument(run_id=run.id, key=key, revision=document["revision"], document=document))
+        before: dict[str, Any] = {}
+        for key in after:
+            number = int(key[1:]) if key.startswith("m") else -1
+            before[key] = engine_doc(number, *spans[number]).model_dump(mode="json") if number in spans else None
+        command = {"name": "import_bundle", "video": report.video_name, "offset": report.offset}
+        self._events.order(session)
+        row = Edit(
+            op_id=uuid.uuid4().hex,
+            run_id=run.id,
+            author=author,
+            kind="import_bundle",
+            command=command,
+            frame=report.first,
+            before=before,
+            after=after,
+        )
+        session.add(row)
+        session.flush()
+        told = {"seq": row.seq, "op_id": row.op_id, "author": author, "docs": list(after.values())}
+        self._events.publish(session, "edit", run.id, told)
+
+
+def _configuration(manifest: Manifest) -> tuple[str, dict[str, Any]]:
+    """Preset, and what differs from it; parameters that this version does not know are left out."""
+    preset = manifest.run.preset if manifest.run.preset in PRESETS else "default"
+    params = Params.preset(preset)
+    usual = params.model_dump(mode="json")
+    changed: dict[str, Any] = {}
+    for section, leaf in Params.names():
+        values = manifest.run.parameters.get(section)
+        if not isinstance(values, dict) or leaf not in values or values[leaf] == usual[section][leaf]:
+            continue
+        value = tuple(values[leaf]) if isinstance(values[leaf], list) else values[leaf]
+        try:
+            params.with_settings([(leaf, value)])
+        except UsageError:
+            continue
+        changed[leaf] = values[leaf]
+    return preset, changed
+
+
+def _clip_name(manifest: Manifest) -> str:
+    stem = manifest.video.name.rsplit(".", 1)[0].replace("/", "_")[:80] or "clip"
+    frames = manifest.frames
+    return f"{stem} {frames.first}-{frames.stop - 1}.{manifest.clip.file.rsplit('.', 1)[1]}"
+
+
+def _refused(sentence_: str) -> Invalid:
+    return Invalid(f"{sentence_} Nothing was imported.", field="body", code="bad_bundle")

@@ -1,0 +1,141 @@
+"""From a run of the tool, as it stands at one moment, to what a bundle is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.bundles.expectation import expectation_of
+from app.edits.documents import TrackDoc
+from app.exchange.dataset import Source
+from app.recordings.annotation import corrected_rows
+from tsr_engine.errors import InputError, UsageError
+from tsr_engine.evidence import EvidenceReader
+
+if TYPE_CHECKING:
+    from tsr_engine.bundle import BundleReport, BundleRequest
+    from tsr_engine.io.frame_table import FrameTable
+
+__all__ = ["bundle_request", "report_summary"]
+
+
+def bundle_request(
+    source: Source,
+    out: Path,
+    first: int,
+    stop: int,
+    *,
+    note: str = "",
+    tracks: Collection[str] = (),
+    video: Path | None = None,
+    expectation: Path | None = None,
+    models: Sequence[Path] = (),
+    table: FrameTable | None = None,
+    max_eq7: float | None = None,
+    recording: bool = True,
+) -> BundleRequest:
+    """What goes into the bundle of a run.
+
+    Args:
+        source: the run with its corrections.
+        out: the file to make.
+        first: first frame.
+        stop: frame after the last.
+        note: what the reporter says.
+        tracks: keys of the tracks that it is about; empty: all that were corrected.
+        video: where the video lies; unset: where the tool saw it last.
+        expectation: an ``expectation.json`` in place of what the corrections say.
+        models: folders in which the run's models may be.
+        table: the video's frame table.
+        max_eq7: error that a corrected box may have; unset: the usual one.
+        recording: put a recording in.
+
+    Raises:
+        InputError: the run was made by another program, or its video is gone.
+        UsageError: a track that is neither the engine's nor a person's.
+        ImportFormatError: ``expectation`` breaks a rule.
+    """
+    from tsr_engine.bundle import Bounds, BundleRequest, read_expectation
+
+    about = source.provenance["run"]
+    if about["kind"] == "imported":
+        raise InputError(f"{about['name']} was made by another program, so the engine cannot replay it.")
+    path = source.video.path if video is None else video
+    if path is None or not path.is_file():
+        raise InputError(f"The video {source.video.name} is not where it was. Put it back, or name it with --video.")
+    with EvidenceReader(source.folder) as reader:
+        _known(reader, source, tracks)
+        if expectation is not None:
+            expected = read_expectation(expectation)
+        else:
+            bounds = Bounds() if max_eq7 is None else Bounds(eq7=max_eq7)
+            expected = expectation_of(reader, source.documents, first, stop, tracks, bounds)
+    documents = _told(source, first, stop, tracks)
+    return BundleRequest(
+        evidence=source.folder,
+        video=path,
+        out=out,
+        first=first,
+        stop=stop,
+        note=note,
+        expectation=expected,
+        corrections={"documents": documents},
+        corrected=corrected_rows(source.folder, source.documents),
+        tracks=tuple(sorted(tracks)),
+        table=table,
+        models=models,
+        run_id=str(about.get("id", "")),
+        run_name=str(about.get("name", "")),
+        preset=str(about.get("preset", "")),
+        kind=about["kind"],
+        recording=recording,
+    )
+
+
+def _known(reader: EvidenceReader, source: Source, tracks: Collection[str]) -> None:
+    numbers = {track.track_id for track in reader.tracks()} if tracks else set()
+    for key in tracks:
+        found = key in source.documents or (key.startswith("m") and key[1:].isdecimal() and int(key[1:]) in numbers)
+        if not found:
+            raise UsageError(f"The run has no track {key[:40]!r}. The engine's are called m1, m2 and so on.")
+
+
+def _told(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[dict[str, Any]]:
+    """Documents that say something about the frames, by key."""
+    return [
+        document.model_dump(mode="json")
+        for key, document in sorted(source.documents.items())
+        if (not tracks or key in tracks) and _touches(document, first, stop)
+    ]
+
+
+def _touches(document: TrackDoc, first: int, stop: int) -> bool:
+    if document.gone and not document.segments:
+        return True
+    keys = document.frames()
+    if keys and keys[0] < stop and keys[-1] >= first:
+        return True
+    return any(piece.first < stop and piece.last >= first for piece in document.segments)
+
+
+def report_summary(report: BundleReport) -> dict[str, Any]:
+    """A report as plain JSON values."""
+    facts = report.manifest
+    return {
+        "first": facts.frames.first,
+        "stop": facts.frames.stop,
+        "lead_in": facts.frames.first - facts.frames.start,
+        "whole_lead_in": facts.frames.whole_lead_in,
+        "note": facts.note,
+        "tracks": facts.tracks,
+        "expected": [
+            {"id": one.id, "expected": one.expected, "met": one.met, "got": one.got, "frame": one.frame}
+            for one in report.findings
+        ],
+        "clip": facts.clip.how,
+        "models": facts.models,
+        "recording": facts.recording,
+        "warnings": list(report.warnings),
+        "files": len(facts.files) + 1,
+    }

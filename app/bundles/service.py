@@ -1,0 +1,92 @@
+"""Asking for a bug bundle of some frames of a run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from app.artefacts.service import ArtefactService
+from app.artefacts.view import ArtefactView, artefact_view
+from app.errors import Conflict, Invalid, NotFound
+from app.evidence.service import EvidenceService
+from app.storage.database import Database
+from app.storage.models import Run, TrackDocument, Video
+from tsr_engine.bundle.layout import MOST_FRAMES
+
+__all__ = ["JOB", "BundleService"]
+
+JOB = "bundle"
+_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+
+
+class BundleService:
+    """Checks and queues."""
+
+    def __init__(self, database: Database, evidence: EvidenceService, artefacts: ArtefactService) -> None:
+        self._database = database
+        self._evidence = evidence
+        self._artefacts = artefacts
+
+    def start(
+        self,
+        run_id: str,
+        first: int,
+        stop: int,
+        *,
+        note: str = "",
+        tracks: Sequence[str] = (),
+        max_eq7: float | None = None,
+    ) -> ArtefactView:
+        """Queue a bundle of ``first <= frame < stop``.
+
+        Args:
+            run_id: the run.
+            first: first frame.
+            stop: frame after the last.
+            note: what the reporter says.
+            tracks: keys of the tracks that it is about; empty: all that were corrected.
+            max_eq7: error of Eq. 7 that a corrected box may have; unset: the usual one.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: the run still goes on, was imported, or its video is gone.
+            Invalid: the range is empty, too long, or not within the run; or no such track.
+        """
+        if not first < stop <= first + MOST_FRAMES:
+            raise Invalid(f"A bundle has 1 to {MOST_FRAMES} frames. Got {first} to {stop}.", field="stop")
+        stored = self._evidence.stored_frames(run_id)
+        if stored is None:
+            raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
+        if first < stored[0] or stop > stored[1] + 1:
+            raise Invalid(
+                f"The run has the frames {stored[0]} to {stored[1]}. Got {first} to {stop - 1}.",
+                field="first" if first < stored[0] else "stop",
+            )
+        with self._database.write() as session:
+            run = session.get(Run, run_id)
+            if run is None:
+                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            if run.kind == "imported":
+                raise Conflict(
+                    f"{run.name} was made by another program, so the engine cannot replay it.", code="not_replayable"
+                )
+            if run.state in ("queued", "running"):
+                raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
+            video = session.get_one(Video, run.video_id)
+            if not Path(video.path).is_file():
+                raise Conflict(f"{video.path} is not there any more. Put the video back.", code="video_missing")
+            for key in tracks:
+                known = session.get(TrackDocument, (run_id, key)) is not None
+                if not known and (not key.startswith("m") or self._evidence.span(run_id, int(key[1:])) is None):
+                    raise Invalid(f"The run has no track {key}.", field="tracks")
+            options = {
+                "first": first,
+                "stop": stop,
+                "note": note,
+                "tracks": sorted(set(tracks)),
+                "max_eq7": max_eq7,
+            }
+            stem = _UNSAFE.sub("-", video.name.rsplit(".", 1)[0]).strip("-.")[:60] or "video"
+            name = f"{stem}_{first}-{stop - 1}_bug.zip"
+            return artefact_view(self._artefacts.queue(session, "bundle", run_id, name, options, JOB))

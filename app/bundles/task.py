@@ -1,0 +1,55 @@
+"""The job ``bundle``: a run's frames, output and corrections as one zip. Cancelled or killed, nothing of it stays."""
+
+from __future__ import annotations
+
+from sqlalchemy import select
+from sqlalchemy.orm import undefer
+
+from app.artefacts.service import ArtefactService
+from app.bundles.request import bundle_request, report_summary
+from app.errors import ApiError
+from app.exchange.dataset import home_source
+from app.jobs.tasks import TaskContext
+from app.storage.models import Run, Video
+from app.training.folders import models_of_run
+from app.videos.table import unpack
+from tsr_engine.errors import InputError, ModelError
+
+__all__ = ["FILE", "make_run_bundle"]
+
+FILE = "bundle.zip"
+
+
+def make_run_bundle(task: TaskContext) -> None:
+    """Make the bundle, with the corrections that are stored when it begins."""
+    from tsr_engine.bundle import make_bundle
+
+    artefacts = ArtefactService.of_task(task)
+    artefact, folder = artefacts.begin(task)
+    options = artefact.options
+    with task.database.read() as session:
+        if artefact.run_id is None:
+            raise InputError("The run has been removed in the meantime.")
+        try:
+            source = home_source(session, task.settings.home, artefact.run_id)
+        except ApiError as error:
+            raise InputError(error.message) from None
+        run = session.get_one(Run, artefact.run_id)
+        video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
+        try:
+            models = models_of_run(task.settings, session, run)
+        except ModelError:
+            models = None  # gone; the bundle says so
+    request = bundle_request(
+        source,
+        folder / FILE,
+        options["first"],
+        options["stop"],
+        note=options["note"],
+        tracks=options["tracks"],
+        models=() if models is None else (models,),
+        table=None if video.frame_table is None else unpack(video.frame_table),
+        max_eq7=options.get("max_eq7"),
+    )
+    report = make_bundle(request, lambda done, of: artefacts.progress(task, artefact.id, done, of))
+    artefacts.complete(task, artefact.id, report.path, report_summary(report))

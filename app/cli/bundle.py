@@ -1,0 +1,116 @@
+"""``tsr bundle``: a problem packed into one file for somebody else."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
+
+__all__ = ["bundle"]
+
+
+def bundle(
+    run: Annotated[
+        str, typer.Argument(metavar="RUN", help="A run's id, an evidence folder, or a video (its newest run).")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.zip", help="The bundle.")],
+    frames: Annotated[
+        str | None, typer.Option("--frames", metavar="A:B", help="Frames A to B-1; unset: all of the run.")
+    ] = None,
+    note: Annotated[str, typer.Option("--note", metavar="TEXT", help="What is wrong, in your words.")] = "",
+    tracks: Annotated[
+        list[str], typer.Option("--track", metavar="KEY", help="A track that it is about, for example m7; repeatable.")
+    ] = [],  # noqa: B006 - typer copies it
+    expect: Annotated[
+        Path | None,
+        typer.Option("--expect", metavar="FILE", help="An expectation.json; unset: what the corrections say."),
+    ] = None,
+    max_eq7: Annotated[
+        float | None, typer.Option("--max-eq7", min=0, max=0.99, help="Error that a corrected box may have.")
+    ] = None,
+    home: Annotated[
+        Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option("--video", metavar="VIDEO", help="The video; needed for a bare evidence folder.")
+    ] = None,
+    models: Annotated[
+        Path | None,
+        typer.Option("--models", metavar="DIR", help="Models of the run, if they are not the shipped ones."),
+    ] = None,
+    recording: Annotated[
+        bool, typer.Option("--recording/--no-recording", help="Put a recording for the Rerun viewer in.")
+    ] = True,
+    json: JsonOption = False,
+) -> None:
+    """Pack some frames of a run with clip, output, corrections and settings into one file that replays the problem.
+
+    The file appears whole or not at all. `tsr replay FILE.zip` runs the engine on it again and says fixed, still broken
+    or different.
+
+    \b
+    Examples:
+      tsr bundle drive.mp4 --frames 400:460 --note "the 50 reads as 80" --out bug.zip
+      tsr bundle 3f2a... --frames 400:460 --track m7 --out bug.zip
+      tsr bundle run1 --video drive.mp4 --frames 400:460 --expect expectation.json --out bug.zip
+    """
+    from app.bundles.request import bundle_request, report_summary
+    from app.exchange.named import as_command_error, named_sources
+    from tsr_engine.bundle import make_bundle
+    from tsr_engine.cli.interrupt import stop_on_interrupt
+    from tsr_engine.cli.progress import progress_bar
+
+    first, stop = frame_range(frames)
+    given = None if video is None else existing(video, "video")
+    source = named_sources([run], home, given if _is_bare(run) else None)[0]
+    with as_command_error():
+        request = bundle_request(
+            source,
+            out,
+            first if frames is not None else source.first,
+            source.stop if stop is None else stop,
+            note=note,
+            tracks=tracks,
+            video=given,
+            expectation=expect,
+            models=[] if models is None else [existing(models, "model folder")],
+            max_eq7=max_eq7,
+            recording=recording,
+        )
+    with progress_bar("packing", "steps") as show, stop_on_interrupt() as stopped:
+
+        def tell(done: int, of: int) -> None:
+            if stopped():
+                raise KeyboardInterrupt
+            show(done, of, "")
+
+        report = make_bundle(request, tell)
+    summary = report_summary(report)
+    if json:
+        print_json({"out": str(out), "size": report.size, **summary})
+    else:
+        console = out_console()
+        console.print(
+            f"{out}: frames {summary['first']} to {summary['stop'] - 1} with {summary['lead_in']} that lead in, "
+            f"{report.size / 2**20:.1f} MiB.",
+            soft_wrap=True,
+            markup=False,
+        )
+        for one in report.findings:
+            mark = "right" if one.met else "WRONG"
+            console.print(f"{mark}: {one.expected} {one.got}", soft_wrap=True, markup=False)
+        if not report.findings:
+            console.print("Nothing is expected: a replay holds the old output against the new one.", soft_wrap=True)
+    for warning in report.warnings:
+        say(f"warning: {warning}")
+
+
+def _is_bare(name: str) -> bool:
+    from tsr_engine.evidence.schema import RUN_FILE
+
+    return (Path(name) / RUN_FILE).is_file()

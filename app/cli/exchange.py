@@ -1,0 +1,286 @@
+"""``tsr export``, ``tsr import`` and ``tsr formats``: data sets out and in, without a server."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+import json as jsons
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json
+from tsr_engine.errors import UsageError
+
+if TYPE_CHECKING:
+    from app.exchange.export import ExportRequest
+
+__all__ = ["export", "formats", "import_file"]
+
+HomeOption = Annotated[
+    Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
+]
+OptionOption = Annotated[
+    list[str], typer.Option("--option", metavar="NAME=VALUE", help="An option of the format; repeatable.")
+]
+
+
+def formats(json: JsonOption = False) -> None:
+    """List the formats of other tools, with their options.
+
+    \b
+    Examples:
+      tsr formats
+      tsr formats --json
+    """
+    from app.exchange.formats import format_view
+    from tsr_engine.exchange.registry import FORMATS
+
+    views = [format_view(each).model_dump(mode="json") for each in FORMATS.values()]
+    if json:
+        print_json({"formats": views})
+        return
+    from rich.table import Table
+
+    table = Table("name", "out", "in", "what", "options (the first value is the default)", box=None)
+    for view in views:
+        options = [f"{s['name']}={'|'.join(s['values'])}" for s in (*view["export_switches"], *view["import_switches"])]
+        table.add_row(
+            view["name"],
+            "yes" if view["can_export"] else "",
+            "yes" if view["can_import"] else "",
+            view["summary"],
+            "\n".join(dict.fromkeys(options)),
+        )
+    out_console().print(table)
+
+
+def export(
+    names: Annotated[
+        list[str],
+        typer.Argument(metavar="RUN...", help="Runs: their ids, evidence folders, or videos (their newest run)."),
+    ],
+    format: Annotated[str, typer.Option("--format", metavar="NAME", help="See 'tsr formats'.")],
+    out: Annotated[Path, typer.Option("--out", metavar="OUT", help="A folder, or a file that ends with .zip.")],
+    home: HomeOption = None,
+    pictures: Annotated[
+        str, typer.Option("--pictures", metavar="none|annotated|all", help="Frames that go out as pictures.")
+    ] = "none",
+    states: Annotated[
+        str, typer.Option("--states", help="Review states that go out, of open, accepted, needs_work, rejected.")
+    ] = "open,accepted,needs_work",
+    classes: Annotated[
+        str | None, typer.Option("--classes", metavar="N,N...", help="Class numbers that go out; -1: unknown.")
+    ] = None,
+    min_side: Annotated[
+        float | None, typer.Option("--min-side", metavar="PX", min=0, help="Leave out boxes that are smaller.")
+    ] = None,
+    frames: Annotated[str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1.")] = None,
+    split: Annotated[
+        str | None, typer.Option("--split", metavar="TRAIN,VAL[,TEST]", help="Shares, for example 0.8,0.1,0.1.")
+    ] = None,
+    split_by: Annotated[
+        str, typer.Option("--split-by", metavar="sign|video", help="What stays on one side of the split.")
+    ] = "sign",
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the split.")] = 0,
+    thin: Annotated[
+        float, typer.Option("--thin", metavar="PX", min=0, help="How far interpolation may lie off, where it is used.")
+    ] = 0.5,
+    options: OptionOption = [],  # noqa: B006 - typer copies it
+    video: Annotated[
+        Path | None, typer.Option("--video", metavar="FILE", help="The video of a bare evidence folder.")
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """Write runs with their corrections in the format of another tool.
+
+    An older export of that name stays whole until the new one takes its place.
+
+    \b
+    Examples:
+      tsr export drive.mp4 --format cvat-video --out drive.zip
+      tsr export 3f2a... 77c1... --format yolo --out signs --pictures annotated --split 0.8,0.1,0.1
+      tsr export run1 --format mot --out mot.zip --option origin=1
+    """
+    from pydantic import ValidationError
+
+    from app.exchange.export import ExportRequest, check_request, export_sources, summary_of
+    from app.exchange.named import as_command_error, named_sources
+    from tsr_engine.cli.interrupt import stop_on_interrupt
+    from tsr_engine.cli.progress import progress_bar
+
+    first, stop = frame_range(frames)
+    asked: dict[str, Any] = {
+        "runs": ["0" * 32],  # named otherwise here
+        "format": format,
+        "pictures": pictures,
+        "states": _parts(states),
+        "classes": None if classes is None else _numbers("--classes", classes),
+        "min_side": min_side,
+        "first": first,
+        "stop": stop,
+        "split": None if split is None else _shares(split),
+        "split_by": split_by,
+        "split_seed": seed,
+        "thin_px": thin,
+        "switches": _pairs("--option", options),
+    }
+    try:
+        request: ExportRequest = ExportRequest.model_validate(asked)
+    except ValidationError as error:
+        raise _usage(error) from None
+    check_request(request)
+    sources = named_sources(names, home, None if video is None else existing(video, "video"))
+    with progress_bar("exporting", "steps") as show, stop_on_interrupt() as stopped, as_command_error():
+
+        def tell(done: int, of: int) -> None:
+            if stopped():
+                raise KeyboardInterrupt
+            show(done, of, "")
+
+        manifest = export_sources(request, sources, out, zipped=out.suffix.lower() == ".zip", progress=tell)
+    summary = summary_of(manifest)
+    if json:
+        print_json({"out": str(out), **summary})
+        return
+    counts = summary["counts"]
+    console = out_console()
+    console.print(
+        f"{out}: {counts['tracks']} tracks, {counts['boxes']} boxes, {counts['pictures']} pictures in "
+        f"{summary['files'] + 1} files ({summary['title']}).",
+        soft_wrap=True,
+    )
+    _print_lines([f"Left out: {item['what']}. {item['reason']}" for item in manifest.skipped])
+
+
+def import_file(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A file, ZIP archive or folder of another tool.")],
+    onto: Annotated[
+        str, typer.Option("--onto", metavar="VIDEO", help="The video: its file, its name in the library, or its id.")
+    ],
+    kind: Annotated[
+        str, typer.Option("--as", metavar="annotation|truth|run", help="What it becomes: corrections, truth, a run.")
+    ],
+    home: HomeOption = None,
+    run: Annotated[
+        str | None, typer.Option("--run", metavar="RUN", help="The run to correct; unset: the video's newest.")
+    ] = None,
+    format: Annotated[
+        str | None, typer.Option("--format", metavar="NAME", help="See 'tsr formats'; unset: found out.")
+    ] = None,
+    name: Annotated[str | None, typer.Option("--name", help="Of the truth or run; unset: the file's.")] = None,
+    labels: Annotated[
+        list[str], typer.Option("--label", metavar="NAME=CLASS", help="Class number of a name in the file; repeatable.")
+    ] = [],  # noqa: B006 - typer copies it
+    options: OptionOption = [],  # noqa: B006 - typer copies it
+    author: Annotated[str | None, typer.Option("--author", help="Whose corrections they are.")] = None,
+    json: JsonOption = False,
+) -> None:
+    """Lay a file of another tool onto a video: all of it, or nothing.
+
+    \b
+    Examples:
+      tsr import annotations.xml --onto drive.mp4 --as annotation
+      tsr import gt.zip --onto drive.mp4 --as truth --format mot
+      tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=14
+    """
+    from app.edits.service import EditService
+    from app.events import EventBus
+    from app.evidence.service import EvidenceService
+    from app.exchange.imports import ImportService, Incoming
+    from app.exchange.named import as_command_error, named_sources, named_video, open_home
+    from app.truths.service import TruthService
+
+    if kind not in ("annotation", "truth", "run"):
+        raise UsageError(f"--as must be annotation, truth or run. Got '{kind}'.")
+    if run is not None and kind != "annotation":
+        raise UsageError("--run is for --as annotation: it names the run to correct. Leave it out.")
+    label_map = {}
+    for text, value in _pairs("--label", labels).items():
+        label_map[text] = _numbers("--label", value)[0]
+    incoming = Incoming(
+        path=existing(file, "file"),
+        name=name or file.name,
+        format=format,
+        switches=_pairs("--option", options),
+        label_map=label_map,
+        author=author or "",
+    )
+    with as_command_error(), open_home(home) as (settings, database):
+        events = EventBus()
+        evidence = EvidenceService(settings, database)
+        edits = EditService(database, events, evidence)
+        imports = ImportService(settings, database, events, edits, TruthService(database))
+        with database.read() as session:
+            video = named_video(session, onto)
+        run_id = None
+        if kind == "annotation":
+            source = named_sources([run or video.id], settings.home, None)[0]
+            run_id = source.provenance["run"]["id"]
+        try:
+            result = imports.bring_in(video.id, incoming, kind, run_id)  # type: ignore[arg-type]
+        finally:
+            evidence.close()
+    if json:
+        print_json(result.model_dump(mode="json"))
+        return
+    console = out_console()
+    same = f"; {result.same} tracks were so already" if result.same else ""
+    console.print(
+        f"{result.tracks} tracks with {result.boxes} boxes became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True
+    )
+    _print_lines([f"Put right: {sentence}" for sentence in result.repaired])
+    _print_lines([f"Left out: {item.what}. {item.reason}" for item in result.skipped])
+
+
+_NOUN = {"annotation": "corrections of run", "truth": "ground truth", "run": "run"}
+
+
+def _print_lines(lines: list[str], most: int = 12) -> None:
+    """The first lines of a list, and how many more there are."""
+    console = out_console()
+    for line in lines[:most]:
+        console.print(line, soft_wrap=True, markup=False)
+    if len(lines) > most:
+        console.print(f"... and {len(lines) - most} more; --json lists all.", soft_wrap=True)
+
+
+def _parts(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
+def _numbers(option: str, text: str) -> list[int]:
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise UsageError(f"{option} expects whole numbers, for example 14 or 1,2,14. Got '{text}' instead.") from None
+
+
+def _shares(text: str) -> dict[str, float]:
+    try:
+        shares = [float(part) for part in text.split(",")]
+    except ValueError:
+        shares = []
+    if not 2 <= len(shares) <= 3:
+        raise UsageError(f"--split expects two or three shares, for example 0.8,0.1,0.1. Got '{text}' instead.")
+    return dict(zip(("train", "val", "test"), [*shares, 0.0], strict=False))
+
+
+def _pairs(option: str, texts: list[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise UsageError(f"{option} expects NAME=VALUE. Got '{text}' instead.")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _usage(error: Any) -> UsageError:
+    """The first value that an export cannot have, by the name of its option."""
+    first = error.errors()[0]
+    place = str(first["loc"][0])
+    option = {"split_seed": "seed", "thin_px": "thin"}.get(place, place).replace("_", "-")
+    got = jsons.dumps(first["input"]) if not isinstance(first["input"], str) else first["input"]
+    return UsageError(f"--{option} cannot be {got[:80]}: {first['msg'][:1].lower()}{first['msg'][1:]}.")

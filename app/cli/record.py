@@ -1,0 +1,106 @@
+"""``tsr record``: frames of a run as a file for the Rerun viewer."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
+from tsr_engine.errors import UsageError
+
+if TYPE_CHECKING:
+    from app.exchange.dataset import Source
+    from tsr_engine.recording import BoxRows
+
+__all__ = ["record"]
+
+
+def record(
+    name: Annotated[
+        str, typer.Argument(metavar="RUN", help="A run's id, an evidence folder, or a video (its newest run).")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.rrd", help="The file to write.")],
+    frames: Annotated[
+        str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1; unset: all of the run.")
+    ] = None,
+    home: Annotated[
+        Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
+    ] = None,
+    video: Annotated[
+        Path | None, typer.Option("--video", metavar="FILE", help="The video of a bare evidence folder.")
+    ] = None,
+    picture: Annotated[bool, typer.Option("--picture/--no-picture", help="Put the picture in.")] = True,
+    frame: Annotated[int | None, typer.Option("--at", metavar="FRAME", min=0, help="The frame it is about.")] = None,
+    track: Annotated[int | None, typer.Option("--track", metavar="N", min=0, help="The track it is about.")] = None,
+    json: JsonOption = False,
+) -> None:
+    """Write a recording of some frames: picture, boxes, gate, votes and events, for the Rerun viewer.
+
+    Corrections and ground truth of the data folder are put in. Open it with 'rerun FILE.rrd'.
+
+    \b
+    Examples:
+      tsr record run1 --video drive.mp4 --frames 100:400 --out drive.rrd
+      tsr record drive.mp4 --frames 100:400 --out drive.rrd --at 212 --track 7
+    """
+    if out.suffix.lower() != ".rrd":
+        raise UsageError(f"--out must end with .rrd, by which viewers know it. Got '{out}'.")
+    first, stop = frame_range(frames)
+    from app.exchange.named import named_sources
+    from tsr_engine.cli.interrupt import stop_on_interrupt
+    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.io.atomic import refuse_inputs
+    from tsr_engine.recording import RecordingRequest, write_recording
+
+    source = named_sources([name], home, None if video is None else existing(video, "video"))[0]
+    refuse_inputs([out], [p for p in (source.video.path, source.folder / "evidence.sqlite") if p is not None])
+    corrected, truth = _annotated(source)
+    request = RecordingRequest(
+        evidence=source.folder,
+        out=out,
+        first=None if frames is None else first,
+        stop=stop,
+        video=source.video.path if picture else None,
+        corrected=corrected,
+        truth=truth,
+        focus_frame=frame,
+        focus_track=track,
+    )
+    with progress_bar("recording", "steps") as show, stop_on_interrupt() as stopped:
+
+        def tell(done: int, of: int) -> None:
+            if stopped():
+                raise KeyboardInterrupt
+            show(done, of, "")
+
+        report = write_recording(request, tell)
+    if picture and source.video.path is None:
+        say("warning: the video is not there, so the recording has no picture. Name it with --video.")
+    if json:
+        from app.recordings.task import report_summary
+
+        print_json({"out": str(out), "size": report.size, **report_summary(report)})
+        return
+    console = out_console()
+    console.print(
+        f"{out}: frames {report.first} to {report.stop - 1}, {sum(report.boxes.values())} boxes in "
+        f"{len(report.boxes)} layers, {len(report.tracks)} tracks, {report.size / 1e6:.1f} MB.",
+        soft_wrap=True,
+    )
+    console.print(f"Picture: {report.picture}", soft_wrap=True, markup=False)
+
+
+def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:
+    """Corrections and ground truth of a run of a data folder; none for bare evidence."""
+    if "id" not in source.provenance["run"]:
+        return None, None
+    from app.exchange.named import open_home
+    from app.recordings.annotation import corrected_rows, truth_of
+
+    with open_home(source.folder.parents[1]) as (_, database), database.read() as session:
+        truth = truth_of(session, source.video.sha256, None)
+    return corrected_rows(source.folder, source.documents), truth

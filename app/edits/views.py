@@ -1,0 +1,79 @@
+"""What pages get about the edits of a run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.edits.adopt import Adoption
+from app.edits.documents import TrackDoc
+from app.edits.history import Target
+from app.shapes import Model
+from app.storage.models import Edit
+
+__all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "LogEntry", "adopted", "log_entry"]
+
+
+class Annotation(Model):
+    """Everything that people have changed in a run; see types.js."""
+
+    seq: int
+    docs: list[TrackDoc]
+    undo: Target | None
+    redo: Target | None
+
+
+class EditAnswer(Annotation):
+    """The answer to one operation; ``docs`` are the touched ones."""
+
+    op_id: str
+
+
+class AdoptConflict(Model):
+    """An edit that could not be carried over."""
+
+    key: str
+    reason: str
+    frame: int
+
+
+class Adopted(Model):
+    """What became of the edits of another run."""
+
+    kept: list[str]
+    not_needed: list[str]
+    conflicts: list[AdoptConflict]
+
+
+class LogEntry(Model):
+    """One row of the log."""
+
+    seq: int
+    op_id: str
+    author: str
+    name: str
+    frame: int | None
+    reverts: str | None
+    command: dict[str, Any]
+    keys: list[str]
+    time: str
+
+
+def adopted(adoption: Adoption) -> Adopted:
+    """What an adoption did, for the page."""
+    conflicts = [AdoptConflict(key=key, reason=reason, frame=frame) for key, reason, frame in adoption.conflicts]
+    return Adopted(kept=adoption.kept, not_needed=adoption.not_needed, conflicts=conflicts)
+
+
+def log_entry(edit: Edit) -> LogEntry:
+    """A row of the log, for the page."""
+    return LogEntry(
+        seq=edit.seq,
+        op_id=edit.op_id,
+        author=edit.author,
+        name=edit.kind,
+        frame=edit.frame,
+        reverts=edit.reverts,
+        command=edit.command,
+        keys=sorted(edit.after),
+        time=edit.created.isoformat(),
+    )

@@ -1,0 +1,1 @@
+"""Runs and annotations to and from the formats of other tools."""

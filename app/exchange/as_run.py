@@ -1,0 +1,177 @@
+"""Tracks of a data set as the evidence of a run, so that every screen works with somebody else's tracker.
+
+A box that the file states is a detection with its score; one between two such is a prediction. A class is a vote of
+weight 1 a frame. The store has no pixels, predictions of ours or gates: a what-if refuses it.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from app.exchange.as_truth import track_numbers
+from app.exchange.dataset import VideoFacts
+from tsr_engine.evidence.encode import TableEntry
+from tsr_engine.evidence.header import RunHeader, VideoIdentity
+from tsr_engine.evidence.writer import EvidenceWriter
+from tsr_engine.exchange.dataset import Track
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.params import Params
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.records import Detections, Event, FrameEvidence, Recognition, TrackFrame
+
+__all__ = ["write_run"]
+
+_CHUNK = 1024
+_SURE = 30.0
+"""Log-odds of the scores 0 and 1."""
+
+
+class _Box(NamedTuple):
+    """A track in one frame."""
+
+    number: int
+    box: Any
+    score: float
+    stated: bool
+    label: int
+
+
+def write_run(
+    folder: Path,
+    video: VideoFacts,
+    size: int,
+    table: FrameTable,
+    tracks: Iterable[Track],
+    about: dict[str, Any],
+    tell: Callable[[int], None] = lambda _done: None,
+) -> int:
+    """Write the evidence; returns the number of tracks.
+
+    Args:
+        folder: empty or missing.
+        video: what the tracks lie on.
+        size: of its file, bytes.
+        table: its frames.
+        tracks: each at most once in a frame.
+        about: where they come from: ``format``, ``file``.
+        tell: told the number of frames done.
+    """
+    listed = list(tracks)
+    numbers = track_numbers(track.uid for track in listed)
+    frames: dict[int, list[_Box]] = defaultdict(list)
+    events: dict[int, list[Event]] = defaultdict(list)
+    for track in listed:
+        _lay_out(track, numbers[track.uid], frames, events, str(about.get("file", "a file")))
+    header = RunHeader(
+        video=VideoIdentity(video.name, video.sha256, size),
+        parameters=Params().model_dump(mode="json"),
+        models={},
+        frame_table={
+            "time_base": str(table.time_base),
+            "frames": video.frames,
+            "width": video.width,
+            "height": video.height,
+            "interval": float(table.interval()),
+            "imported": about,
+        },
+        engine_version="imported",
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        keep_pixels=False,
+    )
+    votes: dict[int, Any] = {}
+    seconds = (table.pts.astype(np.float64) * float(table.time_base)).tolist()
+    last = {numbers[track.uid]: int(track.frames[-1]) for track in listed}
+    with EvidenceWriter.create(folder, header, chunk=_CHUNK) as writer:
+        for k in range(video.frames):
+            entry = TableEntry(int(table.pts[k]), bool(table.key[k]), bool(table.corrupt[k]))
+            here = sorted(frames.pop(k, ()))
+            writer.append(_frame(k, seconds[k], video, here, events.pop(k, []), votes), entry)
+            for box in here:
+                if last[box.number] == k:
+                    votes.pop(box.number, None)
+            if k % _CHUNK == 0:
+                tell(k)
+    return len(listed)
+
+
+def _lay_out(
+    track: Track, number: int, frames: dict[int, list[_Box]], events: dict[int, list[Event]], file: str
+) -> None:
+    labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels
+    with np.errstate(divide="ignore"):
+        odds = np.clip(np.log(track.score) - np.log1p(-track.score), -_SURE, _SURE)
+    stated = track.key if track.key.any() else np.ones(len(track.frames), np.bool_)
+    rows = zip(track.frames.tolist(), track.boxes, odds.tolist(), stated.tolist(), labels.tolist(), strict=True)
+    for frame, box, score, own, label in rows:
+        frames[frame].append(_Box(number, box, score, own, label))
+    first = int(track.frames[0])
+    values = {"name": track.uid}
+    events[first].append(Event("born", number, f"Track {number} begins ({track.uid} in {file}).", values))
+    events[first].append(Event("confirmed", number, f"Track {number} was imported: it counts from here on.", values))
+
+
+def _frame(
+    k: int, seconds: float, video: VideoFacts, boxes: list[_Box], events: list[Event], votes: dict[int, Any]
+) -> FrameEvidence:
+    stated = [box for box in boxes if box.stated]
+    stated.sort(key=lambda box: -box.score if box.score == box.score else 0.0)
+    rows = {box.number: i for i, box in enumerate(stated)}
+    detections = Detections.empty()
+    if stated:
+        scores = np.array([box.score for box in stated], np.float64)
+        detections = Detections(np.array([box.box for box in stated]), scores, np.full(len(stated), 0.5), scores)
+    tracks = tuple(
+        TrackFrame(
+            track_id=box.number,
+            state="confirmed",
+            source="detected" if box.stated else "predicted",
+            box=box.box,
+            score=box.score,
+            prediction=None,
+            detection=rows.get(box.number),
+            gate=None,
+            relocalisation=None,
+            samples=(),
+            recognition=_vote(box, votes),
+        )
+        for box in boxes
+    )
+    return FrameEvidence(
+        ordinal=k,
+        seconds=seconds,
+        width=video.width,
+        height=video.height,
+        detections=detections,
+        shift=(0.0, 0.0),
+        tracks=tracks,
+        events=tuple(events),
+        regions=(),
+        timings={},
+    )
+
+
+def _vote(box: _Box, votes: dict[int, Any]) -> Recognition | None:
+    """The file's class as one vote; None: it says none."""
+    if box.label < 0:
+        return None
+    cast = votes.setdefault(box.number, np.zeros(CLASS_COUNT))
+    cast[box.label] += 1.0
+    seen = np.zeros(CLASS_COUNT, np.float32)
+    seen[box.label] = 1.0
+    order = np.argsort(-cast, kind="stable")
+    x1, y1, x2, y2 = box.box.tolist()
+    return Recognition(
+        probabilities=seen,
+        scale=max(x2 - x1, y2 - y1),
+        weight=1.0,
+        votes=cast.copy(),
+        class_id=int(order[0]),
+        share=float(cast[order[0]] / cast.sum()),
+        runner_up=int(order[1]),
+    )

@@ -1,0 +1,254 @@
+"""Runs as a data set that every format can write: boxes as people have left them, and where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session, undefer
+
+from app.edits.documents import TrackDoc
+from app.errors import Conflict, Invalid, NotFound
+from app.evidence.tables import FloatColumn
+from app.exchange.rates import exact_rate
+from app.exchange.tracks import run_tracks
+from app.storage.models import Edit, Run, TrackDocument, Video
+from app.videos.table import unpack
+from tsr_engine.errors import EvidenceError, InputError
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.evidence.schema import RUN_FILE
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_probe import video_sha256
+
+__all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "home_source", "video_facts"]
+
+LABELS = CLASS_NAMES
+"""The labels of every data set of ours: the class number is the place."""
+
+
+@dataclass(frozen=True, slots=True)
+class VideoFacts:
+    """A video without its tracks; see :class:`tsr_engine.exchange.dataset.DatasetVideo`."""
+
+    name: str
+    sha256: str
+    width: int
+    height: int
+    frames: int
+    rate: Fraction | None
+    times: FloatColumn | None
+    constant_rate: bool
+    path: Path | None
+
+    def without_tracks(self) -> DatasetVideo:
+        """The bare video, for an import to be laid onto."""
+        return DatasetVideo(
+            name=self.name,
+            sha256=self.sha256,
+            width=self.width,
+            height=self.height,
+            frames=self.frames,
+            rate=self.rate,
+            times=self.times,
+            constant_rate=self.constant_rate,
+            tracks=lambda: iter(()),
+            path=self.path,
+            stop=self.frames,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A run, as it was at one moment.
+
+    Attributes:
+        folder: its evidence.
+        documents: what people have said, by key.
+        video: what it was made on.
+        first: first frame that counts.
+        stop: frame after the last.
+        origin: ``engine`` or ``imported``.
+        provenance: for the manifest.
+    """
+
+    folder: Path
+    documents: Mapping[str, TrackDoc]
+    video: VideoFacts
+    first: int
+    stop: int
+    origin: str
+    provenance: Mapping[str, Any]
+
+    def tracks(self) -> Iterator[Track]:
+        """A new pass over the tracks."""
+        return run_tracks(self.folder, self.documents, self.first, self.stop, self.video.frames, self.origin)
+
+    def dataset_video(self) -> DatasetVideo:
+        """The video with what the run shows on it."""
+        return replace(
+            self.video.without_tracks(),
+            tracks=self.tracks,
+            first=self.first,
+            stop=self.stop,
+            provenance=self.provenance,
+        )
+
+
+def dataset_of(sources: Sequence[Source]) -> Dataset:
+    """The data set of some runs, in their order.
+
+    Raises:
+        Invalid: two of them are of the same video; no format can hold that.
+    """
+    seen: dict[str, Source] = {}
+    for source in sources:
+        if source.video.sha256 in seen:
+            raise Invalid(
+                f"Two of the runs are of {source.video.name}. Choose one run a video.", field="runs", code="same_video"
+            )
+        seen[source.video.sha256] = source
+    return Dataset(LABELS, tuple(source.dataset_video() for source in sources))
+
+
+def home_source(session: Session, home: Path, run_id: str) -> Source:
+    """A run of a data folder with the corrections that are stored now; all from one state of the database.
+
+    Args:
+        session: reads.
+        home: the data folder.
+        run_id: the run.
+
+    Raises:
+        NotFound: no such run.
+        Conflict: it is still going on, or has stored nothing.
+    """
+    run = session.get(Run, run_id)
+    if run is None:
+        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    if run.state in ("queued", "running"):
+        raise Conflict(
+            f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
+        )
+    folder = home / run.folder
+    if not (folder / RUN_FILE).is_file():
+        raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
+    query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
+    facts = video_facts(session.scalars(query).one())
+    rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id))
+    documents = {row.key: TrackDoc.model_validate({**row.document, "revision": row.revision}) for row in rows}
+    revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+    about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
+    return _source(folder, documents, facts, revision, about)
+
+
+def evidence_source(folder: Path, video: Path | None = None) -> Source:
+    """A bare evidence folder, without corrections.
+
+    Args:
+        folder: of the run.
+        video: the file that it was made on; needed for pictures, and for times where the run has not seen all frames.
+
+    Raises:
+        EvidenceError: no evidence, or a damaged one.
+        InputError: the video is another one.
+        Conflict: the run has stored nothing.
+    """
+    with EvidenceReader(folder) as reader:
+        header = reader.header
+        if video is not None and video_sha256(video) != header.video.sha256:
+            raise InputError(
+                f"{video} is not the video of {folder}, which was made on {header.video.name} "
+                f"(SHA-256 {header.video.sha256[:12]}...). Name that file."
+            )
+        size = reader.query("SELECT width, height FROM frames LIMIT 1")
+        if not size:
+            raise Conflict(f"{folder} has stored nothing: there is nothing to export.", code="no_evidence")
+        if video is not None:
+            with open_video(video) as file:
+                table, announced = file.table, float(file.rate)
+            rate, constant = exact_rate(table.pts, table.time_base, announced)
+            times: FloatColumn | None = _times(table)
+            frames = len(table)
+        else:
+            frames = max(int(header.frame_table.get("frames", 0)), (reader.last_frame or 0) + 1)
+            rate, constant, times = _stored_times(reader, frames)
+    facts = VideoFacts(
+        header.video.name, header.video.sha256, size[0][0], size[0][1], frames, rate, times, constant, video
+    )
+    return _source(folder, {}, facts, 0, {"name": folder.name, "kind": "engine"})
+
+
+def video_facts(video: Video) -> VideoFacts:
+    """A video of a data folder; its frame table must be loaded.
+
+    Raises:
+        Conflict: it is not imported (yet).
+    """
+    if video.frame_table is None or video.width is None or video.height is None:
+        raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
+    table = unpack(video.frame_table)
+    rate, constant = exact_rate(table.pts, table.time_base, video.rate)
+    path = Path(video.path)
+    return VideoFacts(
+        name=video.name,
+        sha256=video.id,
+        width=video.width,
+        height=video.height,
+        frames=len(table),
+        rate=rate,
+        times=_times(table),
+        constant_rate=constant,
+        path=path if path.is_file() else None,
+    )
+
+
+def _source(
+    folder: Path,
+    documents: Mapping[str, TrackDoc],
+    facts: VideoFacts,
+    revision: int,
+    about: Mapping[str, Any],
+) -> Source:
+    with EvidenceReader(folder) as reader:
+        header, low, high = reader.header, reader.first_frame, reader.last_frame
+        if header.video.sha256 != facts.sha256:
+            raise EvidenceError(f"{folder} belongs to another video ({header.video.name}). Track this one again.")
+    if low is None or high is None:
+        raise Conflict(f"{about['name']} has stored nothing: there is nothing to export.", code="no_evidence")
+    provenance = {
+        "run": {**about, "first": low, "stop": high + 1, "created": header.created},
+        "engine_version": header.engine_version,
+        "models": dict(header.models),
+        "parameters": header.parameters,
+        "edit_revision": revision,
+        "edited_tracks": len(documents),
+        "video_sha256": header.video.sha256,
+    }
+    origin = "imported" if about["kind"] == "imported" else "engine"
+    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance)
+
+
+def _times(table: FrameTable) -> FloatColumn:
+    return np.asarray(table.pts.astype(np.float64) * float(table.time_base))
+
+
+def _stored_times(reader: EvidenceReader, frames: int) -> tuple[Fraction | None, bool, FloatColumn | None]:
+    """Rate, whether it is constant, and the times of all frames as far as the run has seen them."""
+    known = [entry.pts for _, entry in reader.frame_table()]
+    try:
+        base = Fraction(str(reader.header.frame_table["time_base"]))
+    except (KeyError, ValueError, ZeroDivisionError):
+        return None, False, None
+    pts = np.array([value for value in known if value is not None], np.int64)
+    if len(pts) < max(1, len(known)):
+        return None, False, None
+    rate, constant = exact_rate(pts, base, None)
+    return rate, constant, pts.astype(np.float64) * float(base) if len(pts) == frames else None

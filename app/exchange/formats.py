@@ -1,0 +1,50 @@
+"""Formats as pages and programs see them."""
+
+from __future__ import annotations
+
+from app.shapes import Model
+from tsr_engine.exchange.formats import Format, Switch
+
+__all__ = ["FormatView", "SwitchView", "format_view"]
+
+
+class SwitchView(Model):
+    """An option of one format."""
+
+    name: str
+    values: list[str]
+    """The first is the default."""
+    help: str
+
+
+class FormatView(Model):
+    """One format; see ``Format`` in static/js/types.js."""
+
+    name: str
+    title: str
+    summary: str
+    can_export: bool
+    can_import: bool
+    needs_pictures: bool
+    export_switches: list[SwitchView]
+    import_switches: list[SwitchView]
+    docs: str
+
+
+def format_view(format: Format) -> FormatView:
+    """A format as pages and programs see it."""
+    return FormatView(
+        name=format.name,
+        title=format.title,
+        summary=format.summary,
+        can_export=format.write is not None,
+        can_import=format.read is not None,
+        needs_pictures=format.needs_pictures,
+        export_switches=[_switch(switch) for switch in format.export_switches],
+        import_switches=[_switch(switch) for switch in format.import_switches],
+        docs=format.docs,
+    )
+
+
+def _switch(switch: Switch) -> SwitchView:
+    return SwitchView(name=switch.name, values=list(switch.values), help=switch.help)

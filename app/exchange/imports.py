@@ -1,0 +1,320 @@
+"""Files of other tools laid onto a video: as ground truth, as a run, or as corrections of a run. All or nothing."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import uuid
+import zipfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from sqlalchemy import select
+from sqlalchemy.orm import undefer
+
+from app.edits.documents import TrackDoc
+from app.edits.service import EditService
+from app.errors import Invalid, NotFound
+from app.events import EventBus
+from app.exchange.as_annotation import Annotated, annotate
+from app.exchange.as_run import write_run
+from app.exchange.as_truth import truth_rows
+from app.exchange.dataset import LABELS, Source, VideoFacts, home_source, video_facts
+from app.exchange.tracks import run_tracks
+from app.runs.view import publish_run
+from app.settings import Settings
+from app.shapes import Model
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from app.truths.service import TruthService
+from app.videos.table import unpack
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.evidence.schema import LOCK_FILE
+from tsr_engine.exchange.dataset import Dataset, Skipped, Track
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import format_named, switches_of
+from tsr_engine.io.frame_table import FrameTable
+
+__all__ = ["ImportKind", "ImportResult", "ImportService", "Incoming", "SkippedView"]
+
+ImportKind = Literal["annotation", "truth", "run"]
+_PART = ".import-"
+
+
+class SkippedView(Model):
+    """Something that did not come in."""
+
+    what: str
+    reason: str
+
+
+class ImportResult(Model):
+    """What an import did.
+
+    Attributes:
+        kind: as what it came in.
+        id: the truth or run; for an annotation the run that it was laid onto.
+        tracks: tracks that came in; of an annotation, those that are new or show something else now.
+        boxes: their boxes.
+        same: tracks of an annotation that the run showed already.
+        edit: number of an annotation in the run's log; one undo takes all of it back. None: nothing has changed.
+        repaired: what was put right, one sentence each.
+        skipped: what was left out.
+    """
+
+    kind: ImportKind
+    id: str
+    tracks: int
+    boxes: int
+    same: int = 0
+    edit: int | None = None
+    repaired: list[str]
+    skipped: list[SkippedView]
+
+
+@dataclass(frozen=True, slots=True)
+class Incoming:
+    """A file, and what a person says about it.
+
+    Attributes:
+        path: file, archive or folder.
+        name: what the truth or run is to be called; of a truth, one of the same name is replaced.
+        format: name of its format; None: found out.
+        switches: options of the format.
+        label_map: class name in the file -> class number.
+        author: who brings it.
+        scratch: where archives are unpacked for the moment; None: the system's folder.
+    """
+
+    path: Path
+    name: str
+    format: str | None = None
+    switches: Mapping[str, str] = field(default_factory=dict)
+    label_map: Mapping[str, int] = field(default_factory=dict)
+    author: str = ""
+    scratch: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Onto:
+    """The video that something is laid onto."""
+
+    facts: VideoFacts
+    table: FrameTable
+    size: int
+
+
+class ImportService:
+    """Reads a file, checks all of it, then stores it in one transaction."""
+
+    def __init__(
+        self, settings: Settings, database: Database, events: EventBus, edits: EditService, truths: TruthService
+    ) -> None:
+        self._settings = settings
+        self._database = database
+        self._events = events
+        self._edits = edits
+        self._truths = truths
+
+    def bring_in(self, video_id: str, incoming: Incoming, kind: ImportKind, run_id: str | None = None) -> ImportResult:
+        """Import a file.
+
+        Args:
+            video_id: the video that it is about.
+            incoming: the file.
+            kind: as what.
+            run_id: the run that an annotation corrects.
+
+        Raises:
+            NotFound: no such video or run.
+            Conflict: the video is not imported, or the run still goes on.
+            Invalid: an annotation without a run of this video.
+            UsageError: an unknown format, option or class.
+            ImportFormatError: the first thing that breaks a rule: file, line, rule.
+        """
+        onto = self._onto(video_id)
+        source = self._source(video_id, run_id) if kind == "annotation" else None
+        dataset = _read(incoming, onto)
+        tracks = list(dataset.videos[0].tracks())
+        if not tracks:
+            raise Invalid(f"{incoming.path.name} holds no boxes for {onto.facts.name}. Check the file.", code="nothing")
+        if source is not None:
+            return self._annotation(source, str(run_id), incoming, dataset, tracks)
+        if kind == "truth":
+            return self._truth(video_id, incoming, dataset, tracks)
+        return self._run(video_id, onto, incoming, dataset, tracks)
+
+    def sweep(self) -> None:
+        """Remove what imports of processes that died have left; those that are going on are let alone."""
+        for place in ("runs", "uploads"):
+            for folder in (self._settings.home / place).glob(f"{_PART}*"):
+                if not _is_locked(folder / LOCK_FILE):
+                    shutil.rmtree(folder, ignore_errors=True)
+
+    def new_part(self) -> Path:
+        """A fresh folder for a file that is being received; ``sweep`` removes it if nobody else does."""
+        folder = self._settings.home / "uploads" / f"{_PART}{uuid.uuid4().hex}"
+        folder.mkdir(parents=True)
+        return folder
+
+    # ------------------------------------------------------------------------------------------------------ inside
+
+    def _onto(self, video_id: str) -> _Onto:
+        with self._database.read() as session:
+            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
+            video = session.scalars(query).first()
+            if video is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            facts = video_facts(video)
+            assert video.frame_table is not None
+            return _Onto(facts, unpack(video.frame_table), video.size)
+
+    def _source(self, video_id: str, run_id: str | None) -> Source:
+        if run_id is None:
+            raise Invalid("An annotation corrects a run: say which with run=.", field="run")
+        with self._database.read() as session:
+            source = home_source(session, self._settings.home, run_id)
+        if source.video.sha256 != video_id:
+            raise Invalid("The run is of another video. Choose one of this video.", field="run")
+        return source
+
+    def _truth(self, video_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]) -> ImportResult:
+        rows = truth_rows(tracks)
+        truth = self._truths.put_rows(video_id, incoming.name, rows)
+        lost = [Skipped(f"{n} notes", "ground truth has no notes")] if (n := sum(len(t.notes) for t in tracks)) else []
+        return _result("truth", truth.id, len(tracks), len(rows), dataset, lost)
+
+    def _run(
+        self, video_id: str, onto: _Onto, incoming: Incoming, dataset: Dataset, tracks: list[Track]
+    ) -> ImportResult:
+        run_id = uuid.uuid4().hex
+        home = self._settings.home
+        part, folder = home / "runs" / f"{_PART}{run_id}", home / "runs" / run_id
+        about = {"file": incoming.path.name, "format": incoming.format or "found out"}
+        try:
+            write_run(part, onto.facts, onto.size, onto.table, tracks, about)
+            now = datetime.now(UTC)
+            run = Run(
+                id=run_id,
+                video_id=video_id,
+                kind="imported",
+                name=incoming.name,
+                state="complete",
+                preset="default",
+                parameters={},
+                first=0,
+                stop=None,
+                folder=f"runs/{run_id}",
+                engine_version="imported",
+                models={},
+                frames_done=onto.facts.frames,
+                frames_total=onto.facts.frames,
+                tracks=len(tracks),
+                summary={"imported": about},
+                started=now,
+                finished=now,
+            )
+            with self._database.write() as session:
+                if session.get(Video, video_id) is None:
+                    raise NotFound(f"There is no video {video_id[:80]!r} any more.")
+                session.add(run)
+                publish_run(session, self._events, run)
+                part.rename(folder)
+        except BaseException:
+            shutil.rmtree(part, ignore_errors=True)
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        return _result(
+            "run", run_id, len(tracks), sum(len(track.frames) for track in tracks), dataset, _lost_in_run(tracks)
+        )
+
+    def _annotation(
+        self, source: Source, run_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]
+    ) -> ImportResult:
+        size = source.video.width, source.video.height
+        author = incoming.author or self._settings.author
+        before = {track.uid: track for track in source.tracks()}
+        found = Annotated()
+
+        def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
+            nonlocal found
+            shown = before
+            if dict(present) != dict(source.documents):  # somebody was faster
+                frames = source.video.frames
+                passed = run_tracks(source.folder, present, source.first, source.stop, frames, source.origin)
+                shown = {track.uid: track for track in passed}
+            found = annotate(tracks, shown, present, author, size)
+            return found.documents
+
+        command = {"name": "import", "file": incoming.path.name, "format": incoming.format or "found out"}
+        seq, stored = self._edits.put_documents(run_id, author, command, make)
+        told = _result("annotation", run_id, len(stored), found.boxes, dataset, found.skipped)
+        return told.model_copy(update={"same": found.same, "edit": seq, "repaired": [*told.repaired, *found.repaired]})
+
+
+def _read(incoming: Incoming, onto: _Onto) -> Dataset:
+    chosen = None if incoming.format is None else format_named(incoming.format)
+    if chosen is not None and chosen.read is None:
+        raise Invalid(f"{chosen.title} can be exported, not imported. Choose another format.", field="format")
+    if chosen is None and incoming.switches:
+        raise Invalid("Options belong to a format: name it with format=.", field="switches")
+    switches = {} if chosen is None else switches_of(chosen, dict(incoming.switches), reading=True)
+    _whole_archive(incoming.path)
+    video = onto.facts.without_tracks()
+    target = ImportTarget(video, LABELS, switches, dict(incoming.label_map))
+    return read_dataset(incoming.path, target, chosen, scratch=incoming.scratch)
+
+
+def _whole_archive(path: Path) -> None:
+    """Refuse the beginning of an archive: what would be said of it otherwise is that it is of no known format."""
+    if not path.is_file() or zipfile.is_zipfile(path):
+        return
+    with path.open("rb") as file:
+        begins = file.read(4)
+    if begins == b"PK\x03\x04":
+        raise ImportFormatError(f"{path.name}: is a ZIP archive whose end is missing. Copy or download it again.")
+
+
+def _result(
+    kind: ImportKind, identity: str, tracks: int, boxes: int, dataset: Dataset, lost: Iterable[Skipped]
+) -> ImportResult:
+    skipped = [SkippedView(what=each.what, reason=each.reason) for each in (*dataset.skipped, *lost)]
+    return ImportResult(
+        kind=kind, id=identity, tracks=tracks, boxes=boxes, repaired=list(dataset.repaired), skipped=skipped
+    )
+
+
+def _lost_in_run(tracks: Iterable[Track]) -> list[Skipped]:
+    counts: dict[str, int] = {"hidden": 0, "ignored": 0, "notes": 0, "judged": 0}
+    for track in tracks:
+        counts["hidden"] += int(track.occluded.sum())
+        counts["ignored"] += 0 if track.ignore is None else int(track.ignore.sum())
+        counts["notes"] += len(track.notes)
+        counts["judged"] += track.state not in ("open", "truth")
+    words = {
+        "hidden": "marks 'occluded'",
+        "ignored": "marks 'ignore'",
+        "notes": "notes",
+        "judged": "verdicts on tracks",
+    }
+    reason = "A run holds what a tracker found. Import the file as annotation to keep them."
+    return [Skipped(f"{count} {words[name]}", reason) for name, count in counts.items() if count]
+
+
+def _is_locked(path: Path) -> bool:
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(descriptor)
+    return False

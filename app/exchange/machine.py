@@ -1,0 +1,68 @@
+"""The confirmed tracks of a run, straight from its evidence, one after the other, a few hundred in memory at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.evidence.tables import FloatColumn, IntColumn, columns
+from tsr_engine.evidence.reader import EvidenceReader
+
+__all__ = ["MachineTrack", "MachineTracks"]
+
+_BLOCK = 256
+_ROWS = "SELECT track_id, frame, x1, y1, x2, y2, score FROM track_frames WHERE state <> 'dead' AND track_id"
+
+
+@dataclass(frozen=True, slots=True)
+class MachineTrack:
+    """One track of the engine, or of an imported run.
+
+    Attributes:
+        id: its number.
+        label: class of the whole track; -1: never recognised.
+        frames: ascending, shape (n,).
+        boxes: shape (n, 4), px.
+        score: 0 to 1, NaN where there is none, shape (n,): the logistic of the stored log-odds.
+    """
+
+    id: int
+    label: int
+    frames: IntColumn
+    boxes: FloatColumn
+    score: FloatColumn
+
+
+class MachineTracks:
+    """Reads tracks in order of their numbers, or one by its number."""
+
+    def __init__(self, reader: EvidenceReader) -> None:
+        self._reader = reader
+        sql = "SELECT track_id, class_id FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
+        self.labels: dict[int, int] = {row[0]: -1 if row[1] is None else row[1] for row in reader.query(sql)}
+
+    def __iter__(self) -> Iterator[MachineTrack]:
+        ids = list(self.labels)
+        for start in range(0, len(ids), _BLOCK):
+            block = ids[start : start + _BLOCK]
+            rows = self._reader.query(f"{_ROWS} BETWEEN ? AND ? ORDER BY track_id, frame", (block[0], block[-1]))
+            table = columns(rows, 7)
+            bounds = np.searchsorted(table[0], [*block, block[-1] + 1])
+            ends = np.searchsorted(table[0], block, side="right")
+            for number, first, stop in zip(block, bounds[:-1].tolist(), ends.tolist(), strict=True):
+                yield self._track(number, table[:, first:stop])
+
+    def one(self, number: int) -> MachineTrack | None:
+        """One track; None: there is none of that number."""
+        if number not in self.labels:
+            return None
+        return self._track(number, columns(self._reader.query(f"{_ROWS} = ? ORDER BY frame", (number,)), 7))
+
+    def _track(self, number: int, table: FloatColumn) -> MachineTrack:
+        table = table[:, np.isfinite(table[2:6]).all(axis=0)]
+        with np.errstate(over="ignore"):
+            score = 1.0 / (1.0 + np.exp(-table[6]))
+        boxes = np.ascontiguousarray(table[2:6].T)
+        return MachineTrack(number, self.labels[number], table[1].astype(np.int64), boxes, score)

@@ -1,0 +1,38 @@
+"""Frame rates, exact: what the time stamps of a video say, whatever its header announces."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from app.evidence.tables import IntColumn
+
+__all__ = ["exact_rate"]
+
+_COMMON = 1001
+"""Largest denominator of a rate that a header can mean: 30000/1001."""
+
+
+def exact_rate(pts: IntColumn, time_base: Fraction, announced: float | None) -> tuple[Fraction | None, bool]:
+    """The rate in frames a second, and whether all frames keep to it.
+
+    A frame keeps to a rate when it lies within one tick of its place: containers with coarse ticks round.
+
+    Args:
+        pts: time stamps in ticks, in order of presentation, shape (n,).
+        time_base: seconds a tick.
+        announced: the header's rate.
+    """
+    candidates = []
+    if announced is not None and announced > 0:
+        candidates.append(Fraction(announced).limit_denominator(_COMMON))
+    steps = np.sort(np.diff(pts))
+    steps = steps[steps > 0]
+    if len(steps):
+        candidates.append(1 / (int(steps[len(steps) // 2]) * time_base))
+    for rate in candidates:
+        step = float(1 / rate / time_base)
+        if len(pts) and np.abs(pts - pts[0] - np.arange(len(pts)) * step).max() <= 1.0 + 1e-6:
+            return rate, True
+    return (candidates[0] if candidates else None), len(pts) < 2

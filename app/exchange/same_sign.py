@@ -1,0 +1,51 @@
+"""Tracks without a name of ours that lie on a track of the run: the same sign, seen by somebody else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from app.evidence.overlap import box_pairs
+from app.evidence.tables import BoxTable
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["lying_on"]
+
+_IOU = 0.5
+_SHARE = 0.5
+"""Frames of the shorter of two tracks in which they must lie on each other."""
+
+
+def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, str]:
+    """Place of a track -> name of the run's track that it lies on, one to one, those with most frames in common first.
+
+    Two tracks are one sign when they have an IoU of at least 0.5 in at least half of the frames of the shorter one.
+    """
+    names = list(shown)
+    others = [shown[name] for name in names]
+    theirs, ours = _table(tracks), _table(others)
+    if not len(theirs) or not len(ours):
+        return {}
+    pairs = box_pairs(theirs, ours, _IOU)
+    both, frames = np.unique(np.column_stack([theirs.track[pairs.a], ours.track[pairs.b]]), axis=0, return_counts=True)
+    found: dict[int, str] = {}
+    taken: set[int] = set()
+    for i in np.argsort(-frames, kind="stable").tolist():
+        a, b = both[i].tolist()
+        shorter = min(len(tracks[a].frames), len(others[b].frames))
+        if a not in found and b not in taken and frames[i] >= _SHARE * shorter:
+            found[a] = names[b]
+            taken.add(b)
+    return found
+
+
+def _table(tracks: Sequence[Track]) -> BoxTable:
+    """The boxes of some tracks, ordered by frame; the place of a track stands for its key."""
+    counts = [len(track.frames) for track in tracks]
+    frame = np.concatenate([np.zeros(0, np.int64), *(track.frames for track in tracks)])
+    boxes = np.concatenate([np.zeros((0, 4)), *(track.boxes for track in tracks)])
+    track = np.repeat(np.arange(len(tracks)), counts)
+    order = np.lexsort((track, frame))
+    nothing = np.zeros(len(order), np.int64)
+    return BoxTable(frame[order], track[order], boxes[order], nothing, nothing > 0, nothing, ())

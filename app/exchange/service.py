@@ -1,0 +1,61 @@
+"""What routes do with exports."""
+
+from __future__ import annotations
+
+import re
+
+from app.artefacts.service import ArtefactService
+from app.errors import Invalid
+from app.exchange.dataset import home_source
+from app.exchange.export import ExportRequest, check_request
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Artefact, Run, Video
+from tsr_engine.errors import ExportError, UsageError
+
+__all__ = ["ExportService"]
+
+_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+
+
+class ExportService:
+    """Checks and queues."""
+
+    def __init__(self, settings: Settings, database: Database, artefacts: ArtefactService) -> None:
+        self._home = settings.home
+        self._database = database
+        self._artefacts = artefacts
+
+    def start(self, request: ExportRequest) -> Artefact:
+        """Queue an export.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: a run still goes on, or has stored nothing.
+            Invalid: two runs of one video, or an option.
+        """
+        try:
+            check_request(request)
+        except (UsageError, ExportError) as error:
+            raise Invalid(str(error), code="bad_export") from None
+        with self._database.write() as session:
+            videos: dict[str, str] = {}
+            for run_id in request.runs:
+                run = session.get(Run, run_id)
+                if run is not None and run.video_id in videos:
+                    name = session.get_one(Video, run.video_id).name
+                    raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="runs")
+                source = home_source(session, self._home, run_id)
+                videos[source.video.sha256] = source.video.name
+            options = request.model_dump(mode="json")
+            only = request.runs[0] if len(request.runs) == 1 else None
+            name = f"{_file_name(request, list(videos.values()))}.zip"
+            return self._artefacts.queue(session, "export", only, name, options, "export")
+
+
+def _file_name(request: ExportRequest, videos: list[str]) -> str:
+    if request.name.strip():
+        return request.name.strip().removesuffix(".zip")
+    stem = _UNSAFE.sub("-", videos[0].rsplit(".", 1)[0]).strip("-.")[:60] or "video"
+    more = f"-and-{len(videos) - 1}-more" if len(videos) > 1 else ""
+    return f"{stem}{more}-{request.format}"

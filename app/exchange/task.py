@@ -1,0 +1,34 @@
+"""The job ``export``: one ZIP file from some runs. Cancelled or killed, nothing of it stays, and it begins anew."""
+
+from __future__ import annotations
+
+from app.artefacts.service import ArtefactService
+from app.errors import ApiError
+from app.exchange.dataset import home_source
+from app.exchange.export import ExportRequest, export_sources, summary_of
+from app.jobs.tasks import TaskContext
+from tsr_engine.errors import ExportError
+
+__all__ = ["FILE", "export"]
+
+FILE = "export.zip"
+
+
+def export(task: TaskContext) -> None:
+    """Write what the artefact's options ask for, with the corrections that are stored when it begins."""
+    artefacts = ArtefactService.of_task(task)
+    artefact, folder = artefacts.begin(task)
+    request = ExportRequest.model_validate(artefact.options)
+    try:
+        with task.database.read() as session:
+            sources = [home_source(session, task.settings.home, run_id) for run_id in request.runs]
+        manifest = export_sources(
+            request,
+            sources,
+            folder / FILE,
+            zipped=True,
+            progress=lambda done, of: artefacts.progress(task, artefact.id, done, of),
+        )
+    except ApiError as error:
+        raise ExportError(error.message) from None
+    artefacts.complete(task, artefact.id, folder / FILE, summary_of(manifest))

@@ -1,0 +1,136 @@
+"""A run as people have left it, as tracks of a data set: their documents laid over the engine's boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from app.edits.documents import TrackDoc
+from app.edits.effective import effective_track
+from app.evidence.tables import FloatColumn, IntColumn
+from app.exchange.machine import MachineTrack, MachineTracks
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["run_tracks"]
+
+
+def run_tracks(
+    folder: Path, documents: Mapping[str, TrackDoc], first: int, stop: int, frames: int, origin: str = "engine"
+) -> Iterator[Track]:
+    """The tracks of a run: those of the engine by number, then those that people have made, by name.
+
+    Deleted tracks are left out; one that was judged to be no sign is ``rejected``.
+
+    Args:
+        folder: the evidence.
+        documents: of the touched tracks, by key.
+        first: first frame that is wanted.
+        stop: frame after the last.
+        frames: length of the video; nothing lies beyond it.
+        origin: ``source`` of tracks that nobody has touched: ``engine`` or ``imported``.
+    """
+    own = [key for key in sorted(documents) if not key.startswith("m")]
+    with EvidenceReader(folder) as reader:
+        machine = MachineTracks(reader)
+        for found in machine:
+            document = documents.get(f"m{found.id}")
+            track = _untouched(found, origin) if document is None else _edited(document, machine, found, origin, frames)
+            if track is not None and (cut := _within(track, first, stop)) is not None:
+                yield cut
+        numbers = {f"m{number}" for number in machine.labels}
+        for key in [*(k for k in sorted(documents) if k.startswith("m") and k not in numbers), *own]:
+            track = _edited(documents[key], machine, None, origin, frames)
+            if track is not None and (cut := _within(track, first, stop)) is not None:
+                yield cut
+
+
+def _untouched(found: MachineTrack, origin: str) -> Track | None:
+    n = len(found.frames)
+    none = np.zeros(n, np.bool_)
+    return Track(f"m{found.id}", found.label, found.frames, found.boxes, none, none, found.score, source=origin)
+
+
+def _edited(
+    document: TrackDoc, machine: MachineTracks, found: MachineTrack | None, origin: str, frames: int
+) -> Track | None:
+    """What a document shows; None: nothing."""
+    if document.gone:
+        return None
+    inside = {k: key for k, key in document.keys.items() if int(k) < frames}
+    if len(inside) < len(document.keys):
+        document = document.model_copy(update={"keys": inside})
+    known: dict[int, MachineTrack | None] = {} if found is None else {found.id: found}
+
+    def boxes_of(number: int) -> tuple[IntColumn, FloatColumn]:
+        if number not in known:
+            known[number] = machine.one(number)
+        track = known[number]
+        return (np.zeros(0, np.int64), np.zeros((0, 4))) if track is None else (track.frames, track.boxes)
+
+    shown = effective_track(document, boxes_of)
+    if not len(shown.frame):
+        return None
+    label = _label(document, machine)
+    whole = label if document.class_id is None else document.class_id
+    each = np.where(shown.class_id < 0, whole, shown.class_id)
+    engine = shown.origin == 0
+    score = np.full(len(shown.frame), np.nan)
+    for segment in document.segments:
+        piece = known.get(segment.track)
+        if piece is not None:
+            place = np.minimum(np.searchsorted(piece.frames, shown.frame), max(len(piece.frames) - 1, 0))
+            mine = engine & (segment.first <= shown.frame) & (shown.frame <= segment.last)
+            mine &= piece.frames[place] == shown.frame if len(piece.frames) else False
+            score[mine] = piece.score[place[mine]]
+    as_found = found is not None and np.array_equal(shown.frame, found.frames) and bool(engine.all())
+    changed = not as_found or bool(document.keys) or document.class_id is not None
+    human = not document.segments and document.key.startswith("h")
+    return Track(
+        uid=document.key,
+        label=whole,
+        frames=shown.frame,
+        boxes=shown.boxes,
+        key=np.isin(shown.frame, document.frames()),
+        occluded=shown.occluded,
+        score=score,
+        labels=each if bool((each != whole).any()) else None,
+        state="rejected" if document.not_a_sign else document.review,
+        source="human" if human else "corrected" if changed else origin,
+        notes=tuple((note.frame, note.text) for note in document.notes),
+    )
+
+
+def _label(document: TrackDoc, machine: MachineTracks) -> int:
+    """The engine's class of a document's own track, else of its first piece; -1: none."""
+    own = [int(document.key[1:])] if document.key.startswith("m") else []
+    return next(
+        (machine.labels[n] for n in (*own, *(segment.track for segment in document.segments)) if n in machine.labels),
+        -1,
+    )
+
+
+def _within(track: Track, first: int, stop: int) -> Track | None:
+    """The frames of ``first <= frame < stop``; None: there is none."""
+    if not len(track.frames):
+        return None
+    if first <= track.frames[0] and track.frames[-1] < stop:
+        return track
+    keep = slice(*np.searchsorted(track.frames, [first, stop]))
+    if not len(track.frames[keep]):
+        return None
+    return Track(
+        uid=track.uid,
+        label=track.label,
+        frames=track.frames[keep],
+        boxes=track.boxes[keep],
+        key=track.key[keep],
+        occluded=track.occluded[keep],
+        score=track.score[keep],
+        labels=None if track.labels is None else track.labels[keep],
+        state=track.state,
+        source=track.source,
+        notes=tuple(note for note in track.notes if first <= note[0] < stop),
+    )

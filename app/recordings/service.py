@@ -1,0 +1,80 @@
+"""Asking for a recording of some frames of a run."""
+
+from __future__ import annotations
+
+import re
+
+from app.artefacts.service import ArtefactService
+from app.artefacts.view import ArtefactView, artefact_view
+from app.errors import Conflict, Invalid, NotFound
+from app.evidence.service import EvidenceService
+from app.storage.database import Database
+from app.storage.models import Run, Video
+
+__all__ = ["JOB", "MOST_FRAMES", "RecordingService"]
+
+JOB = "recording"
+MOST_FRAMES = 20_000
+"""A viewer holds a recording in memory; beyond this, pages become unusable."""
+
+
+class RecordingService:
+    """Queues recordings."""
+
+    def __init__(self, database: Database, evidence: EvidenceService, artefacts: ArtefactService) -> None:
+        self._database = database
+        self._evidence = evidence
+        self._artefacts = artefacts
+
+    def start(
+        self,
+        run_id: str,
+        first: int,
+        stop: int,
+        *,
+        name: str = "",
+        frame: int | None = None,
+        track: str | None = None,
+        truth: str | None = None,
+    ) -> ArtefactView:
+        """Queue a recording of ``first <= frame < stop``.
+
+        Args:
+            run_id: the run.
+            first: first frame.
+            stop: frame after the last.
+            name: of the recording; unset: made from video and frames.
+            frame: the frame that it is about.
+            track: key of the track that it is about.
+            truth: id of the ground truth to put in; unset: the only one of the video, if there is exactly one.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: the run has stored nothing.
+            Invalid: the range is empty, too long, or not within the frames of the run.
+        """
+        if not first < stop <= first + MOST_FRAMES:
+            raise Invalid(f"A recording has 1 to {MOST_FRAMES} frames. Got {first} to {stop}.", field="stop")
+        stored = self._evidence.stored_frames(run_id)
+        if stored is None:
+            raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
+        if first < stored[0] or stop > stored[1] + 1:
+            raise Invalid(
+                f"The run has the frames {stored[0]} to {stored[1]}. Got {first} to {stop - 1}.",
+                field="first" if first < stored[0] else "stop",
+            )
+        with self._database.write() as session:
+            run = session.get(Run, run_id)
+            if run is None:
+                raise NotFound(f"There is no run {run_id[:40]!r} any more.")
+            video = session.get_one(Video, run.video_id)
+            options = {"first": first, "stop": stop, "name": name, "frame": frame, "track": track, "truth": truth}
+            artefact = self._artefacts.queue(
+                session, "recording", run_id, _file_name(name or video.name, first, stop), options, JOB
+            )
+            return artefact_view(artefact)
+
+
+def _file_name(name: str, first: int, stop: int) -> str:
+    stem = re.sub(r"[^\w.-]+", "_", name.rsplit(".", 1)[0])[:60].strip("._") or "recording"
+    return f"{stem}_{first}-{stop - 1}.rrd"

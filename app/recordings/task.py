@@ -1,0 +1,67 @@
+"""The job ``recording``: a run's evidence, the corrected annotation and ground truth as one ``.rrd`` file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import undefer
+
+from app.artefacts.service import ArtefactService
+from app.jobs.tasks import TaskContext
+from app.recordings.annotation import corrected_rows, documents_of, truth_of
+from app.storage.models import Run, Video
+from app.videos.table import unpack
+
+if TYPE_CHECKING:
+    from tsr_engine.recording import RecordingReport
+
+__all__ = ["record_run", "report_summary"]
+
+
+def record_run(task: TaskContext) -> None:
+    """Make the recording."""
+    from tsr_engine.recording import RecordingRequest, write_recording
+
+    artefacts = ArtefactService.of_task(task)
+    artefact, folder = artefacts.begin(task)
+    options = artefact.options
+    with task.database.read() as session:
+        run = session.get_one(Run, artefact.run_id)
+        video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
+        documents = documents_of(session, run.id)
+        truth = truth_of(session, video.id, options.get("truth"))
+    path = Path(video.path)
+    there = path.is_file()
+    track = str(options.get("track") or "")
+    request = RecordingRequest(
+        evidence=task.settings.home / run.folder,
+        out=folder / "recording.rrd",
+        first=options["first"],
+        stop=options["stop"],
+        video=path if there else None,
+        table=unpack(video.frame_table) if there and video.frame_table else None,
+        corrected=corrected_rows(task.settings.home / run.folder, documents),
+        truth=truth,
+        focus_frame=options.get("frame"),
+        focus_track=int(track[1:]) if track.startswith("m") and track[1:].isdecimal() else None,
+        name=options.get("name") or "",
+        notes={"run": run.id, "run_name": run.name, "preset": run.preset},
+    )
+    report = write_recording(request, lambda done, of: artefacts.progress(task, artefact.id, done, of))
+    artefacts.complete(task, artefact.id, report.path, report_summary(report))
+
+
+def report_summary(report: RecordingReport) -> dict[str, Any]:
+    """A report as plain JSON values."""
+    return {
+        "first": report.first,
+        "stop": report.stop,
+        "title": report.name,
+        "picture": report.picture,
+        "boxes": report.boxes,
+        "tracks": list(report.tracks),
+        "events": report.events,
+        "store_id": f"Recording:{report.application_id}:{report.recording_id}",
+    }

@@ -1,0 +1,227 @@
+"""The Rerun web viewer, taken once out of the installed SDK's own binary and kept in the data folder.
+
+The binary serves its viewer on a loopback port for as long as the copy takes. Nothing is loaded from the network, and
+the version is always that of the SDK that writes the recordings.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+import os
+import re
+import secrets
+import shutil
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from app.errors import Busy
+
+__all__ = ["FILES", "ViewerFile", "ViewerFiles", "sdk_version"]
+
+FILES: Final = {"re_viewer.js": "text/javascript; charset=utf-8", "re_viewer_bg.wasm": "application/wasm"}
+"""What a page needs, and its media type."""
+_MANIFEST: Final = "manifest.json"
+_ADDRESS: Final = re.compile(rb"Hosting a web-viewer at (http://127\.0\.0\.1:[0-9]{1,5})")
+_START_SECONDS: Final = 30.0
+_FETCH_SECONDS: Final = 60.0
+_LARGEST: Final = 200 * 2**20
+
+
+def sdk_version() -> str:
+    """Version of the installed SDK; empty: there is none."""
+    try:
+        return importlib.metadata.version("rerun-sdk")
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+
+
+def _binary() -> Path | None:
+    """The viewer's binary within the wheel, found without importing the SDK."""
+    spec = importlib.util.find_spec("rerun_cli")
+    if spec is None or not spec.submodule_search_locations:
+        return None
+    path = Path(next(iter(spec.submodule_search_locations))) / "rerun"
+    return path if path.is_file() and os.access(path, os.X_OK) else None
+
+
+@dataclass(frozen=True, slots=True)
+class ViewerFile:
+    """One file of the viewer.
+
+    Attributes:
+        path: gzipped.
+        media_type: of its content.
+        size: bytes of its content.
+        digest: SHA-256 of its content.
+    """
+
+    path: Path
+    media_type: str
+    size: int
+    digest: str
+
+
+class ViewerFiles:
+    """The viewer's files; fetched when somebody asks for them first. Thread-safe."""
+
+    def __init__(self, home: Path, version: str | None = None, binary: Path | None = None) -> None:
+        self.version = sdk_version() if version is None else version
+        self.folder = home / "cache" / f"rerun-viewer-{self.version}"
+        self._binary = binary
+        self._lock = threading.Lock()
+        self._known: dict[str, ViewerFile] | None = None
+
+    def ready(self) -> bool:
+        """Whether the files are there."""
+        return self._files() is not None
+
+    def file(self, name: str) -> ViewerFile | None:
+        """One file; None: there is none of that name.
+
+        Raises:
+            Busy: the viewer cannot be had; the sentence says why.
+        """
+        return self.ensure().get(name)
+
+    def ensure(self) -> dict[str, ViewerFile]:
+        """All files by name, fetched if need be; that takes some seconds, once.
+
+        Raises:
+            Busy: the viewer cannot be had; the sentence says why.
+        """
+        with self._lock:
+            files = self._files()
+            if files is None:
+                self._fetch()
+                files = self._files()
+            if files is None:
+                raise _unavailable(f"its files in {self.folder} cannot be read")
+            return files
+
+    def _files(self) -> dict[str, ViewerFile] | None:
+        if self._known is not None and all(file.path.is_file() for file in self._known.values()):
+            return self._known
+        self._known = None
+        try:
+            manifest = json.loads((self.folder / _MANIFEST).read_text(encoding="utf-8"))
+            files = {}
+            for name, media_type in FILES.items():
+                entry = manifest[name]
+                file = ViewerFile(self.folder / f"{name}.gz", media_type, int(entry["size"]), str(entry["sha256"]))
+                if file.path.stat().st_size != entry["stored"]:
+                    return None
+                files[name] = file
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        self._known = files
+        return files
+
+    def _fetch(self) -> None:
+        binary = self._binary or _binary()
+        if not self.version or binary is None:
+            raise _unavailable("the package rerun-sdk is not installed with its viewer; install it again")
+        self.folder.parent.mkdir(parents=True, exist_ok=True)
+        part = self.folder.with_name(f".{self.folder.name}.{secrets.token_hex(4)}")
+        try:
+            part.mkdir()
+            manifest = {}
+            with _serving(binary) as address:
+                for name in FILES:
+                    manifest[name] = _store(f"{address}/{name}", part / f"{name}.gz")
+            (part / _MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+            shutil.rmtree(self.folder, ignore_errors=True)
+            with suppress(OSError):  # another process has just put the same files there
+                part.rename(self.folder)
+        except (OSError, urllib.error.URLError, subprocess.SubprocessError) as error:
+            raise _unavailable(str(error) or type(error).__name__) from None
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+
+
+def _unavailable(why: str) -> Busy:
+    return Busy(
+        f"The Rerun viewer cannot be shown here: {why}. Download the recording and open it with 'rerun FILE.rrd'.",
+        code="no_viewer",
+    )
+
+
+@contextmanager
+def _serving(binary: Path) -> Iterator[str]:
+    """The binary's own web server on a free loopback port, for as long as the block takes; gives its address."""
+    with tempfile.TemporaryDirectory(prefix="tsr-rerun-") as scratch:
+        settings = Path(scratch) / "config" / "rerun"
+        settings.mkdir(parents=True)
+        (settings / "analytics.json").write_text('{"analytics_enabled": false, "analytics_id": "", "metadata": {}}')
+        environment = {
+            "HOME": scratch,
+            "XDG_CONFIG_HOME": str(settings.parent),
+            "XDG_DATA_HOME": str(Path(scratch) / "data"),
+            "XDG_CACHE_HOME": str(Path(scratch) / "cache"),
+            "PATH": os.environ.get("PATH", ""),
+            "RUST_LOG": "info",
+            "NO_COLOR": "1",
+        }
+        command = [str(binary), "--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", "0", "--port", "0"]
+        log = Path(scratch) / "log"
+        with log.open("wb") as output:
+            process = subprocess.Popen(  # noqa: S603 - our own binary, no shell
+                command,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                stdin=subprocess.DEVNULL,
+                env=environment,
+                cwd=scratch,
+                start_new_session=True,
+            )
+        try:
+            yield _address(process, log)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait(10)
+
+
+def _address(process: subprocess.Popen[bytes], log: Path) -> str:
+    until = time.monotonic() + _START_SECONDS
+    while time.monotonic() < until:
+        said = log.read_bytes()
+        found = _ADDRESS.search(said)
+        if found is not None:
+            return found.group(1).decode()
+        if process.poll() is not None:
+            raise subprocess.SubprocessError(f"its program ended at once with code {process.returncode}")
+        time.sleep(0.05)
+    raise subprocess.SubprocessError(f"its program did not start within {_START_SECONDS:.0f} s")
+
+
+def _store(address: str, path: Path) -> dict[str, int | str]:
+    """Copy one file, gzipped; its size and digest, and the size as it is stored."""
+    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+    digest, size, until = hashlib.sha256(), 0, time.monotonic() + _FETCH_SECONDS
+    with (
+        opener.open(address, timeout=_START_SECONDS) as answer,
+        gzip.GzipFile(path, "wb", compresslevel=6, mtime=0) as out,
+    ):
+        while chunk := answer.read(1 << 20):
+            size += len(chunk)
+            if size > _LARGEST or time.monotonic() > until:
+                raise OSError(f"{address.rpartition('/')[2]} is too large or comes too slowly")
+            digest.update(chunk)
+            out.write(chunk)
+    if size == 0:
+        raise OSError(f"{address.rpartition('/')[2]} is empty")
+    return {"size": size, "sha256": digest.hexdigest(), "stored": path.stat().st_size}

@@ -1,0 +1,82 @@
+"""The Rerun viewer at ``/rerun``: its page, its files and the recordings that it opens, for the page of this server."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Header, Path, Response
+from fastapi.responses import FileResponse
+
+from app.context import ContextDep
+from app.errors import Busy, NotFound
+from app.pages import static_folder
+from app.shapes import Model
+
+__all__ = ["VIEWER_CSP", "router"]
+
+VIEWER_CSP: Final = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; connect-src 'self' data: blob:; "
+    "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'self'"
+)
+"""The viewer would call other hosts (fonts, usage statistics, examples); this lets it reach nothing but this server."""
+
+router = APIRouter(prefix="/rerun", include_in_schema=False)
+
+_IMMUTABLE: Final = {"Cache-Control": "private, max-age=31536000, immutable"}
+
+
+class ViewerState(Model):
+    """Whether the viewer can be shown; see ``ViewerState`` in static/js/views/recording/index.js."""
+
+    ready: bool
+    version: str
+    message: str
+
+
+@router.get("/state")
+def get_state(context: ContextDep) -> ViewerState:
+    """Make sure that the viewer is there; the first time takes some seconds."""
+    try:
+        context.viewer.ensure()
+    except Busy as error:
+        return ViewerState(ready=False, version=context.viewer.version, message=error.message)
+    return ViewerState(ready=True, version=context.viewer.version, message="")
+
+
+@router.get("/viewer.html")
+def get_page() -> Response:
+    """The page that holds the viewer; the review screen shows it in a frame."""
+    page = static_folder() / "rerun" / "viewer.html"
+    return FileResponse(page, headers={"Content-Security-Policy": VIEWER_CSP, "Cache-Control": "no-cache"})
+
+
+@router.get("/recordings/{artefact_id}.rrd")
+def get_recording(artefact_id: Annotated[str, Path(pattern="^[0-9a-f]{32}$")], context: ContextDep) -> Response:
+    """A recording under a name by which the viewer knows what it is."""
+    artefact = context.artefacts.get(artefact_id)
+    if artefact.kind != "recording":
+        raise NotFound(f"{artefact.name} is no recording.")
+    path, _ = context.artefacts.open(artefact_id)
+    headers = {**_IMMUTABLE, "Content-Encoding": "identity"}  # compressed already
+    return FileResponse(path, media_type="application/octet-stream", headers=headers)
+
+
+@router.get("/{version}/{name}")
+def get_file(
+    version: str, name: str, context: ContextDep, if_none_match: Annotated[str | None, Header()] = None
+) -> Response:
+    """A file of the viewer, gzipped as it is stored."""
+    file = context.viewer.file(name) if version == context.viewer.version else None
+    if file is None:
+        raise NotFound(f"There is no {name[:80]!r} of the Rerun viewer {version[:40]!r} here.")
+    headers = {
+        **_IMMUTABLE,
+        "ETag": f'"{file.digest}"',
+        "Content-Encoding": "gzip",
+        "Vary": "Accept-Encoding",
+        "Rerun-Final-Length": str(file.size),
+    }
+    if if_none_match is not None and f'"{file.digest}"' in if_none_match:
+        return Response(status_code=304, headers=headers)
+    return FileResponse(file.path, media_type=file.media_type, headers=headers)

@@ -1,0 +1,58 @@
+"""A scene as one HTML file that needs nothing else: viser's player, the scene, and a legend of ours."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from typing import Any
+
+from app.space.colours import legend_html
+from app.space.host import Host
+from app.space.page import HUSH
+from app.space.scenes.stage import Image, Look, Stage
+from app.space.view import SCENES, aim, set_up
+from app.space.wish import Wish
+
+__all__ = ["scene_html"]
+
+
+def scene_html(stage: Callable[[Any], Stage], picture: Callable[[int], Image | None], wish: Wish, title: str) -> str:
+    """Draw one scene and pack it.
+
+    Args:
+        stage: makes the stage for a scene API.
+        picture: frame k as RGB; None: it cannot be had.
+        wish: what to draw.
+        title: of the page.
+    """
+    host = Host(title)
+    try:
+        set_up(host.server)
+        scene = SCENES[wish.mode](stage(host.server.scene))
+        look = scene.draw(wish, None)
+        scene.show(picture(wish.frame))
+        aim(host.server, look)
+        page: str = host.server.scene.as_html(dark_mode=True)
+    finally:
+        host.stop()
+    return _finish(page, look, title)
+
+
+def _finish(page: str, look: Look, title: str) -> str:
+    """Name the page, shut it off from the network, and lay the legend over it."""
+    policy = (
+        "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; connect-src data: blob:; "
+        "img-src data: blob:; style-src 'unsafe-inline'; font-src data:"
+    )
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}" />'
+    first = f'<meta charset="utf-8" />\n    {head}\n    <script>{HUSH}</script>'
+    page = page.replace('<meta charset="utf-8" />', first, 1)
+    page = page.replace("<title>Viser</title>", f"<title>{html.escape(title)}</title>", 1)
+    legend = (
+        '<div style="position:fixed;left:12px;bottom:12px;z-index:5;max-width:300px;padding:8px 0 2px;'
+        'border-radius:8px;background:rgb(20 24 30/.86);color:#e7eaef;pointer-events:none">'
+        f'<div style="font:600 13px/1.3 system-ui,sans-serif;padding:0 12px 6px">{html.escape(title)}</div>'
+        f"{legend_html(look.title, look.legend, look.notes)}</div>"
+    )
+    at = page.rindex("</body>")
+    return page[:at] + legend + page[at:]

@@ -1,0 +1,115 @@
+"""viser's page as this server gives it out: the file of the installed package, under a policy that fits only it."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+from tsr_engine.errors import StorageError
+
+__all__ = ["HUSH", "ViserPage", "policy", "viser_page"]
+
+HUSH: Final = (
+    "addEventListener('unhandledrejection', (event) => { "
+    "if (event.reason instanceof EvalError) event.preventDefault(); });"
+)
+"""A script of ours: viser prepares a renderer for Gaussian splats, which needs ``eval``. It gets none, and nothing here
+needs that renderer, so its failure is not worth an error in the console."""
+
+_LOADER: Final = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)
+_ALPHABET: Final = "".join(chr(c) for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
+
+
+@dataclass(frozen=True, slots=True)
+class ViserPage:
+    """The page.
+
+    Attributes:
+        content: HTML.
+        packed: the same, gzipped.
+        policy: its Content-Security-Policy.
+        etag: names this version of it.
+    """
+
+    content: bytes
+    packed: bytes
+    policy: str
+    etag: str
+
+
+@lru_cache(maxsize=1)
+def viser_page() -> ViserPage:
+    """The page of the installed viser.
+
+    Raises:
+        StorageError: the package is not there, or its page is made differently.
+    """
+    found = find_spec("viser")
+    places = [] if found is None or not found.submodule_search_locations else list(found.submodule_search_locations)
+    path = Path(places[0]) / "client" / "build" / "index.html" if places else None
+    if path is None or not path.is_file():
+        raise StorageError("viser's page is not installed. Install viser as tsr asks for it: pip install tsr.")
+    text = path.read_text(encoding="utf-8")
+    scripts = (HUSH.encode(), *_scripts(text))
+    content = text.replace("<head>", f"<head>\n    <script>{HUSH}</script>", 1).encode()
+    return ViserPage(
+        content, gzip.compress(content, 6), policy(scripts), f'"{hashlib.sha256(content).hexdigest()[:24]}"'
+    )
+
+
+def policy(scripts: tuple[bytes, ...]) -> str:
+    """What viser's page may do: run exactly its own scripts and wasm, talk to this server alone.
+
+    Args:
+        scripts: the texts of its inline scripts.
+
+    The page is one file. Its loader unpacks the program with a wasm decoder and adds it as an inline script; both are
+    named by their hashes. Workers and pictures come from blobs. Styles are inline, for its components set them.
+    """
+    hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(text).digest()).decode()}'" for text in scripts)
+    return (
+        f"default-src 'none'; script-src {hashes} 'wasm-unsafe-eval'; worker-src blob:; "
+        "connect-src 'self' data: blob:; img-src 'self' data: blob:; style-src 'unsafe-inline'; font-src data:; "
+        "base-uri 'none'; form-action 'none'; object-src 'none'; frame-ancestors 'self'"
+    )
+
+
+def _scripts(page: str) -> tuple[bytes, ...]:
+    """The loader, and the program that it unpacks."""
+    import zstandard
+
+    found = _LOADER.search(page)
+    if found is None or page.count("<script") != 1:
+        raise StorageError(
+            "viser's page is made differently from what tsr knows. Install the version that it asks for: "
+            "pip install --force-reinstall tsr."
+        )
+    packed, styles, code, loader = found.groups()
+    whole = zstandard.ZstdDecompressor().decompress(_base88(packed), max_output_size=int(styles) + int(code))
+    return loader.encode(), whole[int(styles) : int(styles) + int(code)]
+
+
+def _base88(text: str) -> bytes:
+    """Five characters are four bytes; a rest of k characters is k - 1 bytes."""
+    import numpy as np
+
+    values = np.full(128, 0, np.uint64)
+    values[[ord(c) for c in _ALPHABET]] = np.arange(88, dtype=np.uint64)
+    digits = values[np.frombuffer(text.encode("ascii"), np.uint8)]
+    whole = len(digits) // 5 * 5
+    numbers = digits[:whole].reshape(-1, 5) @ (np.uint64(88) ** np.arange(4, -1, -1, dtype=np.uint64))
+    rest = digits[whole:].tolist()
+    tail = b""
+    if rest:
+        number = 0
+        for digit in rest:
+            number = number * 88 + digit
+        tail = (number % 256 ** (len(rest) - 1)).to_bytes(len(rest) - 1, "big")
+    return numbers.astype(">u4").tobytes() + tail

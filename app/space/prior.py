@@ -1,0 +1,60 @@
+"""The spatial prior that a run was made with, wherever its model lies now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from sqlalchemy import select
+
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import ModelVersion, Run
+from tsr_engine.detection.prior import SpatialPrior
+from tsr_engine.errors import TsrError
+
+__all__ = ["Prior", "find_prior"]
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """A prior; ``own``: the very one that the run was made with."""
+
+    prior: SpatialPrior
+    own: bool
+
+
+def find_prior(settings: Settings, database: Database, run_id: str) -> Prior | None:
+    """Look in the server's models and in all trained ones for the prior that a run names by its hash.
+
+    Returns:
+        That one; if it is not there any more, the server's; None if that has none either.
+    """
+    with database.read() as session:
+        run = session.get(Run, run_id)
+        wanted = None if run is None else run.models.get("prior")
+        versions = session.scalars(select(ModelVersion).where(ModelVersion.state == "complete")).all()
+        folders = [settings.home / v.folder for v in versions if wanted and v.models.get("prior") == wanted]
+    present = _load(settings.models)
+    if present is not None and present[1] == wanted:
+        return Prior(present[0], True)
+    for folder in folders:
+        found = _load(folder)
+        if found is not None and found[1] == wanted:
+            return Prior(found[0], True)
+    return None if present is None else Prior(present[0], wanted is None)
+
+
+def _load(folder: Path | None) -> tuple[SpatialPrior, str] | None:
+    """A folder's prior and its hash; None: it has none that can be read."""
+    from tsr_engine.io.models import SHIPPED, load_component, read_manifest
+
+    try:
+        if "prior" not in read_manifest(SHIPPED if folder is None else folder)["components"]:
+            return None
+        component = load_component("prior", folder)
+        table = component.arrays["table"].astype(np.float32)
+        return SpatialPrior(table, float(component.params["lambda"])), component.sha256
+    except (TsrError, KeyError, ValueError, TypeError):
+        return None

@@ -1,0 +1,81 @@
+"""What all scenes are given, and what they give back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.space.colours import Entry
+from app.space.data import Hits, SpaceData
+from app.space.prior import Prior
+from app.space.wish import Wish
+
+if TYPE_CHECKING:
+    import viser
+
+__all__ = ["Image", "Look", "Scene", "Stage", "clock"]
+
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Where a viewer stands at first, and what the colours mean."""
+
+    position: tuple[float, float, float]
+    look_at: tuple[float, float, float]
+    title: str
+    legend: tuple[Entry, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class Stage:
+    """Where scenes are drawn, and what they are drawn from.
+
+    Attributes:
+        scene: viser's.
+        data: the run.
+        hits: the run's detections.
+        prior: the spatial prior in force; None: there is none.
+        pictogram: a class as RGBA.
+        on_pick: told of the track (its position) and the frame that was clicked.
+    """
+
+    scene: viser.SceneApi
+    data: SpaceData
+    hits: Callable[[], Hits]
+    prior: Callable[[], Prior | None]
+    pictogram: Callable[[int], Image]
+    on_pick: Callable[[int, int], None] = lambda track, frame: None
+
+
+class Scene(Protocol):
+    """One of the three."""
+
+    def draw(self, wish: Wish, before: Wish | None) -> Look:
+        """Bring the scene from what ``before`` asked for (None: nothing is drawn yet) to what ``wish`` asks for."""
+
+    def show(self, picture: Image | None) -> None:
+        """Show the picture of the frame that was drawn last; None: it is not there (yet), so show no other one."""
+
+    def clear(self) -> None:
+        """Take everything off the stage."""
+
+
+def drop(*handles: Any) -> None:
+    """Remove what is there."""
+    for handle in handles:
+        if handle is not None:
+            handle.remove()
+
+
+def clock(seconds: float, tenths: bool = False) -> str:
+    """``m:ss``, with tenths if wanted."""
+    sign, value = ("-" if seconds < 0 else ""), abs(seconds)
+    minutes, rest = divmod(round(value, 1) if tenths else round(value), 60)
+    return f"{sign}{int(minutes)}:{rest:04.1f}" if tenths else f"{sign}{int(minutes)}:{int(rest):02d}"

@@ -1,0 +1,1 @@
+"""Model versions: made from corrections, promoted, rolled back; and which of them a run uses."""

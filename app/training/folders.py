@@ -1,0 +1,109 @@
+"""Where the models of a version lie, and those of a run: a run keeps to the models that it began with.
+
+A run records its models by their hashes. By those its version is found again, wherever that lies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.settings import Settings
+from app.storage.models import ModelVersion, Run
+from tsr_engine.errors import EvidenceError, ModelError
+from tsr_engine.io.models import SHIPPED, read_manifest
+
+__all__ = ["SHIPPED_ID", "USED", "active_version", "begin_with", "folder_with", "hashes_of", "models_of_run"]
+
+SHIPPED_ID: Final = "shipped"
+"""Name of the models that a server has without any training: those of the package, or of the setting ``models``."""
+USED: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "online")
+"""Components that a run uses and records."""
+
+
+def active_version(session: Session) -> ModelVersion | None:
+    """The version that new runs use; None: the shipped one."""
+    query = (
+        select(ModelVersion)
+        .where(ModelVersion.state == "complete", ModelVersion.promoted > 0)
+        .order_by(ModelVersion.promoted.desc())
+        .limit(1)
+    )
+    return session.scalars(query).first()
+
+
+def hashes_of(folder: Path | None) -> dict[str, str]:
+    """Hashes by the manifest of a model folder, of the components that a run uses; unset: the package's.
+
+    Raises:
+        ModelError: no manifest, or an unreadable one.
+    """
+    components: Mapping[str, Any] = read_manifest(SHIPPED if folder is None else folder)["components"]
+    return {name: str(components[name]["sha256"]) for name in USED if name in components}
+
+
+def begin_with(settings: Settings, session: Session, run: Run) -> Path | None:
+    """The model folder for a run that begins or goes on; what it begins with is noted in the run.
+
+    Raises:
+        ModelError: the models that it began with are gone.
+    """
+    known = {name: run.models[name] for name in USED if name in run.models} or _recorded(settings.home / run.folder)
+    if known:
+        folder = folder_with(settings, session, known, run.name or "The run")
+    else:
+        version = active_version(session)
+        folder = settings.models if version is None else settings.home / version.folder
+        known = hashes_of(folder)
+    run.models = {**run.models, **known}
+    return folder
+
+
+def models_of_run(settings: Settings, session: Session, run: Run) -> Path | None:
+    """The model folder that a run was made with; that of the server where the run does not say.
+
+    Raises:
+        ModelError: it is gone.
+    """
+    known = {name: run.models[name] for name in USED if name in run.models}
+    return folder_with(settings, session, known, run.name or "The run") if known else settings.models
+
+
+def folder_with(settings: Settings, session: Session, wanted: Mapping[str, str], who: str) -> Path | None:
+    """The folder whose models have these hashes; None: the package's.
+
+    Raises:
+        ModelError: there is none any more.
+    """
+    for folder in (settings.models, None):
+        if _has(hashes_of(folder), wanted):
+            return folder
+    for version in session.scalars(select(ModelVersion).where(ModelVersion.state == "complete")):
+        if _has(version.models, wanted):
+            return settings.home / version.folder
+    some = ", ".join(f"{name} {digest[:12]}" for name, digest in sorted(wanted.items()))
+    raise ModelError(
+        f"{who} was begun with models that are not here any more ({some}). Put their folder back, or start a new run."
+    )
+
+
+def _has(models: Mapping[str, str], wanted: Mapping[str, str]) -> bool:
+    return all(models.get(name) == digest for name, digest in wanted.items())
+
+
+def _recorded(folder: Path) -> dict[str, str]:
+    """Hashes that a run's evidence names; empty: it has none yet."""
+    from tsr_engine.evidence import EvidenceReader
+    from tsr_engine.evidence.schema import RUN_FILE
+
+    if not (folder / RUN_FILE).is_file():
+        return {}
+    try:
+        with EvidenceReader(folder) as reader:
+            return {name: digest for name, digest in reader.header.models.items() if name in USED}
+    except EvidenceError:
+        return {}  # the run itself will say what is wrong with it

@@ -1,0 +1,311 @@
+"""What people do with model versions: ask for one, promote it, roll back, remove it."""
+
+from __future__ import annotations
+
+import shutil
+import uuid
+from datetime import UTC, datetime
+from typing import Annotated, Final, Literal
+
+from pydantic import Field
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from app.errors import Conflict, Invalid, NotFound
+from app.events import EventBus
+from app.jobs.outcome import settle_subject
+from app.jobs.queue import JobQueue
+from app.settings import Settings
+from app.shapes import PLAIN, Model
+from app.storage.database import Database
+from app.storage.models import Artefact, ModelVersion, Run
+from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
+from app.training.view import ModelView, model_view, publish_model
+from app.videos.paths import allowed_path
+from tsr_engine.errors import ModelError
+from tsr_engine.io.models import MANIFEST, SHIPPED, load_component, read_manifest
+
+__all__ = ["NewModel", "TrainingService"]
+
+JOB: Final = "retrain"
+_ACTIVE: Final = ("queued", "running")
+
+ArtefactName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
+
+
+class Folders(Model):
+    """Public data on this machine, inside the allowed folders."""
+
+    gtsdb: str | None = Field(None, max_length=4096, pattern=PLAIN)
+    gtsrb: str | None = Field(None, max_length=4096, pattern=PLAIN)
+
+
+class NewModel(Model):
+    """What a version is to be made from."""
+
+    name: str = Field("", max_length=120, pattern=PLAIN)
+    parts: list[Literal["detector", "prior", "lambda", "classifier", "online"]] = Field(
+        ["detector", "prior", "lambda", "classifier", "online"], min_length=1, max_length=5
+    )
+    exports: list[ArtefactName] = Field([], max_length=100)
+    folders: Folders = Field(default_factory=Folders)
+    seed: int = Field(0, ge=0, le=2**31 - 1)
+    parent: str | None = Field(None, pattern="^([0-9a-f]{32}|shipped)$")
+    """Version to start from; null: the active one."""
+
+
+class TrainingService:
+    """Make, list, promote, roll back, cancel, remove."""
+
+    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+        self._settings = settings
+        self._database = database
+        self._events = events
+        self._jobs = jobs
+
+    def list(self) -> tuple[list[ModelView], str | None]:
+        """All versions, the newest first and the shipped one last; and the active one's name."""
+        with self._database.read() as session:
+            active = active_version(session)
+            name = None if active is None else active.id
+            rows = session.scalars(select(ModelVersion).order_by(ModelVersion.created.desc(), ModelVersion.id))
+            views = [model_view(row, row.id == name) for row in rows]
+        return [*views, self._shipped(name is None)], name or SHIPPED_ID
+
+    def get(self, version_id: str) -> ModelView:
+        """One version.
+
+        Raises:
+            NotFound: there is none of that name.
+        """
+        for view in self.list()[0]:
+            if view.id == version_id:
+                return view
+        raise NotFound(f"There are no models {version_id[:40]!r}.")
+
+    def start(self, wanted: NewModel) -> ModelView:
+        """Queue the making of a version.
+
+        Raises:
+            Invalid: nothing to learn from, an unknown parent, or a folder that is none.
+            Refused: a folder outside those that may be read.
+            NotFound: no such export.
+            Conflict: an export or the parent is not complete.
+        """
+        folders = {name: self._folder(path, name) for name, path in wanted.folders.model_dump().items() if path}
+        if not wanted.exports and not folders:
+            raise Invalid("Name at least one export of corrections, or folders of public data.", field="exports")
+        with self._database.write() as session:
+            parent = self._parent(session, wanted.parent)
+            exports = [_export(session, name) for name in dict.fromkeys(wanted.exports)]
+            version = ModelVersion(
+                id=uuid.uuid4().hex,
+                name=wanted.name or self._next_name(session),
+                state="queued",
+                parent_id=None if parent is None else parent.id,
+                lineage={
+                    "asked": {
+                        "parts": list(dict.fromkeys(wanted.parts)),
+                        "exports": [
+                            {"artefact": e.id, "name": e.name, "sha256": e.sha256, "options": e.options}
+                            for e in exports
+                        ],
+                        "folders": folders,
+                        "seed": wanted.seed,
+                    }
+                },
+                figures={},
+                models={},
+                stage="",
+                done=0,
+                promoted=0,
+            )
+            version.folder = f"models/{version.id}"
+            session.add(version)
+            session.flush()
+            self._jobs.submit(session, JOB, version.id)
+            publish_model(session, self._events, version)
+            return model_view(version, False)
+
+    def promote(self, version_id: str) -> ModelView:
+        """Let new runs use a version; ``shipped`` goes back to the models without any training.
+
+        Raises:
+            NotFound: there is none of that name.
+            Conflict: it is not complete, or its files are damaged.
+        """
+        with self._database.write() as session:
+            before = active_version(session)
+            if version_id == SHIPPED_ID:
+                for row in session.scalars(select(ModelVersion).where(ModelVersion.promoted > 0)):
+                    row.promoted = 0
+                self._tell(session, before)
+                return self._shipped(True)
+            version = _require(session, version_id)
+            if version.state != "complete":
+                raise Conflict(
+                    f"{version.name} is {version.state}: only a complete one can be used.", code="not_complete"
+                )
+            self._sound(version)
+            version.promoted = (session.scalar(select(func.max(ModelVersion.promoted))) or 0) + 1
+            self._tell(session, before)
+            publish_model(session, self._events, version)
+            return model_view(version, True)
+
+    def rollback(self) -> ModelView:
+        """Take the last promotion back.
+
+        Returns:
+            The version that is active now.
+
+        Raises:
+            Conflict: nothing was promoted.
+        """
+        with self._database.write() as session:
+            version = active_version(session)
+            if version is None:
+                raise Conflict(
+                    "The shipped models are active: there is nothing to roll back to.", code="nothing_promoted"
+                )
+            version.promoted = 0
+            self._tell(session, version)
+            now = active_version(session)
+            self._tell(session, now)
+            return self._shipped(True) if now is None else model_view(now, True)
+
+    def cancel(self, version_id: str) -> ModelView:
+        """Stop the making of a version; its entry stays, so that it can be resumed."""
+        with self._database.write() as session:
+            version = _require(session, version_id)
+            for job in self._jobs.cancel(session, version_id):
+                if job.state == "cancelled":
+                    settle_subject(session, self._events, job, "cancelled", None)
+            return model_view(version, False)
+
+    def resume(self, version_id: str) -> ModelView:
+        """Make a version that was cancelled or failed, as it was asked for.
+
+        Raises:
+            NotFound: there is none of that name.
+            Conflict: it is being made, or complete.
+        """
+        with self._database.write() as session:
+            version = _require(session, version_id)
+            if version.state in (*_ACTIVE, "complete"):
+                raise Conflict(f"{version.name} is {version.state}: there is nothing to resume.", code="not_resumable")
+            version.state, version.error, version.stage, version.done = "queued", None, "", 0
+            self._jobs.submit(session, JOB, version.id)
+            publish_model(session, self._events, version)
+            return model_view(version, False)
+
+    def remove(self, version_id: str) -> None:
+        """Remove a version and its files.
+
+        Raises:
+            NotFound: there is none of that name.
+            Conflict: it is being made, active, a parent, or runs were made with it.
+        """
+        with self._database.write() as session:
+            version = _require(session, version_id)
+            if version.state in _ACTIVE:
+                raise Conflict(f"{version.name} is {version.state}. Cancel it first.", code="still_running")
+            if version.promoted:
+                raise Conflict(f"{version.name} is promoted. Promote another version, or roll back.", code="in_use")
+            user = _user(session, version)
+            if user is not None:
+                raise Conflict(f"{version.name} is in use by {user}. Remove that first.", code="in_use")
+            session.delete(version)
+            self._events.publish(session, "removed", version_id, {"model": version_id})
+        for suffix in ("", ".part", ".work"):
+            shutil.rmtree(self._settings.home / "models" / f"{version_id}{suffix}", ignore_errors=True)
+
+    # ------------------------------------------------------------------------------------------------------ parts
+
+    def _tell(self, session: Session, version: ModelVersion | None) -> None:
+        if version is not None:
+            publish_model(session, self._events, version)
+
+    def _folder(self, path: str, name: str) -> str:
+        folder = allowed_path(path, self._settings.roots)
+        if not folder.is_dir():
+            raise Invalid(f"There is no folder at {path}. Unpack the data there.", field=f"folders.{name}")
+        return str(folder)
+
+    def _parent(self, session: Session, name: str | None) -> ModelVersion | None:
+        if name == SHIPPED_ID:
+            return None
+        parent = active_version(session) if name is None else session.get(ModelVersion, name)
+        if name is not None and parent is None:
+            raise Invalid(f"There are no models {name[:40]!r} to start from.", field="parent")
+        if parent is not None and parent.state != "complete":
+            raise Conflict(f"{parent.name} is {parent.state}: start from a complete version.", code="not_complete")
+        return parent
+
+    def _next_name(self, session: Session) -> str:
+        used = set(session.scalars(select(ModelVersion.name)))
+        return next(name for k in range(1, len(used) + 2) if (name := f"Version {k}") not in used)
+
+    def _sound(self, version: ModelVersion) -> None:
+        """Refuse a version whose files are not those that were made."""
+        folder = self._settings.home / version.folder
+        try:
+            found = {name: load_component(name, folder).sha256 for name in version.models}
+        except ModelError as error:
+            raise Conflict(f"{version.name} is damaged: {error}", code="damaged") from None
+        if found != version.models:
+            raise Conflict(
+                f"{version.name} is damaged: its files were exchanged after it was made. Make it again.", code="damaged"
+            )
+
+    def _shipped(self, active: bool) -> ModelView:
+        folder = self._settings.models or SHIPPED
+        components = read_manifest(folder)["components"]
+        changed = datetime.fromtimestamp((folder / MANIFEST).stat().st_mtime, UTC).isoformat()
+        return ModelView(
+            id=SHIPPED_ID,
+            name="Shipped" if self._settings.models is None else folder.name,
+            state="complete",
+            error=None,
+            parent_id=None,
+            lineage={"data": {name: entry.get("data", {}) for name, entry in components.items()}},
+            figures={name: entry.get("figures", {}) for name, entry in components.items()},
+            models=hashes_of(self._settings.models),
+            stage="",
+            done=0,
+            total=None,
+            active=active,
+            created=changed,
+            finished=changed,
+        )
+
+
+def _require(session: Session, version_id: str) -> ModelVersion:
+    version = session.get(ModelVersion, version_id)
+    if version is None:
+        raise NotFound(f"There are no models {version_id[:40]!r}.")
+    return version
+
+
+def _export(session: Session, name: str) -> Artefact:
+    artefact = session.get(Artefact, name)
+    if artefact is None or artefact.kind != "export":
+        raise NotFound(f"There is no export {name!r}.", field="exports")
+    if artefact.state != "complete":
+        raise Conflict(
+            f"The export {artefact.name} is {artefact.state}. Wait until it is complete.", code="not_complete"
+        )
+    return artefact
+
+
+def _user(session: Session, version: ModelVersion) -> str | None:
+    """Who needs a version: a version that starts from it, or a run that was made with it."""
+    child = session.scalars(
+        select(ModelVersion).where(ModelVersion.parent_id == version.id, ModelVersion.state.in_(_ACTIVE)).limit(1)
+    ).first()
+    if child is not None:
+        return child.name
+    own = {name: digest for name, digest in version.models.items() if name in USED}
+    for run in session.scalars(select(Run)):
+        if own and all(run.models.get(name) == digest for name, digest in own.items()):
+            return run.name or "a run"
+    return None

@@ -1,0 +1,137 @@
+"""The job ``retrain``: a new model version in a folder of its own.
+
+A version that is stopped half way starts over: a refinement takes minutes. A whole training on public data takes an
+hour, so its finished parts stay and are not made again. The folder gets its name when everything in it is whole.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.jobs.tasks import Stopped, TaskContext
+from app.storage.models import Artefact, ModelVersion, Video
+from app.training.view import publish_model
+from tsr_engine.errors import InputError, ModelError
+
+if TYPE_CHECKING:
+    from tsr_engine.training.exports import OpenedExport
+
+__all__ = ["retrain_models"]
+
+_TELL = 0.3
+"""Seconds between two notes of progress."""
+
+
+class _Teller:
+    """Notes stage and progress, and stops the work when it is asked to."""
+
+    def __init__(self, task: TaskContext) -> None:
+        self._task = task
+        self._stages: list[str] = []
+        self._told = 0.0
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        if self._task.stop():
+            raise Stopped
+        new = not self._stages or self._stages[-1] != stage
+        now = time.monotonic()
+        if not new and now - self._told < _TELL:
+            return
+        self._told = now
+        if new:
+            self._stages.append(stage)
+        with self._task.write() as session:
+            version = session.get_one(ModelVersion, self._task.job.subject)
+            version.stage, version.done, version.total = stage, done, total
+            # a stage counts as a hundred steps, so that a crash tells progress from none
+            self._task.reached(session, 100 * len(self._stages))
+            publish_model(session, self._task.events, version)
+
+
+def retrain_models(task: TaskContext) -> None:
+    """Make the version that the job's row asks for."""
+    from tsr_engine.training.retrain import PARTS, Recipe, retrain
+    from tsr_engine.training.whole import train_parts
+
+    home = task.settings.home
+    with task.write() as session:
+        version = session.get(ModelVersion, task.job.subject)
+        if version is None:
+            raise Stopped
+        asked: dict[str, Any] = dict(version.lineage["asked"])
+        parent = _parent(task, session.get(ModelVersion, version.parent_id) if version.parent_id else None, version)
+        version.state, version.error = "running", None
+        publish_model(session, task.events, version)
+    final = home / "models" / version.id
+    part, work = final.with_suffix(".part"), final.with_suffix(".work")
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    tell = _Teller(task)
+    folders = {name: Path(path) for name, path in asked["folders"].items()}
+    seed = int(asked["seed"])
+    try:
+        if asked["exports"]:
+            shutil.rmtree(part, ignore_errors=True)
+            opened = [_opened(task, entry, work) for entry in asked["exports"]]
+            recipe = Recipe(parts=tuple(p for p in PARTS if p in asked["parts"]), seed=seed)
+            report = retrain(opened, recipe, parent, part, work, tell, **folders)
+        else:
+            report = train_parts(tuple(asked["parts"]), parent, part, seed, tell, **folders)
+        _settle(part, final)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    with task.write() as session:
+        row = session.get_one(ModelVersion, version.id)
+        row.state, row.error, row.stage, row.finished = "complete", None, "", datetime.now(UTC)
+        row.done = row.total = 0
+        row.lineage = {**row.lineage, **report.lineage}
+        row.figures, row.models = dict(report.figures), dict(report.models)
+        publish_model(session, task.events, row)
+
+
+def _parent(task: TaskContext, parent: ModelVersion | None, version: ModelVersion) -> Path | None:
+    """The folder to start from; its hashes are checked when it is read."""
+    if version.parent_id is None:
+        return task.settings.models
+    if parent is None or parent.state != "complete":
+        raise ModelError("The version to start from was removed meanwhile. Start from another one.")
+    return task.settings.home / parent.folder
+
+
+def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExport:
+    """An export of the data folder, with the videos that the library knows."""
+    from tsr_engine.training.exports import open_export
+
+    with task.database.read() as session:
+        artefact = session.get(Artefact, entry["artefact"])
+        if artefact is None or artefact.sha256 != entry["sha256"]:
+            raise InputError(f"The export {entry['name']} was removed meanwhile. Export again.")
+        path, name = task.settings.home / artefact.path, artefact.name
+
+    def find(sha256: str, _name: str) -> Path | None:
+        with task.database.read() as session:
+            video = session.get(Video, sha256)
+        if video is None or not Path(video.path).is_file() or Path(video.path).stat().st_size != video.size:
+            return None
+        return Path(video.path)
+
+    opened = open_export(path, find, work)
+    about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
+    return type(opened)(opened.dataset, opened.pictures, opened.sides, about, opened.notes)
+
+
+def _settle(part: Path, final: Path) -> None:
+    """Bring the files to the disk, then give the folder its name."""
+    for place in (*sorted(part.iterdir()), part):
+        handle = os.open(place, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    shutil.rmtree(final, ignore_errors=True)
+    part.rename(final)

@@ -1,0 +1,142 @@
+// @ts-check
+/**
+ * What goes out in an export, and what a person has typed about it. Pure.
+ *
+ * @typedef {import('../types.js').TrackColumns} TrackColumns
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ */
+import { labelOf, spanOf } from './effective.js';
+
+/** Everything but what people have rejected. */
+export const DEFAULT_STATES = /** @type {readonly string[]} */ (['open', 'accepted', 'needs_work']);
+/** Class number of tracks without a class. */
+export const NO_CLASS = -1;
+
+/**
+ * @typedef {object} Choice   what an export dialog remembers
+ * @property {string} format
+ * @property {'none'|'annotated'|'all'} pictures
+ * @property {string[]} states
+ * @property {number[]|null} classes
+ * @property {string} min_side         as typed
+ * @property {boolean} split
+ * @property {[string, string, string]} shares   train, val, test, as typed
+ * @property {'sign'|'video'} split_by
+ * @property {string} seed
+ * @property {string} thin_px
+ * @property {Record<string, Record<string, string>>} switches   by format
+ */
+
+/** @type {Choice} */
+export const FIRST_CHOICE = {
+  format: 'cvat-video', pictures: 'none', states: [...DEFAULT_STATES], classes: null, min_side: '', split: false,
+  shares: ['80', '20', '0'], split_by: 'sign', seed: '0', thin_px: '0.5', switches: {},
+};
+
+/**
+ * The choice that was kept; whatever in it is not as it should be is as at first.
+ * @param {string|null} text
+ * @returns {Choice}
+ */
+export function restoreChoice(text) {
+  /** @type {any} */
+  let kept = null;
+  try {
+    kept = JSON.parse(text ?? 'null');
+  } catch {
+    // As if nothing had been kept.
+  }
+  if (kept === null || typeof kept !== 'object') return { ...FIRST_CHOICE };
+  /** @param {unknown} value @param {(item: unknown) => boolean} fits */
+  const list = (value, fits) => Array.isArray(value) && value.every(fits);
+  const text_ = (/** @type {unknown} */ item) => typeof item === 'string';
+  return {
+    format: text_(kept.format) ? kept.format : FIRST_CHOICE.format,
+    pictures: ['none', 'annotated', 'all'].includes(kept.pictures) ? kept.pictures : 'none',
+    states: list(kept.states, text_) && kept.states.length ? kept.states : [...DEFAULT_STATES],
+    classes: list(kept.classes, Number.isInteger) ? kept.classes : null,
+    min_side: text_(kept.min_side) ? kept.min_side : '',
+    split: kept.split === true,
+    shares: list(kept.shares, text_) && kept.shares.length === 3 ? kept.shares : [...FIRST_CHOICE.shares],
+    split_by: kept.split_by === 'video' ? 'video' : 'sign',
+    seed: text_(kept.seed) ? kept.seed : '0',
+    thin_px: text_(kept.thin_px) ? kept.thin_px : '0.5',
+    switches: kept.switches !== null && typeof kept.switches === 'object' && !Array.isArray(kept.switches) ? kept.switches : {},
+  };
+}
+
+/**
+ * A number that somebody typed.
+ *
+ * @param {string} text
+ * @param {{name: string, low: number, high: number, whole?: boolean, empty?: number|null}} rule   empty: what an empty field means
+ * @returns {{value: number|null}|{error: string}}
+ */
+export function numberIn(text, { name, low, high, whole = false, empty }) {
+  const trimmed = text.trim();
+  if (trimmed === '' && empty !== undefined) return { value: empty };
+  const value = /^[+-]?(\d+\.?\d*|\.\d+)$/.test(trimmed) ? Number(trimmed) : NaN;
+  if (Number.isNaN(value) || (whole && !Number.isInteger(value)) || value < low || value > high) {
+    return { error: `${name} must be a ${whole ? 'whole number' : 'number'} from ${low} to ${high}.` };
+  }
+  return { value };
+}
+
+/**
+ * About how much of a run goes out: its tracks exactly, boxes as an upper bound.
+ *
+ * @param {TrackColumns} tracks
+ * @param {readonly TrackDoc[]} docs
+ * @param {{states: readonly string[], classes: readonly number[]|null, first: number, last: number}} rule   last: inclusive
+ * @returns {{tracks: number, boxes: number}}
+ */
+export function countOut(tracks, docs, { states, classes, first, last }) {
+  const at = new Map(tracks.id.map((id, place) => [id, place]));
+  const touched = new Set(docs.map(({ key }) => key));
+  const total = { tracks: 0, boxes: 0 };
+
+  /** @param {string} state @param {number|null} class_id @param {number} from @param {number} to @param {number} share */
+  function add(state, class_id, from, to, share) {
+    const begin = Math.max(from, first);
+    const end = Math.min(to, last);
+    if (begin > end || !states.includes(state)) return;
+    if (classes !== null && !classes.includes(class_id ?? NO_CLASS)) return;
+    total.tracks += 1;
+    total.boxes += Math.round((end - begin + 1) * share);
+  }
+
+  tracks.id.forEach((id, place) => {
+    if (touched.has(`m${id}`)) return;
+    const [from, to] = [tracks.first[place], tracks.last[place]];
+    add('open', tracks.class_id[place], from, to, tracks.frames[place] / (to - from + 1));
+  });
+  for (const doc of docs) {
+    const span = spanOf(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
+    if (span === null) continue;
+    add(doc.not_a_sign ? 'rejected' : doc.review, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), span.first, span.last, 1);
+  }
+  return total;
+}
+
+/**
+ * Class names of another tool, one a line: `stop sign = 14`.
+ *
+ * @param {string} text
+ * @returns {{map: Record<string, number>}|{error: string}}
+ */
+export function parseLabelMap(text) {
+  /** @type {Record<string, number>} */
+  const map = {};
+  for (const [at, line] of text.split('\n').entries()) {
+    if (line.trim() === '') continue;
+    const match = /^\s*(.+?)\s*=\s*(\d{1,2})\s*$/.exec(line);
+    if (!match || Number(match[2]) > 42) return { error: `Line ${at + 1}: write a name, “=”, and a class number from 0 to 42. Got “${line.trim().slice(0, 40)}”.` };
+    map[match[1]] = Number(match[2]);
+  }
+  return { map };
+}
+
+const VIDEO_FILE = /\.(mp4|m4v|mkv|avi|mov|webm|mpe?g|ts|mts|wmv)$/i;
+
+/** Whether a file is a video by its name; others are datasets. @param {{name: string, type?: string}} file */
+export const isVideoFile = (file) => VIDEO_FILE.test(file.name) || (file.type ?? '').startsWith('video/');

@@ -1,0 +1,55 @@
+// @ts-check
+/** Bringing annotations out and in, recordings, bug bundles, the views beside the picture. */
+
+import { openDialog } from '../store/actions/page.js';
+import { toggleBeside } from '../store/actions/review.js';
+import { needsRun, operation } from './helpers.js';
+
+/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../page-types.js').App} App */
+
+const GROUP = 'Export, import, views';
+
+/** @param {State} state @returns {string|null} */
+function needsFrames(state) {
+  return needsRun(state) ?? (state.review?.run && state.review.run.frames_done > 0 ? null : 'The run has stored no frames yet.');
+}
+
+/** The engine can replay only runs of its own, once they are over. @param {State} state @returns {string|null} */
+function needsReplayable(state) {
+  const missing = needsFrames(state);
+  const run = state.review?.run;
+  if (missing || !run) return missing;
+  if (run.kind === 'imported') return 'This run was made by another program, so the engine cannot replay it.';
+  return run.state === 'queued' || run.state === 'running' ? 'Wait until the run is over.' : null;
+}
+
+/** @param {App} app @param {(state: State) => import('../types.js').Dialog} dialog */
+const show = (app, dialog) => app.store.dispatch((state) => openDialog(state, dialog(state)));
+
+/** @type {import('../page-types.js').Operation[]} */
+export const exchange = [
+  operation({
+    id: 'export', label: 'Export annotations …', keys: ['Shift+E'], icon: 'export', group: GROUP,
+    disabled: (state) => needsRun(state) ?? (state.review?.run?.state === 'complete' ? null : 'Wait until the run is complete.'),
+    run: (app) => show(app, (state) => ({ kind: 'export', data: { runs: state.review?.run ? [state.review.run.id] : [] } })),
+  }),
+  operation({
+    id: 'import', label: 'Import annotations …', keys: ['Shift+I'], icon: 'import', group: GROUP,
+    run: (app) => show(app, (state) => ({ kind: 'import', data: { video: state.review?.video.id } })),
+  }),
+  operation({
+    id: 'truths', label: 'Ground truths …', keys: ['Shift+G'], icon: 'truth', group: GROUP,
+    run: (app) => show(app, (state) => ({ kind: 'truths', data: { video: state.review?.video.id } })),
+  }),
+  operation({ id: 'record', label: 'Record frames …', keys: ['Shift+R'], icon: 'record', group: GROUP, disabled: needsFrames, run: (app) => show(app, () => ({ kind: 'record' })) }),
+  operation({ id: 'report-bug', label: 'Report a bug …', keys: ['Shift+B'], icon: 'bug', group: GROUP, disabled: needsReplayable, run: (app) => show(app, () => ({ kind: 'bundle' })) }),
+  operation({
+    id: 'recording-view', label: 'Recording beside the picture', keys: ['Shift+V'], icon: 'film', group: GROUP, disabled: needsRun,
+    run: (app) => app.store.dispatch((state) => toggleBeside(state, 'recording')),
+  }),
+  operation({
+    id: 'space-view', label: '3-D view beside the picture', keys: ['Shift+D'], icon: 'cube', group: GROUP, disabled: needsRun,
+    run: (app) => app.store.dispatch((state) => toggleBeside(state, 'space')),
+  }),
+];

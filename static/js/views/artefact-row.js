@@ -1,0 +1,167 @@
+// @ts-check
+/** One file that was made from runs: state, progress, what was left out, download, removal. */
+
+import {sentence} from '../api/errors.js';
+import {formatRoute} from '../model/route.js';
+import {dropMade, openDialog, putArtefact} from '../store/actions/page.js';
+import {content, facts, isActive, KINDS, partOf, skipped, stateWords} from './artefact-words.js';
+import {fill, h, setText} from './dom.js';
+import {count, plural} from './format.js';
+import {icon} from './icons.js';
+import {toast} from './toasts.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../types.js').Artefact} Artefact */
+/** @typedef {import('../types.js').State} State */
+
+/**
+ * @param {App} app
+ * @param {Artefact} first
+ * @returns {{element: HTMLLIElement, show: (artefact: Artefact) => void}}
+ */
+export function createArtefactRow(app, first) {
+  const name = h('strong', {class: 'truncate made-name'}, first.name);
+  const badge = h('span', {class: 'badge'});
+  const line = h('p', {class: 'muted small made-facts'});
+  const bar = h('span', {class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'));
+  const words = h('p', {class: 'small made-words'});
+  const actions = h('div', {class: 'row made-actions'});
+  const left = h('details', {class: 'details made-skipped'}, h('summary'), h('ul', {class: 'skipped-list small'}));
+  const element = h('li', {class: 'made'},
+    h('span', {class: 'made-icon'}, icon(KINDS[first.kind]?.icon ?? 'folder')),
+    h('div', {class: 'stack made-text'}, h('div', {class: 'row'}, name, badge), line, bar, words, left), actions);
+  /** @type {Artefact|null} */
+  let shown = null;
+  let shownOf = '';
+
+  /** @param {Artefact} artefact */
+  function show(artefact) {
+    const of = videosOf(app.store.get(), artefact);
+    if (artefact === shown && of === shownOf) return;
+    const before = shown;
+    [shown, shownOf] = [artefact, of];
+    const [text, tone] = stateWords(artefact);
+    setText(badge, text);
+    badge.className = `badge ${tone}`;
+    setText(line, facts(artefact, of));
+    showProgress(artefact);
+    showSkipped(artefact);
+    if (before?.state !== artefact.state) fill(actions, ...actionsOf(app, artefact));
+  }
+
+  /** @param {Artefact} artefact */
+  function showProgress(artefact) {
+    const active = isActive(artefact);
+    const part = partOf(artefact);
+    bar.hidden = !active;
+    bar.classList.toggle('meter-waiting', part === null);
+    bar.style.setProperty('--part', `${(part ?? 0) * 100}%`);
+    if (part !== null) bar.setAttribute('aria-valuenow', String(Math.round(part * 100)));
+    const say = artefact.state === 'queued' ? 'Waits for a free worker.'
+      : active ? artefact.total ? `${count(artefact.done)} of ${count(artefact.total)}` : 'Starts …'
+      : artefact.state === 'failed' ? artefact.error ?? 'It failed without saying why; the terminal of the server has more.' : content(artefact);
+    setText(words, say);
+    words.hidden = !say;
+    words.classList.toggle('field-error', artefact.state === 'failed');
+  }
+
+  /** @param {Artefact} artefact */
+  function showSkipped(artefact) {
+    const {items, total} = skipped(artefact);
+    left.hidden = total === 0;
+    if (total === 0) return;
+    setText(/** @type {HTMLElement} */ (left.querySelector('summary')), `${plural(total, 'thing')} left out or noted`);
+    fill(/** @type {HTMLElement} */ (left.querySelector('ul')), ...skippedItems(items, total));
+  }
+
+  show(first);
+  return {element, show};
+}
+
+/**
+ * @param {{what: string, reason: string}[]} items
+ * @param {number} total   may be more than there are items
+ */
+export function skippedItems(items, total) {
+  return [
+    ...items.map(({what, reason}) => h('li', null, h('strong', null, what), `: ${reason}`)),
+    total > items.length ? h('li', {class: 'muted'}, `and ${count(total - items.length)} more, all of them in manifest.json`) : null,
+  ];
+}
+
+/**
+ * Names of the videos that a file is about.
+ *
+ * @param {State} state
+ * @param {Artefact} artefact
+ */
+export function videosOf(state, artefact) {
+  if (Array.isArray(artefact.summary.videos) && artefact.summary.videos.length) {
+    const names = artefact.summary.videos.map(({name}) => String(name));
+    return names.length > 2 ? `${names[0]} and ${names.length - 1} more` : names.join(', ');
+  }
+  const run = runOf(state, artefact.run_id);
+  return state.videos?.find(({id}) => id === run?.video_id)?.name ?? '';
+}
+
+/** @param {State} state @param {string|null} id */
+const runOf = (state, id) => (id === null ? undefined : Object.values(state.runs).flat().find((run) => run.id === id));
+
+/**
+ * @param {App} app
+ * @param {Artefact} artefact
+ */
+function actionsOf(app, artefact) {
+  if (isActive(artefact)) {
+    return [h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Cancel ${artefact.name}`, onclick: () => act(app, async () => {
+      const now = await app.api.cancelArtefact(artefact.id);
+      app.store.dispatch((state) => putArtefact(state, now));
+    })}, 'Cancel')];
+  }
+  const run = runOf(app.store.get(), artefact.run_id);
+  const frame = artefact.options.frame ?? artefact.options.first;
+  return [
+    artefact.state === 'complete' && run && artefact.kind !== 'export' && h('a', {
+      class: 'btn btn-small btn-quiet', 'aria-label': `Show the run of ${artefact.name}`, title: 'Go to where it was made',
+      href: formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: typeof frame === 'number' ? frame : null, track: null}),
+    }, icon('eye')),
+    artefact.state === 'complete' && artefact.kind === 'export' && h('button', {
+      class: 'btn btn-small btn-quiet', type: 'button', 'aria-label': `Retrain from ${artefact.name}`, title: 'Make a new model version from these corrections',
+      onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'retrain', data: {exports: [artefact.id]}})),
+    }, 'Retrain'),
+    artefact.state === 'complete' && h('a', {class: 'btn btn-small', href: app.api.downloadUrl(artefact.id), download: artefact.name, 'aria-label': `Download ${artefact.name}`}, 'Download'),
+    h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Delete ${artefact.name}`, title: 'Delete …', onclick: () => askRemove(app, artefact)}, icon('trash')),
+  ].filter((action) => action !== false && action !== undefined);
+}
+
+/**
+ * @param {App} app
+ * @param {Artefact} artefact
+ */
+function askRemove(app, artefact) {
+  const remove = async () => {
+    await app.api.removeArtefact(artefact.id);
+    app.store.dispatch((state) => dropMade(state, artefact.id));
+    toast(`${artefact.name} was deleted.`);
+  };
+  if (artefact.state !== 'complete') {
+    void act(app, remove);
+    return;
+  }
+  app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
+    title: 'Delete this file?', confirm: 'Delete', danger: true, run: remove,
+    text: `${artefact.name} is deleted from the data folder. What it was made from stays, so it can be made again as long as that does not change.`,
+  }}));
+}
+
+/**
+ * @param {App} app
+ * @param {() => Promise<void>} what
+ */
+async function act(app, what) {
+  try {
+    await what();
+  } catch (thrown) {
+    if (!app.signal.aborted) toast(sentence(thrown), {tone: 'bad'});
+  }
+}

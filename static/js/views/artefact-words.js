@@ -1,0 +1,65 @@
+// @ts-check
+/** Files that are made from runs, in words. Pure functions. */
+
+import {bytes, count, moment, plural} from './format.js';
+
+/** @typedef {import('../types.js').Artefact} Artefact */
+
+/** @type {Record<Artefact['kind'], {name: string, many: string, icon: import('./icons.js').IconName}>} */
+export const KINDS = {
+  export: {name: 'Export', many: 'Exports', icon: 'export'},
+  recording: {name: 'Recording', many: 'Recordings', icon: 'film'},
+  bundle: {name: 'Bug bundle', many: 'Bug bundles', icon: 'bug'},
+  scene: {name: '3-D page', many: '3-D pages', icon: 'cube'},
+};
+
+/** @type {Record<Artefact['state'], [string, string]>} word and class of the badge */
+const STATES = {
+  queued: ['waiting', ''], running: ['in the making', 'badge-accent'], complete: ['ready', 'badge-good'], failed: ['failed', 'badge-bad'], cancelled: ['cancelled', 'badge-warn'],
+};
+
+/** @param {Artefact} artefact @returns {[string, string]} */
+export const stateWords = (artefact) => STATES[artefact.state] ?? [artefact.state, ''];
+
+/** @param {{state: string}} made */
+export const isActive = ({state}) => state === 'queued' || state === 'running';
+
+/** @param {{done: number, total: number|null, state: string}} made @returns {number|null} 0..1; null: not known */
+export const partOf = ({done, total, state}) => (state === 'complete' ? 1 : total ? Math.min(1, done / total) : null);
+
+/**
+ * What it is, of what, how large and when: one line.
+ *
+ * @param {Artefact} artefact
+ * @param {string} of   names of the videos
+ */
+export function facts(artefact, of) {
+  const {first, stop} = artefact.options;
+  const range = artefact.kind !== 'export' && typeof first === 'number' && typeof stop === 'number' ? `frames ${count(first)} to ${count(stop - 1)}` : '';
+  const title = artefact.kind === 'export' ? `${KINDS.export.name}: ${artefact.summary.title ?? artefact.options.format ?? ''}` : KINDS[artefact.kind]?.name ?? artefact.kind;
+  return [title, of, range, artefact.size === null ? '' : bytes(artefact.size), moment(artefact.finished ?? artefact.created)].filter(Boolean).join(' · ');
+}
+
+/**
+ * What a finished export holds: `12 tracks, 840 boxes, 3 files`.
+ *
+ * @param {Artefact} artefact
+ */
+export function content(artefact) {
+  const counts = artefact.summary.counts;
+  if (counts === null || typeof counts !== 'object' || counts === undefined) return '';
+  const parts = Object.entries(counts).filter(([, value]) => typeof value === 'number' && value > 0).map(([name, value]) => `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}`.replaceAll('_', ' '));
+  if (typeof artefact.summary.files === 'number') parts.push(plural(artefact.summary.files, 'file'));
+  return parts.join(', ');
+}
+
+/**
+ * What was left out and why.
+ *
+ * @param {Artefact} artefact
+ * @returns {{items: {what: string, reason: string}[], total: number}}
+ */
+export function skipped(artefact) {
+  const items = Array.isArray(artefact.summary.skipped) ? artefact.summary.skipped : [];
+  return {items, total: typeof artefact.summary.skipped_count === 'number' ? artefact.summary.skipped_count : items.length};
+}

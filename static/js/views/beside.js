@@ -1,0 +1,93 @@
+// @ts-check
+/**
+ * What can stand beside the picture: the recording in the Rerun viewer, the 3-D view. Their modules are loaded when they
+ * are first asked for.
+ */
+
+import {sentence} from '../api/errors.js';
+import {changeReview} from '../store/actions/review.js';
+import {fill, h, setText} from './dom.js';
+import {emptyState, waiting} from './empty.js';
+import {icon} from './icons.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../page-types.js').View} View */
+/** @typedef {import('../types.js').State} State */
+
+/** @type {Record<'recording'|'space', {title: string, create: (app: App) => Promise<View>}>} */
+const KINDS = {
+  recording: {title: 'Recording', create: async (app) => (await import('./recording/index.js')).createRecordingView(app)},
+  space: {title: '3-D view', create: async (app) => (await import('./space/index.js')).createSpaceView(app)},
+};
+
+/**
+ * @param {App} app
+ * @param {(large: boolean) => void} resize   the panel wants all the room, or no longer
+ * @returns {View}
+ */
+export function createBeside(app, resize) {
+  const title = h('h2', {class: 'beside-title truncate'});
+  const grow = h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-pressed': 'false', 'aria-label': 'Over the whole screen', title: 'Over the whole screen', onclick: () => enlarge(!large)}, icon('fit'));
+  const place = h('div', {class: 'beside-body'});
+  const element = h('section', {class: 'beside', 'aria-label': 'Beside the picture', hidden: true},
+    h('header', {class: 'beside-head'}, title, h('span', {class: 'grow'}), grow,
+      h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Close this view', title: 'Close this view', onclick: () => app.store.dispatch((state) => changeReview(state, {beside: null}))}, icon('close'))),
+    place);
+  /** @type {'recording'|'space'|null} */
+  let shown = null;
+  /** @type {View|null} */
+  let view = null;
+  /** @type {State|null} */
+  let last = null;
+  let large = false;
+
+  /** @param {boolean} value */
+  function enlarge(value) {
+    large = value;
+    grow.setAttribute('aria-pressed', String(value));
+    resize(value);
+  }
+
+  /** @param {'recording'|'space'|null} kind */
+  async function open(kind) {
+    view?.destroy();
+    view = null;
+    shown = kind;
+    element.hidden = kind === null;
+    if (kind === null) {
+      enlarge(false);
+      fill(place);
+      return;
+    }
+    setText(title, KINDS[kind].title);
+    element.setAttribute('aria-label', KINDS[kind].title);
+    fill(place, waiting('The view is loaded', {signal: app.signal}));
+    try {
+      const made = await KINDS[kind].create(app);
+      if (shown !== kind) {
+        made.destroy();
+        return;
+      }
+      view = made;
+      fill(place, made.element);
+      if (last) made.update(last);
+    } catch (thrown) {
+      if (shown === kind) fill(place, emptyState({error: true, icon: 'alert', title: 'The view cannot be shown', text: sentence(thrown), actions: [h('button', {class: 'btn', type: 'button', onclick: () => void open(kind)}, icon('refresh'), 'Try again')]}));
+    }
+  }
+
+  return {
+    element,
+    update(state) {
+      last = state;
+      const kind = state.review?.beside ?? null;
+      if (kind !== shown) void open(kind);
+      else view?.update(state);
+    },
+    destroy() {
+      shown = null;
+      view?.destroy();
+      element.remove();
+    },
+  };
+}

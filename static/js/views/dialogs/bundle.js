@@ -1,0 +1,57 @@
+// @ts-check
+/** Report a bug: pack what is needed to see it again into one file. */
+
+import {sentence} from '../../api/errors.js';
+import {putArtefact} from '../../store/actions/page.js';
+import {h, setText} from '../dom.js';
+import {icon} from '../icons.js';
+import {toast} from '../toasts.js';
+import {createFrameRange} from './frame-range.js';
+import {field, tick} from './fields.js';
+
+const OFFERED = 150;
+const MOST = 3000;
+
+/**
+ * @param {import('./layer.js').Setup} setup
+ * @returns {import('./layer.js').Content}
+ */
+export function bundleDialog({app, close, signal}) {
+  const review = app.store.get().review;
+  const error = h('p', {class: 'field-error grow', role: 'alert'});
+  const go = h('button', {class: 'btn btn-primary', type: 'submit'}, icon('bug'), 'Make the bundle');
+  const note = h('textarea', {class: 'textarea', id: 'bundle-note', rows: 4, maxlength: 8000, placeholder: 'The stop sign behind the bus is lost for twelve frames.'});
+  const range = createFrameRange(review, {id: 'bundle', begin: OFFERED, most: MOST, changed: (wrong) => {
+    setText(error, wrong);
+    go.disabled = wrong !== '';
+  }});
+  const only = review?.selected ? tick('checkbox', {}, `It is about track ${review.selected} alone`) : null;
+
+  async function submit() {
+    const found = range.value();
+    if ('error' in found || !review?.run) return;
+    go.disabled = true;
+    try {
+      const artefact = await app.api.makeBundle(review.run.id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal});
+      app.store.dispatch((state) => putArtefact(state, artefact));
+      toast('The bundle is made. It will be under Files.', {tone: 'good', action: {label: 'Files', run: () => {
+        location.hash = '#/files';
+      }}});
+      close();
+    } catch (thrown) {
+      if (signal.aborted) return;
+      setText(error, sentence(thrown));
+      go.disabled = false;
+    }
+  }
+
+  range.tell();
+  return {
+    title: 'Report a bug', size: 'narrow', submit, focus: note,
+    body: h('div', {class: 'stack'},
+      h('p', {class: 'muted'}, 'The clip of these frames, the parameters and models, what the engine gave and what you corrected, in one ZIP. Whoever gets it runs ', h('code', {class: 'mono'}, 'tsr replay FILE'), ' and sees whether it is fixed.'),
+      field('What is wrong', note), range.element, only?.element,
+      h('p', {class: 'field-hint'}, 'Correct the tracks first: what you corrected is what the replay expects. The file holds pictures of the drive; send it only to people who may see them.')),
+    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
+  };
+}

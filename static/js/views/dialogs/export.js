@@ -1,0 +1,256 @@
+// @ts-check
+/** Export: which runs, what of them, in which format; then the file as it is made. */
+
+import {ApiError, sentence} from '../../api/errors.js';
+import {NO_CLASS, numberIn, restoreChoice} from '../../model/exchange.js';
+import {putArtefact, setRuns} from '../../store/actions/page.js';
+import {createArtefactRow} from '../artefact-row.js';
+import {isActive} from '../artefact-words.js';
+import {fill, h, setText} from '../dom.js';
+import {icon} from '../icons.js';
+import {recall, remember} from '../preferences.js';
+import {createExportCount} from './export-count.js';
+import {createExportRuns} from './export-runs.js';
+import {field, group, numberInput, tick} from './fields.js';
+
+/** @typedef {import('../../types.js').Format} Format */
+/** @typedef {import('../../types.js').Artefact} Artefact */
+/** @typedef {import('../../types.js').ExportRequest} ExportRequest */
+
+const STATES = /** @type {const} */ ([['open', 'Open'], ['accepted', 'Accepted'], ['needs_work', 'Needs work'], ['rejected', 'Rejected']]);
+const PICTURES = /** @type {const} */ ([['none', 'None', 'Annotations only; the file stays small.'], ['annotated', 'Annotated frames', 'A picture of every frame that has a box.'], ['all', 'All frames', 'A picture of every frame.']]);
+const SPLIT_HELP = 'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{runs?: string[]}`: those that are ticked at first
+ * @returns {import('./layer.js').Content}
+ */
+export function exportDialog({app, data, close, signal}) {
+  const {store, api} = app;
+  const kept = restoreChoice(recall('export'));
+  /** @type {Format[]} */
+  let formats = [];
+  const error = h('p', {class: 'field-error grow', role: 'alert'});
+  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('export'), 'Export');
+  const runs = createExportRuns(app, data.runs ?? [], check, signal);
+  const counter = createExportCount(app, signal);
+
+  const states = STATES.map(([value, label]) => tick('checkbox', {value, checked: kept.states.includes(value), onchange: check}, label));
+  const classes = classPicker(store.get().labels, kept.classes, check);
+  const side = numberInput('export-side', kept.min_side, check, {placeholder: 'all sizes'});
+  const first = numberInput('export-first', '', check, {placeholder: '0', inputmode: 'numeric'});
+  const last = numberInput('export-last', '', check, {placeholder: 'end', inputmode: 'numeric'});
+  const range = h('div', {class: 'export-pair'}, field('First frame', first), field('Last frame', last));
+
+  const format = h('select', {class: 'select', id: 'export-format', onchange: () => showFormat()});
+  const summary = h('p', {class: 'muted small', id: 'export-format-summary'});
+  const switches = h('div', {class: 'stack'});
+  const pictures = PICTURES.map(([value, label, title]) => tick('radio', {name: 'export-pictures', value, title, checked: kept.pictures === value, onchange: check}, label));
+  const split = tick('checkbox', {checked: kept.split, onchange: check}, 'Split into training, validation and test');
+  const shares = /** @type {const} */ (['Train', 'Validation', 'Test']).map((label, at) => numberInput(`export-share-${at}`, kept.shares[at], check));
+  const by = h('select', {class: 'select', id: 'export-by', onchange: check}, h('option', {value: 'sign'}, 'by sign'), h('option', {value: 'video'}, 'by video'));
+  by.value = kept.split_by;
+  const seed = numberInput('export-seed', kept.seed, check, {inputmode: 'numeric'});
+  const splitFields = h('div', {class: 'stack export-split'},
+    h('div', {class: 'export-shares'}, field('Train', shares[0]), field('Validation', shares[1]), field('Test', shares[2]), field('Dealt', by), field('Seed', seed)),
+    h('p', {class: 'field-hint'}, SPLIT_HELP));
+  const thin = numberInput('export-thin', kept.thin_px, check);
+  const name = h('input', {class: 'input', type: 'text', id: 'export-name', maxlength: 120, autocomplete: 'off', placeholder: 'made up from video and format'});
+  const result = h('div', {class: 'export-result', 'aria-live': 'polite'});
+  /** @type {{row: ReturnType<typeof createArtefactRow>, id: string}|null} */
+  let made = null;
+  /** @type {Artefact|null} */
+  let shownMade = null;
+
+  const chosenFormat = () => formats.find((one) => one.name === format.value);
+
+  function showFormat() {
+    const chosen = chosenFormat();
+    setText(summary, chosen?.summary ?? '');
+    fill(switches, ...(chosen?.export_switches ?? []).map((option) => {
+      const control = h('select', {class: 'select', id: `export-switch-${option.name}`, dataset: {name: option.name}, onchange: check}, ...option.values.map((value) => h('option', {value}, value)));
+      const before = kept.switches[chosen?.name ?? '']?.[option.name];
+      if (before && option.values.includes(before)) control.value = before;
+      return field(plain(option.name), control, option.help);
+    }));
+    check();
+  }
+
+  /** The request, or what is wrong with it first. @returns {{request: ExportRequest}|{error: string}} */
+  function read() {
+    const chosen = chosenFormat();
+    if (!chosen) return {error: ''};
+    const ids = runs.chosen();
+    if (ids.length === 0) return {error: 'Tick at least one video.'};
+    const wanted = states.filter(({input}) => input.checked).map(({input}) => input.value);
+    if (wanted.length === 0) return {error: 'Tick at least one review state.'};
+    const picked = classes.chosen();
+    if (picked?.length === 0) return {error: 'Tick at least one class.'};
+    const frames = runs.frames();
+    const most = frames === null ? 2 ** 31 - 2 : frames - 1;
+    const numbers = {
+      side: numberIn(side.value, {name: 'The smallest side', low: 0, high: 10_000, empty: null}),
+      first: numberIn(first.value, {name: 'The first frame', low: 0, high: most, whole: true, empty: 0}),
+      last: numberIn(last.value, {name: 'The last frame', low: 0, high: most, whole: true, empty: null}),
+      thin: numberIn(thin.value, {name: 'The bound', low: 0, high: 100}),
+      train: numberIn(shares[0].value, {name: 'The share', low: 0, high: 1000, empty: 0}),
+      val: numberIn(shares[1].value, {name: 'The share', low: 0, high: 1000, empty: 0}),
+      test: numberIn(shares[2].value, {name: 'The share', low: 0, high: 1000, empty: 0}),
+      seed: numberIn(seed.value, {name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true}),
+    };
+    /** @type {Record<string, number|null>} */
+    const values = {};
+    for (const [key, found] of Object.entries(numbers)) {
+      if (!split.input.checked && ['train', 'val', 'test', 'seed'].includes(key)) continue;
+      if (ids.length > 1 && (key === 'first' || key === 'last')) continue;
+      if ('error' in found) return {error: found.error};
+      values[key] = found.value;
+    }
+    if ((values.last ?? null) !== null && Number(values.last) < Number(values.first)) return {error: 'The last frame comes before the first.'};
+    if (split.input.checked && !values.train && !values.val && !values.test) return {error: 'Give at least one part of the split a share.'};
+    return {request: {
+      runs: ids, format: chosen.name,
+      pictures: /** @type {ExportRequest['pictures']} */ (pictures.find(({input}) => input.checked)?.input.value ?? 'none'),
+      states: wanted, classes: picked, min_side: values.side,
+      first: values.first ?? 0, stop: (values.last ?? null) === null ? null : Number(values.last) + 1,
+      split: split.input.checked ? {train: values.train ?? 0, val: values.val ?? 0, test: values.test ?? 0} : null,
+      split_by: by.value === 'video' ? 'video' : 'sign', split_seed: values.seed ?? 0, thin_px: values.thin ?? 0.5,
+      switches: switchValues(), name: name.value.trim(),
+    }};
+  }
+
+  const switchValues = () => Object.fromEntries([...switches.querySelectorAll('select')].map((control) => [control.dataset.name ?? '', control.value]));
+
+  function check() {
+    range.hidden = runs.chosen().length !== 1;
+    splitFields.hidden = !split.input.checked;
+    const chosen = chosenFormat();
+    const none = pictures[0].input;
+    none.disabled = chosen?.needs_pictures === true;
+    if (none.disabled && none.checked) pictures[1].input.checked = true;
+    const found = read();
+    setText(error, 'error' in found ? found.error : '');
+    go.disabled = 'error' in found;
+    counter.show('request' in found ? found.request : null);
+  }
+
+  async function submit() {
+    const found = read();
+    if ('error' in found) return;
+    go.disabled = true;
+    remember('export', JSON.stringify({
+      format: found.request.format, pictures: found.request.pictures, states: found.request.states, classes: found.request.classes, min_side: side.value,
+      split: split.input.checked, shares: shares.map(({value}) => value), split_by: by.value, seed: seed.value, thin_px: thin.value,
+      switches: {...kept.switches, [found.request.format]: found.request.switches},
+    }));
+    try {
+      const artefact = await api.startExport(found.request, {signal});
+      store.dispatch((state) => putArtefact(state, artefact));
+      const row = createArtefactRow(app, artefact);
+      made = {row, id: artefact.id};
+      fill(result, h('h3', null, 'The export'), h('ul', {class: 'made-list'}, row.element), h('p', {class: 'muted small'}, 'You can close this: it goes on, and stays under ', h('a', {href: '#/files', onclick: close}, 'Files'), '.'));
+      result.scrollIntoView({block: 'nearest'});
+      void follow(artefact);
+    } catch (thrown) {
+      if (signal.aborted) return;
+      const where = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
+      setText(error, sentence(thrown).startsWith(where) ? sentence(thrown) : where + sentence(thrown));
+    } finally {
+      go.disabled = false;
+    }
+  }
+
+  /** The stream tells faster, but a stream can be down. @param {Artefact} now */
+  async function follow(now) {
+    while (isActive(now) && made?.id === now.id) {
+      await new Promise((resolve) => setTimeout(resolve, 1500));
+      if (signal.aborted) return;
+      try {
+        now = await api.artefact(now.id, {signal});
+        store.dispatch((state) => putArtefact(state, now));
+        if (store.get().artefacts === null) made?.row.show(now);
+      } catch (thrown) {
+        if (signal.aborted || thrown instanceof ApiError && thrown.status === 404) return;
+      }
+    }
+  }
+
+  async function load() {
+    try {
+      formats = (await api.formats({signal})).filter(({can_export}) => can_export);
+      fill(format, ...formats.map((one) => h('option', {value: one.name}, one.title)));
+      format.value = kept.format;
+      if (format.selectedIndex < 0) format.selectedIndex = 0;
+      showFormat();
+    } catch (thrown) {
+      if (!signal.aborted) setText(error, sentence(thrown));
+    }
+    for (const video of store.get().videos ?? []) {
+      if (signal.aborted) return;
+      if (store.get().runs[video.id] || video.runs === 0) continue;
+      const found = await api.runs(video.id, {signal}).catch(() => null);
+      if (found) store.dispatch((state) => setRuns(state, video.id, found));
+    }
+  }
+
+  void load();
+  return {
+    title: 'Export annotations', size: 'wide', submit, focus: format,
+    body: h('div', {class: 'stack'},
+      h('div', {class: 'run-dialog'},
+        h('section', {class: 'run-column', 'aria-labelledby': 'export-what'}, h('h3', {id: 'export-what'}, 'What goes out'),
+          runs.element, group('Review states', h('div', {class: 'ticks'}, ...states.map(({element}) => element))), classes.element,
+          field('Smallest shorter side, px', side), range),
+        h('section', {class: 'run-column', 'aria-labelledby': 'export-how'}, h('h3', {id: 'export-how'}, 'As what'),
+          h('div', {class: 'stack'}, field('Format', format), summary), switches,
+          group('Pictures', h('div', {class: 'ticks'}, ...pictures.map(({element}) => element))),
+          h('div', {class: 'stack'}, split.element, splitFields),
+          field('Largest error of thinned key frames, px', thin, 'Formats that draw straight lines between key frames get only as many as this bound needs; 0 keeps every frame.'),
+          field('File name', name))),
+      result),
+    footer: [counter.element, error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
+    update(state) {
+      runs.update(state);
+      const now = made && state.artefacts?.find(({id}) => id === made?.id);
+      if (made && now && now !== shownMade) {
+        shownMade = now;
+        made.row.show(now);
+      }
+    },
+  };
+}
+
+/** @param {string} name */
+const plain = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll(/[_-]/g, ' ');
+
+/**
+ * @param {import('../../types.js').Label[]} labels
+ * @param {number[]|null} kept
+ * @param {() => void} changed
+ */
+function classPicker(labels, kept, changed) {
+  const all = [...labels.map(({id, name}) => ({id, name: `${id} · ${name}`})), {id: NO_CLASS, name: 'without a class'}];
+  const boxes = all.map(({id, name}) => tick('checkbox', {value: String(id), checked: kept === null || kept.includes(id), onchange: tell}, name));
+  const summary = h('summary');
+  const set = (/** @type {boolean} */ on) => {
+    for (const {input} of boxes) input.checked = on;
+    tell();
+  };
+  const element = h('details', {class: 'details'}, summary,
+    h('div', {class: 'row'}, h('button', {class: 'btn btn-small', type: 'button', onclick: () => set(true)}, 'All'), h('button', {class: 'btn btn-small', type: 'button', onclick: () => set(false)}, 'None')),
+    h('div', {class: 'class-ticks', role: 'group', 'aria-label': 'Classes'}, ...boxes.map((box) => box.element)));
+  const chosen = () => {
+    const on = boxes.filter(({input}) => input.checked).map(({input}) => Number(input.value));
+    return on.length === boxes.length ? null : on;
+  };
+  function words() {
+    const on = chosen();
+    setText(summary, on === null ? 'Classes: all' : `Classes: ${on.length} of ${boxes.length}`);
+  }
+  function tell() {
+    words();
+    changed();
+  }
+  words();
+  return {element, chosen};
+}

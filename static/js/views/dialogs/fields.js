@@ -1,0 +1,53 @@
+// @ts-check
+/** Fields that several dialogs build alike. */
+
+import {h} from '../dom.js';
+
+/** @typedef {import('../dom.js').Children} Children */
+
+/**
+ * A labelled control.
+ *
+ * @param {string} label
+ * @param {HTMLElement} control   with an id
+ * @param {string} [hint]
+ * @returns {HTMLElement}
+ */
+export function field(label, control, hint) {
+  if (hint) control.setAttribute('aria-describedby', `${control.id}-hint`);
+  return h('div', {class: 'field'}, h('label', {class: 'field-label', for: control.id}, label), control,
+    hint && h('span', {class: 'field-hint', id: `${control.id}-hint`}, hint));
+}
+
+/**
+ * A group of controls with a heading that screen readers read with each.
+ *
+ * @param {string} legend
+ * @param {...Children} children
+ */
+export function group(legend, ...children) {
+  return h('fieldset', {class: 'field'}, h('legend', {class: 'field-label'}, legend), ...children);
+}
+
+/**
+ * A box or a circle to tick, with its words.
+ *
+ * @param {'checkbox'|'radio'} type
+ * @param {{name?: string, value?: string, checked?: boolean, disabled?: boolean, title?: string, onchange?: () => void}} props
+ * @param {...Children} words
+ */
+export function tick(type, props, ...words) {
+  const input = h('input', {type, ...props});
+  return {input, element: h('label', {class: 'tick', title: props.title}, input, h('span', null, ...words))};
+}
+
+/**
+ * A short field for a number.
+ *
+ * @param {string} id
+ * @param {string} value
+ * @param {() => void} oninput
+ * @param {Record<string, unknown>} [more]
+ */
+export const numberInput = (id, value, oninput, more = {}) =>
+  h('input', {class: 'input', type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...more});

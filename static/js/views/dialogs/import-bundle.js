@@ -1,0 +1,57 @@
+// @ts-check
+/** Open somebody else's bug bundle: its clip, run and corrections come into the library. */
+
+import {sentence} from '../../api/errors.js';
+import {formatRoute} from '../../model/route.js';
+import {putRun, putVideo} from '../../store/actions/page.js';
+import {fill, h, setText} from '../dom.js';
+import {bytes, count} from '../format.js';
+import {icon} from '../icons.js';
+import {recall} from '../preferences.js';
+import {createDropField} from './drop-field.js';
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{file?: File}`
+ * @returns {import('./layer.js').Content}
+ */
+export function importBundleDialog({app, data, close, signal}) {
+  const error = h('p', {class: 'field-error grow', role: 'alert'});
+  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('add'), 'Open');
+  const drop = createDropField({id: 'bundle-file', label: 'Bug bundle', accept: '.zip', hint: 'A ZIP file that “Report a bug” or tsr bundle made. It is checked before anything of it is used.', onChange: () => {
+    setText(error, '');
+    go.disabled = false;
+  }});
+  const result = h('div', {class: 'stack', hidden: true});
+
+  async function submit() {
+    const file = drop.file();
+    if (!file || go.disabled) return;
+    go.disabled = true;
+    try {
+      const {video, run, report} = await app.api.importBundle(file, recall('author'), {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …')});
+      app.store.dispatch((state) => putRun(putVideo(state, video), run));
+      setText(error, '');
+      go.hidden = true;
+      drop.element.hidden = true;
+      result.hidden = false;
+      fill(result,
+        h('p', {class: 'import-done', role: 'status'}, icon('check'), h('strong', null, `${video.name} is in the library. Its frames are decoded once before they can be looked at.`)),
+        report.note && h('blockquote', {class: 'note-quote'}, report.note),
+        h('p', {class: 'muted small'}, `Frames ${count(report.first)} to ${count(report.stop - 1)} of ${report.video_name}; ${count(report.corrections)} corrections; made with tsr ${report.engine_version}.`),
+        report.other_pictures > 0 && h('p', {class: 'field-hint'}, `${count(report.other_pictures)} pictures decode to other values here than where it was made, so small differences are to be expected.`),
+        report.expected.length > 0 && h('table', {class: 'table'},
+          h('thead', null, h('tr', null, h('th', {scope: 'col'}, 'Expected'), h('th', {scope: 'col'}, 'When it was made'))),
+          h('tbody', null, ...report.expected.map((one) => h('tr', null, h('td', null, one.expected), h('td', null, one.met ? '✓ ' : '✗ ', one.got))))),
+        report.skipped.length > 0 && h('ul', {class: 'skipped-list small'}, ...report.skipped.map((text) => h('li', null, text))),
+        h('div', {class: 'row'}, h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: run.id, frame: null, track: null}), onclick: close}, icon('eye'), 'Review it')));
+      result.querySelector('a')?.focus();
+    } catch (thrown) {
+      if (signal.aborted) return;
+      setText(error, sentence(thrown));
+      go.disabled = false;
+    }
+  }
+
+  if (data.file) drop.set(data.file);
+  return {title: 'Open a bug bundle', size: 'middle', submit, focus: drop.button, body: h('div', {class: 'stack'}, drop.element, result), footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go]};
+}

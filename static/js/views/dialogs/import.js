@@ -1,0 +1,177 @@
+// @ts-check
+/** Import: a file of another tool laid onto a video, as corrections, as ground truth or as a run. */
+
+import {ApiError, sentence} from '../../api/errors.js';
+import {parseLabelMap} from '../../model/exchange.js';
+import {formatRoute} from '../../model/route.js';
+import {putRun, setRuns} from '../../store/actions/page.js';
+import {skippedItems} from '../artefact-row.js';
+import {fill, h, setText} from '../dom.js';
+import {bytes, count, plural} from '../format.js';
+import {icon} from '../icons.js';
+import {recall, remember} from '../preferences.js';
+import {runTitle} from '../run-words.js';
+import {createDropField} from './drop-field.js';
+import {field, group, tick} from './fields.js';
+
+/** @typedef {import('../../types.js').Format} Format */
+/** @typedef {import('../../types.js').ImportResult} ImportResult */
+
+const KINDS = /** @type {const} */ ([
+  ['annotation', 'Corrections', 'Laid over a run, track by track. One undo takes all of it back.'],
+  ['truth', 'Ground truth', 'A layer of its own, and what runs are compared with.'],
+  ['run', 'Run', 'Somebody else’s detector or tracker, shown and compared like a run of the engine.'],
+]);
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{video, file?: File, as?}`
+ * @returns {import('./layer.js').Content}
+ */
+export function importDialog({app, data, close, signal}) {
+  const {store, api} = app;
+  const video = store.get().videos?.find(({id}) => id === data.video) ?? store.get().review?.video;
+  /** @type {Format[]} */
+  let formats = [];
+  const error = h('p', {class: 'field-error grow', role: 'alert'});
+  const refused = h('div', {class: 'import-refused', role: 'alert', hidden: true});
+  const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('add'), 'Import');
+  const drop = createDropField({
+    id: 'import-file', label: 'File', hint: 'XML, JSON, CSV, TXT, or a ZIP with everything in it. It can also be dropped here.', onChange: () => {
+      if (!name.dataset.typed) name.value = drop.file()?.name.replace(/\.(zip|xml|json|csv|txt|jsonl)$/i, '').slice(0, 120) ?? '';
+      refused.hidden = true;
+      check();
+    },
+  });
+  const wanted = data.as ?? recall('import.as') ?? 'truth';
+  const kinds = KINDS.map(([value, label, title]) => tick('radio', {name: 'import-as', value, checked: value === wanted, onchange: check}, h('span', {class: 'kind-name'}, label), h('span', {class: 'muted small'}, title)));
+  const run = h('select', {class: 'select', id: 'import-run', onchange: check});
+  const runField = field('Run that is corrected', run);
+  const name = h('input', {class: 'input', type: 'text', id: 'import-name', maxlength: 120, autocomplete: 'off', oninput: () => {
+    name.dataset.typed = 'yes';
+    check();
+  }});
+  const nameField = field('Name', name, 'A ground truth of the same name is replaced.');
+  const format = h('select', {class: 'select', id: 'import-format', onchange: () => showFormat()}, h('option', {value: ''}, 'found out from the file'));
+  const summary = h('p', {class: 'muted small'});
+  const switches = h('div', {class: 'stack'});
+  const names = h('textarea', {class: 'textarea', id: 'import-names', rows: 3, spellcheck: 'false', placeholder: 'stop sign = 14', oninput: check});
+  const result = h('div', {class: 'stack', hidden: true});
+  const form = h('div', {class: 'stack'}, drop.element, group('What it becomes', h('div', {class: 'kinds'}, ...kinds.map(({element}) => element))),
+    h('div', {class: 'run-fields'}, runField, nameField, h('div', {class: 'stack'}, field('Format', format), summary)), switches,
+    h('details', {class: 'details'}, h('summary', null, 'Class names of the file'), field('One a line: name = class number', names, 'Only for names that the tool does not know by itself.')), refused);
+
+  const kind = () => kinds.find(({input}) => input.checked)?.input.value ?? 'truth';
+  /** @returns {'annotation'|'truth'|'run'} */
+  const as = () => /** @type {'annotation'|'truth'|'run'} */ (kind());
+
+  function showFormat() {
+    const chosen = formats.find((one) => one.name === format.value);
+    setText(summary, chosen?.summary ?? '');
+    fill(switches, ...(chosen?.import_switches ?? []).map((option) => field(`${option.name.charAt(0).toUpperCase()}${option.name.slice(1).replaceAll('_', ' ')}`,
+      h('select', {class: 'select', id: `import-switch-${option.name}`, dataset: {name: option.name}}, ...option.values.map((value) => h('option', {value}, value))), option.help)));
+    check();
+  }
+
+  function problem() {
+    const file = drop.file();
+    const most = store.get().session?.upload_bytes;
+    if (!file) return 'Choose a file.';
+    if (most !== undefined && file.size > most) return `The file has ${bytes(file.size)}, allowed are ${bytes(most)}.`;
+    if (as() === 'annotation' && !run.value) return 'There is no complete run to correct yet.';
+    if (as() !== 'annotation' && !name.value.trim()) return 'Give it a name.';
+    const map = parseLabelMap(names.value);
+    return 'error' in map ? map.error : '';
+  }
+
+  function check() {
+    runField.hidden = as() !== 'annotation';
+    nameField.hidden = as() === 'annotation';
+    const wrong = problem();
+    go.disabled = wrong !== '';
+    setText(error, drop.file() ? wrong : '');
+  }
+
+  async function submit() {
+    const file = drop.file();
+    const map = parseLabelMap(names.value);
+    if (!file || problem() !== '' || 'error' in map) return;
+    go.disabled = true;
+    refused.hidden = true;
+    remember('import.as', kind());
+    const values = Object.fromEntries([...switches.querySelectorAll('select')].map((control) => [control.dataset.name ?? '', control.value]));
+    try {
+      const found = await api.importFile(data.video, file, {
+        as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
+        switches: JSON.stringify(values), label_map: JSON.stringify(map.map), author: recall('author'),
+      }, {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server reads and checks the file …')});
+      setText(error, '');
+      await show(found);
+    } catch (thrown) {
+      if (signal.aborted) return;
+      setText(error, '');
+      refused.hidden = false;
+      fill(refused, icon('alert'), h('div', {class: 'stack'}, h('strong', null, thrown instanceof ApiError && thrown.code === 'bad_file' ? 'The file breaks a rule' : 'This did not work'), h('p', null, sentence(thrown))));
+      refused.scrollIntoView({block: 'nearest'});
+      go.disabled = false;
+    }
+  }
+
+  /** @param {ImportResult} found */
+  async function show(found) {
+    if (found.kind === 'run') {
+      const made = await api.run(found.id, {signal});
+      store.dispatch((state) => putRun(state, made));
+    } else if (found.kind === 'annotation') {
+      if (store.get().review?.run?.id === found.id) await app.editor.refresh();
+    } else if (store.get().review?.video.id === data.video) {
+      app.loader.showTruth(found.id);
+    }
+    const words = [`${plural(found.tracks, 'track')} with ${plural(found.boxes, 'box', 'boxes')}`, found.same ? `${plural(found.same, 'further track')} the same as before` : ''].filter(Boolean).join('; ');
+    form.hidden = true;
+    result.hidden = false;
+    go.hidden = true;
+    fill(result, h('p', {class: 'import-done', role: 'status'}, icon('check'), h('strong', null, `Imported: ${words}.`)),
+      found.repaired.length > 0 && h('section', {class: 'stack'}, h('h3', null, `Put right (${count(found.repaired.length)})`), h('ul', {class: 'skipped-list small'}, ...found.repaired.map((text) => h('li', null, text)))),
+      found.skipped.length > 0 && h('section', {class: 'stack'}, h('h3', null, `Left out (${count(found.skipped.length)})`), h('ul', {class: 'skipped-list small'}, ...skippedItems(found.skipped, found.skipped.length))),
+      h('div', {class: 'row'}, h('button', {class: 'btn btn-primary', type: 'button', onclick: () => open(found)}, icon('eye'), {annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run'}[found.kind])));
+    result.querySelector('button')?.focus();
+  }
+
+  /** @param {ImportResult} found */
+  function open(found) {
+    const {review} = store.get();
+    close();
+    const here = review?.video.id === data.video;
+    if (found.kind === 'truth') {
+      if (here) return;
+      location.hash = formatRoute({screen: 'review', video: data.video, run: null, frame: null, track: null});
+      app.loader.showTruth(found.id);
+      return;
+    }
+    location.hash = formatRoute({screen: 'review', video: data.video, run: found.id, frame: here && review ? review.frame : null, track: null});
+  }
+
+  async function load() {
+    try {
+      const [known, runs] = await Promise.all([api.formats({signal}), api.runs(data.video, {signal})]);
+      formats = known.filter(({can_import}) => can_import);
+      store.dispatch((state) => setRuns(state, data.video, runs));
+      format.append(...formats.map((one) => h('option', {value: one.name}, one.title)));
+      const usable = runs.filter(({state}) => state === 'complete');
+      fill(run, ...usable.map((one) => h('option', {value: one.id}, runTitle(one))));
+      const own = store.get().review?.run?.id;
+      if (own && usable.some(({id}) => id === own)) run.value = own;
+      check();
+    } catch (thrown) {
+      if (!signal.aborted) setText(error, sentence(thrown));
+    }
+  }
+
+  void load();
+  if (data.file) drop.set(data.file);
+  check();
+  return {
+    title: `Import for ${video?.name ?? 'this video'}`, size: 'middle', submit, focus: drop.button, body: h('div', null, form, result),
+    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
+  };
+}

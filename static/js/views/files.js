@@ -1,0 +1,100 @@
+// @ts-check
+/** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
+
+import {sentence} from '../api/errors.js';
+import {openDialog, setArtefacts, setRuns} from '../store/actions/page.js';
+import {createArtefactRow} from './artefact-row.js';
+import {KINDS} from './artefact-words.js';
+import {h, reconcile, setText} from './dom.js';
+import {emptyState, waiting} from './empty.js';
+import {bytes, plural} from './format.js';
+import {icon} from './icons.js';
+import {recall, remember} from './preferences.js';
+
+/** @typedef {import('../types.js').Artefact} Artefact */
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createFiles(app) {
+  const {store, api} = app;
+  const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const kind = h('select', {class: 'select', 'aria-label': 'Kind of file', onchange: () => {
+    remember('files.kind', kind.value);
+    show();
+  }}, h('option', {value: ''}, 'All kinds'), ...Object.entries(KINDS).map(([value, {many}]) => h('option', {value}, many)));
+  kind.value = recall('files.kind') ?? '';
+  if (kind.selectedIndex < 0) kind.value = '';
+  const total = h('span', {class: 'muted'});
+  const list = h('ul', {class: 'made-list', 'aria-label': 'Files'});
+  const notice = h('div', {class: 'library-notice'}, waiting('The files are listed', {retry: load, signal}));
+  const element = h('div', {class: 'library'}, h('div', {class: 'library-inner page-inner'},
+    h('div', {class: 'library-head'}, h('h1', null, 'Files'), total, h('div', {class: 'grow'}), kind,
+      h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle'),
+      h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export')),
+    notice, list));
+  /** @type {WeakMap<HTMLElement, ReturnType<typeof createArtefactRow>>} */
+  const rows = new WeakMap();
+  /** @type {Artefact[]|null} */
+  let shown = null;
+  let noticed = 'waiting';
+
+  async function load() {
+    try {
+      const found = await api.artefacts({}, {signal});
+      store.dispatch((state) => setArtefacts(state, found));
+      for (const video of store.get().videos ?? []) {
+        if (store.get().runs[video.id] || video.runs === 0) continue;
+        const runs = await api.runs(video.id, {signal});
+        store.dispatch((state) => setRuns(state, video.id, runs));
+      }
+    } catch (thrown) {
+      if (signal.aborted) return;
+      noticed = 'error';
+      notice.hidden = false;
+      notice.replaceChildren(emptyState({error: true, icon: 'alert', title: 'The files could not be listed', text: sentence(thrown),
+        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => void load()}, icon('refresh'), 'Try again')]}));
+    }
+  }
+
+  function show() {
+    const {artefacts} = store.get();
+    if (artefacts === null) return;
+    const found = kind.value ? artefacts.filter((one) => one.kind === kind.value) : artefacts;
+    const size = found.reduce((sum, one) => sum + (one.size ?? 0), 0);
+    setText(total, found.length ? `${plural(found.length, 'file')}, ${bytes(size)}` : '');
+    reconcile(list, found, ({id}) => id, (artefact) => {
+      const row = createArtefactRow(app, artefact);
+      rows.set(row.element, row);
+      return row.element;
+    }, (item, artefact) => rows.get(item)?.show(artefact));
+    list.hidden = found.length === 0;
+    notice.hidden = found.length > 0;
+    const now = found.length ? 'none' : kind.value ? 'kind' : 'empty';
+    if (now === noticed) return;
+    noticed = now;
+    if (now !== 'none') {
+      notice.replaceChildren(emptyState({icon: 'folder', title: now === 'kind' ? `No ${KINDS[/** @type {Artefact['kind']} */ (kind.value)].many.toLowerCase()} yet` : 'No files yet',
+        text: 'Exports, recordings, bug bundles and 3-D pages that you make are listed here, to be downloaded or deleted.',
+        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export annotations')]}));
+    }
+  }
+
+  void load();
+  /** @type {import('../types.js').State|null} */
+  let last = null;
+  return {
+    element,
+    update(state) {
+      if (last && last.artefacts === state.artefacts && last.runs === state.runs && last.videos === state.videos && shown === state.artefacts) return;
+      [last, shown] = [state, state.artefacts];
+      show();
+    },
+    destroy() {
+      ended.abort();
+      element.remove();
+    },
+  };
+}

@@ -1,0 +1,67 @@
+// @ts-check
+/** Model versions in words: where they come from, and how far they are. Pure functions. */
+
+import {count, plural} from './format.js';
+
+/** @typedef {import('../types.js').ModelVersion} ModelVersion */
+
+/** @type {Record<ModelVersion['state'], [string, string]>} word and class of the badge */
+const STATES = {
+  queued: ['waiting', ''], running: ['in the making', 'badge-accent'], complete: ['ready', 'badge-good'], failed: ['failed', 'badge-bad'], cancelled: ['cancelled', 'badge-warn'],
+};
+
+/** @param {ModelVersion} version @returns {[string, string]} */
+export const modelState = (version) => STATES[version.state] ?? [version.state, ''];
+
+/** Sign and word of a change. @type {Record<import('../model/model_figures.js').Verdict, [string, string]>} */
+export const VERDICTS = {better: ['▲', 'better'], worse: ['▼', 'worse'], same: ['=', 'same'], new: ['+', 'new']};
+
+/** @param {ModelVersion} version @returns {string} what a person waits for */
+export function modelProgress(version) {
+  if (version.state === 'queued') return 'Waits for a free worker.';
+  const steps = version.total ? ` · ${count(version.done)} of ${count(version.total)}` : '';
+  return `${version.stage || 'starts'}${steps}`;
+}
+
+/**
+ * Where a version comes from, as pairs of a heading and its sentence.
+ *
+ * @param {ModelVersion} version
+ * @param {readonly ModelVersion[]} all
+ * @returns {[string, string][]}
+ */
+export function lineage(version, all) {
+  const {lineage: from} = version;
+  if (version.id === 'shipped') return [['Comes from', 'the engine: trained on public data, no corrections']];
+  const asked = from.asked ?? {};
+  const rows = /** @type {[string, string][]} */ ([]);
+  const parent = version.parent_id === null ? 'Shipped' : all.find(({id}) => id === version.parent_id)?.name ?? 'a version that was removed';
+  rows.push(['Made from', parent]);
+  const exports = names(asked.exports, (one) => one.name ?? one.artefact);
+  if (exports) rows.push(['Exports', exports]);
+  const edits = names(from.exports, editsOf);
+  if (edits) rows.push(['Corrections', edits]);
+  const folders = Object.entries(asked.folders ?? {}).map(([name, path]) => `${name.toUpperCase()} in ${path}`).join(', ');
+  if (folders) rows.push(['Data', folders]);
+  rows.push(['Parts', (from.parts ?? asked.parts ?? []).join(', ')]);
+  rows.push(['Seed', String(from.seed ?? asked.seed ?? 0)]);
+  const used = from.used;
+  if (used && typeof used.frames === 'number') rows.push(['Learned from', `${plural(used.signs ?? 0, 'sign')} in ${plural(used.frames, 'frame')} of ${videosOf(used.videos ?? [])}`]);
+  if (from.held_out?.by && from.held_out.by !== 'none') rows.push(['Held out', `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}`]);
+  return rows;
+}
+
+/** One video by its name, where it has one and is not only known by its hash. @param {string[]} videos */
+const videosOf = (videos) => (videos.length === 1 && !/^[0-9a-f]{64}$/.test(videos[0]) ? videos[0] : plural(videos.length, 'video'));
+
+/**
+ * @param {unknown} list
+ * @param {(one: any) => unknown} name
+ */
+const names = (list, name) => (Array.isArray(list) ? [...new Set(list.map((one) => String(name(one) ?? '')))].filter(Boolean).join(', ') : '');
+
+/** Which state of the corrections an export had. @param {any} about */
+function editsOf(about) {
+  const videos = Array.isArray(about?.videos) ? about.videos : [];
+  return videos.filter((/** @type {any} */ one) => typeof one?.edit_revision === 'number').map((/** @type {any} */ one) => `${one.name ?? 'a video'} up to edit ${one.edit_revision}`).join(', ');
+}

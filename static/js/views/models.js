@@ -1,0 +1,111 @@
+// @ts-check
+/** The screen of model versions: what they come from, what they are worth, which one is in use. */
+
+import {sentence} from '../api/errors.js';
+import {dropMade, openDialog, putModel, setModels} from '../store/actions/page.js';
+import {h, reconcile, setText} from './dom.js';
+import {emptyState, waiting} from './empty.js';
+import {plural} from './format.js';
+import {icon} from './icons.js';
+import {createModelCard} from './model-card.js';
+import {toast} from './toasts.js';
+
+/** @typedef {import('../types.js').ModelVersion} ModelVersion */
+
+/**
+ * @param {import('../page-types.js').App} app
+ * @returns {import('../page-types.js').View}
+ */
+export function createModels(app) {
+  const {store, api} = app;
+  const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  const total = h('span', {class: 'muted'});
+  const back = h('button', {class: 'btn', type: 'button', hidden: true, title: 'Take the last promotion back', onclick: () => void rollBack()}, icon('undo'), 'Roll back');
+  const list = h('ul', {class: 'model-list', 'aria-label': 'Model versions'});
+  const notice = h('div', {class: 'library-notice'}, waiting('The model versions are listed', {retry: load, signal}));
+  const element = h('div', {class: 'library'}, h('div', {class: 'library-inner page-inner'},
+    h('div', {class: 'library-head'}, h('h1', null, 'Models'), total, h('div', {class: 'grow'}), back,
+      h('button', {class: 'btn btn-primary', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'retrain'}))}, icon('run'), 'Retrain')),
+    h('p', {class: 'muted'}, 'New runs use the version that is in use; runs that exist keep theirs. A version never changes once it is made.'),
+    notice, list));
+  /** @type {WeakMap<HTMLElement, ReturnType<typeof createModelCard>>} */
+  const cards = new WeakMap();
+  /** @type {readonly ModelVersion[]|null} */
+  let shown = null;
+
+  const acts = {
+    promote: (/** @type {ModelVersion} */ version) => void act(async () => {
+      store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
+        title: `Use ${version.name}?`, confirm: 'Use it', text: 'New runs are made with it from now on. Roll back takes this back.',
+        run: async () => {
+          await api.changeModel(version.id, 'promote');
+          await load();
+          toast(`${version.name} is in use.`, {tone: 'good'});
+        },
+      }}));
+    }),
+    cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(await api.changeModel(version.id, 'cancel', {signal}))),
+    resume: (/** @type {ModelVersion} */ version) => void act(async () => put(await api.changeModel(version.id, 'resume', {signal}))),
+    remove: (/** @type {ModelVersion} */ version) => store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
+      title: 'Delete this version?', confirm: 'Delete', danger: true, text: `${version.name} and its files are deleted. They cannot be brought back.`, note: 'A version that runs were made with, or that others come from, stays.',
+      run: async () => {
+        await api.removeModel(version.id);
+        store.dispatch((now) => dropMade(now, version.id));
+        toast(`${version.name} was deleted.`);
+      },
+    }})),
+  };
+
+  /** @param {ModelVersion} version */
+  const put = (version) => store.dispatch((state) => putModel(state, version));
+
+  /** @param {() => Promise<void>} what */
+  async function act(what) {
+    try {
+      await what();
+    } catch (thrown) {
+      if (!signal.aborted) toast(sentence(thrown), {tone: 'bad'});
+    }
+  }
+
+  const rollBack = () => act(async () => {
+    const now = await api.rollBackModels({signal});
+    await load();
+    toast(`${now.name} is in use again.`, {tone: 'good'});
+  });
+
+  async function load() {
+    try {
+      const models = await api.models({signal: app.signal});
+      store.dispatch((state) => setModels(state, models));
+    } catch (thrown) {
+      if (signal.aborted) return;
+      notice.hidden = false;
+      notice.replaceChildren(emptyState({error: true, icon: 'alert', title: 'The model versions could not be listed', text: sentence(thrown),
+        actions: [h('button', {class: 'btn btn-primary', type: 'button', onclick: () => void load()}, icon('refresh'), 'Try again')]}));
+    }
+  }
+
+  void load();
+  return {
+    element,
+    update(state) {
+      const models = state.models;
+      if (models === null || models === shown) return;
+      shown = models;
+      notice.hidden = true;
+      setText(total, plural(models.length, 'version'));
+      back.hidden = models.find(({active}) => active)?.id === 'shipped';
+      reconcile(list, models, ({id}) => id, (version) => {
+        const card = createModelCard(version, acts);
+        cards.set(card.element, card);
+        return card.element;
+      }, (item, version) => cards.get(item)?.show(version, models));
+    },
+    destroy() {
+      ended.abort();
+      element.remove();
+    },
+  };
+}

@@ -1,0 +1,99 @@
+// @ts-check
+/** The frame that holds the viewer: one recording, a time cursor and a selection that follow each other. */
+
+import {h} from '../dom.js';
+import {readMessage} from './messages.js';
+
+/** @typedef {import('./messages.js').ToFrame} ToFrame */
+/** @typedef {import('./messages.js').FromFrame} FromFrame */
+/**
+ * @typedef {object} Stage
+ * @property {HTMLIFrameElement} element
+ * @property {(frame: number) => void} seek      ignored where the viewer is there already
+ * @property {(entity: string) => void} select
+ * @property {() => void} destroy
+ */
+
+/** Between two seeks while the cursor moves, ms; the newest counts. */
+const PAUSE = 60;
+const HEARD = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
+
+/**
+ * @param {object} options
+ * @param {string} options.version
+ * @param {string} options.url             of the recording
+ * @param {'light'|'dark'} options.theme
+ * @param {number} options.frame           where it opens
+ * @param {() => void} options.opened
+ * @param {(frame: number) => void} options.moved          a person has moved the viewer's time cursor
+ * @param {(entity: string|null, instance: number|null) => void} options.selected
+ * @param {(message: string) => void} options.failed
+ * @returns {Stage}
+ */
+export function createStage({version, url, theme, frame, opened, moved, selected, failed}) {
+  const ended = new AbortController();
+  const element = h('iframe', {class: 'recording-stage', src: '/rerun/viewer.html', title: 'Rerun viewer'});
+  let wanted = frame;
+  /** Where the viewer is, as far as it is known. @type {number|null} */
+  let there = null;
+  let open = false;
+  /** @type {string|null} */
+  let entity = null;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */
+  let timer;
+
+  /** @param {ToFrame} message */
+  const post = (message) => element.contentWindow?.postMessage(message, location.origin);
+
+  function flush() {
+    timer = undefined;
+    if (!open || ended.signal.aborted || wanted === there) return;
+    there = wanted;
+    post({type: 'seek', frame: wanted});
+    timer = setTimeout(flush, PAUSE);
+  }
+
+  /** @param {FromFrame} message */
+  function heard(message) {
+    if (message.type === 'ready') {
+      post({type: 'start', version, theme, url});
+    } else if (message.type === 'opened') {
+      open = true;
+      flush();
+      if (entity !== null) post({type: 'select', entity});
+      opened();
+    } else if (message.type === 'time') {
+      // Before the first seek has arrived, the viewer tells where it opens by itself.
+      if (!open || message.frame === there || timer !== undefined) return;
+      there = wanted = message.frame;
+      moved(message.frame);
+    } else if (message.type === 'selected') {
+      if (open) selected(message.entity, message.instance);
+    } else if (message.type === 'failed') {
+      failed(message.message);
+    }
+  }
+
+  addEventListener('message', (event) => {
+    if (event.origin !== location.origin || event.source !== element.contentWindow) return;
+    const message = readMessage(event.data, HEARD);
+    if (message) heard(/** @type {FromFrame} */ (message));
+  }, {signal: ended.signal});
+
+  return {
+    element,
+    seek(to) {
+      wanted = to;
+      if (timer === undefined) flush();
+    },
+    select(path) {
+      entity = path;
+      if (open) post({type: 'select', entity: path});
+    },
+    destroy() {
+      ended.abort();
+      clearTimeout(timer);
+      element.remove();
+    },
+  };
+}

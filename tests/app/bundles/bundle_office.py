@@ -1,0 +1,105 @@
+"""What tests of the tool's bundles share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from toy_server import Server
+
+from app.artefacts.service import ArtefactService
+from app.bundles.service import BundleService
+from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
+from app.jobs.tasks import TaskContext, task_of
+from app.storage.models import Artefact, TrackDocument
+
+FIRST, STOP = 46, 70
+"""The frames of the bundle; the second toy sign is in view in all of them."""
+LABEL, WRONG = 14, 3
+
+
+def box(toys: Any, frame: int) -> tuple[float, float, float, float]:
+    """The second sign as it was drawn."""
+    x1, y1, x2, y2 = toys.sign_box(frame % 40).tolist()
+    return x1, y1, x2, y2
+
+
+def store(home: Any, *documents: TrackDoc) -> None:
+    """Put documents into the database as if a person had made them."""
+    with home.database.write() as session:
+        for row in session.query(TrackDocument).filter(TrackDocument.run_id == home.run_id):
+            session.delete(row)
+        session.flush()
+        for doc in documents:
+            content = doc.model_dump(mode="json")
+            session.add(TrackDocument(run_id=home.run_id, key=doc.key, revision=max(1, doc.revision), document=content))
+
+
+def corrections(toys: Any) -> tuple[TrackDoc, ...]:
+    """Another label and two boxes for track 2, a missed sign elsewhere, and a note."""
+    note = Note(id="n1", frame=50, text="look at this", author="eve", time="2026-01-01T00:00:00+00:00")
+    keys = {
+        "40": KeyFrame(box=(1.0, 2.0, 11.0, 12.0), interpolate=True),
+        "56": KeyFrame(box=(17.0, 2.0, 27.0, 12.0), interpolate=True),
+        "62": KeyFrame(box=(23.0, 2.0, 33.0, 12.0), outside=True),
+    }
+    mine = TrackDoc(key="habcdef", revision=2, class_id=WRONG, keys=keys)
+    relabelled = TrackDoc(
+        key="m2",
+        revision=3,
+        class_id=WRONG,
+        segments=(Segment(track=2, first=44, last=74),),
+        keys={"50": KeyFrame(box=box(toys, 50)), "60": KeyFrame(box=box(toys, 60))},
+        notes=(note,),
+    )
+    return relabelled, mine
+
+
+def work(home: Any) -> Artefact:
+    """Do the next job as a worker would; the artefact that it made."""
+    with home.database.write() as session:
+        job = home.jobs.claim(session, home.jobs.waiting(session)[0])
+    assert job is not None
+    task = TaskContext(home.settings, home.database, home.events, home.jobs, job, lambda: False)
+    task_of(job.kind)(task)
+    with home.database.write() as session:
+        home.jobs.finish(session, job.id, job.token, "done")
+    return artefacts(home).get(job.subject)
+
+
+def artefacts(home: Any) -> ArtefactService:
+    """The service of a toy home."""
+    return ArtefactService(home.settings, home.database, home.events, home.jobs)
+
+
+def service(home: Any) -> BundleService:
+    """The service of a toy home."""
+    return BundleService(home.database, home.evidence, artefacts(home))
+
+
+class Bundled(NamedTuple):
+    """A finished bundle and where it comes from."""
+
+    home: Any
+    path: Path
+    summary: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def bundled(home: Any, toy_homes: Any) -> Bundled:
+    """The corrected toy drive as a bundle."""
+    store(home, *corrections(toy_homes.toys))
+    service(home).start(home.run_id, FIRST, STOP, note="reads as a stop sign")
+    made = work(home)
+    assert made.state == "complete", made.error
+    return Bundled(home, home.settings.home / made.path, made.summary)
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    """Another data folder with a server on it."""
+    made = Server(tmp_path / "other")
+    with made.client:
+        yield made

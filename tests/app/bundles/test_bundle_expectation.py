@@ -1,0 +1,95 @@
+"""What corrections say should have come out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bundle_office import LABEL, WRONG, box, corrections
+
+from app.bundles.expectation import expectation_of
+from app.edits.documents import KeyFrame, Segment, TrackDoc
+from tsr_engine.bundle import Expectation
+
+
+def expected(home: Any, *documents: TrackDoc, first: int = 46, stop: int = 70, keys: Any = ()) -> Expectation:
+    with home.reader() as reader:
+        return expectation_of(reader, {doc.key: doc for doc in documents}, first, stop, keys)
+
+
+def ids(expectation: Expectation) -> list[str]:
+    return [one.id for one in expectation.expected]
+
+
+def whole(track: int = 2, first: int = 44, last: int = 74, **more: Any) -> TrackDoc:
+    return TrackDoc(key=f"m{track}", segments=(Segment(track=track, first=first, last=last),), **more)
+
+
+def test_label_boxes_and_a_missed_sign(home: Any, toy_homes: Any) -> None:
+    found = expected(home, *corrections(toy_homes.toys))
+    assert ids(found) == ["habcdef.found", "habcdef.label", "m2.label", "m2.boxes"]
+    assert [one.class_id for one in found.expected] == [None, WRONG, WRONG, None]
+    assert found.expected[3].frames == [50, 60]
+    assert found.signs["m2"].frames == list(range(46, 70))
+    assert found.signs["m2"].boxes[4] == box(toy_homes.toys, 50)
+    assert found.signs["habcdef"].frames == list(range(46, 62))  # out of sight from 62 on
+    assert found.signs["habcdef"].boxes[0] == (7.0, 2.0, 17.0, 12.0)  # on the line between two key frames
+
+
+def test_only_some_tracks(home: Any, toy_homes: Any) -> None:
+    assert ids(expected(home, *corrections(toy_homes.toys), keys={"m2"})) == ["m2.label", "m2.boxes"]
+    assert ids(expected(home, *corrections(toy_homes.toys), keys={"m1"})) == []
+
+
+def test_what_is_no_sign(home: Any) -> None:
+    for document in (whole(not_a_sign=True), whole(review="rejected"), TrackDoc(key="m2", gone=True)):
+        found = expected(home, document)
+        assert ids(found) == ["m2.absent"]
+        assert found.signs["m2"].frames == list(range(46, 70))
+    assert ids(expected(home, TrackDoc(key="h1234567", gone=True))) == []
+
+
+def test_deleted_from_a_frame_on(home: Any) -> None:
+    found = expected(home, whole(last=55))
+    assert ids(found) == ["m2 cut.absent"]
+    assert found.signs["m2 cut"].frames == list(range(56, 70))
+
+
+def test_a_second_track_on_a_sign_that_stays(home: Any, toy_homes: Any) -> None:
+    own = TrackDoc(
+        key="h1234567",
+        keys={str(k): KeyFrame(box=box(toy_homes.toys, k)) for k in range(46, 70)},
+    )
+    found = expected(home, TrackDoc(key="m2", gone=True), own)
+    assert ids(found) == ["h1234567.found", "h1234567.one"]
+
+
+def test_merged_and_split(home: Any) -> None:
+    merged = TrackDoc(key="m1", segments=(Segment(track=1, first=4, last=50), Segment(track=2, first=51, last=74)))
+    gone = TrackDoc(key="m2", gone=True, merged_into="m1")
+    assert ids(expected(home, merged, gone)) == ["m1.one"]
+    halves = whole(last=57), TrackDoc(key="h7654321", segments=(Segment(track=2, first=58, last=74),))
+    found = expected(home, *halves)
+    assert ids(found) == ["h7654321.apart.m2"]
+    assert (found.signs["m2"].frames[-1], found.signs["h7654321"].frames[0]) == (57, 58)
+
+
+def test_accepted_tracks_must_stay_as_they_are(home: Any) -> None:
+    found = expected(home, whole(review="accepted"))
+    assert ids(found) == ["m2.found", "m2.label"]
+    assert found.expected[1].class_id == LABEL
+
+
+def test_hidden_frames_ask_for_nothing(home: Any, toy_homes: Any) -> None:
+    keys = {
+        "50": KeyFrame(box=box(toy_homes.toys, 50), occluded=True),
+        "60": KeyFrame(box=box(toy_homes.toys, 60)),
+    }
+    found = expected(home, whole(keys=keys))
+    assert found.signs["m2"].hidden == list(range(50, 60))
+    assert [one.frames for one in found.expected] == [[60]]
+
+
+def test_nothing_said_nothing_expected(home: Any) -> None:
+    assert expected(home) == Expectation()
+    assert ids(expected(home, whole())) == []
+    assert ids(expected(home, *(whole(class_id=WRONG),), first=0, stop=40)) == []

@@ -1,0 +1,223 @@
+"""A bundle in a second data folder: everything is there under the clip's numbers, or nothing is there at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bundle_office import FIRST, STOP, WRONG, Bundled
+from import_now import work_off
+from toy_server import Server
+
+from app.edits.commands import Undo
+from app.storage.models import Run, Video
+from tsr_engine.bundle import bundle_params, make_bundle, open_bundle, replay_bundle
+from tsr_engine.bundle.make import BundleRequest
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.video import open_video
+
+START = 3
+"""Frame of the drive that the engine starts with."""
+
+
+def bring_in(server: Server, path: Path) -> Any:
+    return server.client.post("/api/bundles", content=path.read_bytes())
+
+
+def counts(server: Server) -> tuple[int, int]:
+    with server.context.database.read() as session:
+        return session.query(Video).count(), session.query(Run).count()
+
+
+def rubbish(server: Server) -> list[str]:
+    home = server.settings.home
+    return [str(p.relative_to(home)) for place in ("runs", "uploads") for p in (home / place).glob("*")]
+
+
+def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_homes: Any) -> None:
+    answer = bring_in(server, bundled.path)
+    assert answer.status_code == 201, answer.text
+    told = answer.json()
+    report, run_id, video_id = told["report"], told["run"]["id"], told["video"]["id"]
+    offset = report["offset"]
+    assert offset == 0  # the only key frame of the drive is its first
+    assert (report["first"], report["stop"]) == (FIRST - offset, STOP - offset)
+    assert (report["note"], report["corrections"], report["other_pictures"]) == ("reads as a stop sign", 2, 0)
+    assert [one["met"] for one in report["expected"]] == [False, False, False, True]
+    assert (told["run"]["kind"], told["run"]["state"], told["run"]["first"]) == ("engine", "complete", START)
+    assert told["run"]["parameters"] == {"tau": 3.0}
+    work_off(server.context, "import")
+    view = server.client.get(f"/api/videos/{video_id}").json()
+    assert (view["state"], view["missing"], view["name"]) == ("ready", False, "drive 46-69.mp4")
+
+    # the evidence is the run's
+    folder = server.settings.home / "runs" / run_id
+    with EvidenceReader(folder) as ours, bundled.home.reader() as theirs:
+        assert (ours.first_frame, ours.last_frame, ours.header.video.sha256) == (START, STOP - 1, video_id)
+        for a, b in zip(ours.frames(), theirs.frames(START, STOP), strict=True):
+            assert a.ordinal == b.ordinal - offset
+            for x, y in zip(a.tracks, b.tracks, strict=True):
+                assert (x.track_id, x.source, x.state) == (y.track_id, y.source, y.state)
+                assert np.array_equal(x.box, y.box)
+            assert len(a.regions) == len(b.regions)
+
+    # and the corrections are edits, which one undo takes back
+    annotation = server.client.get(f"/api/runs/{run_id}/annotation").json()
+    documents = {document["key"]: document for document in annotation["docs"]}
+    assert set(documents) == {"habcdef", "m2"}
+    assert documents["m2"]["class_id"] == WRONG
+    assert documents["m2"]["notes"][0]["text"] == "look at this"
+    assert sorted(documents["habcdef"]["keys"], key=int) == ["40", "56", "62"]
+    assert annotation["undo"]["name"] == "import_bundle"
+    edits = server.context.edits
+    undo = Undo(name="undo", op_id=annotation["undo"]["op_id"])
+    back = edits.apply(run_id, "undo-of-the-import", "ada", undo, None)
+    assert {doc.key: (doc.class_id, doc.gone) for doc in back.docs} == {"habcdef": (WRONG, True), "m2": (None, False)}
+
+    # a bundle of the imported run replays like the first
+    with server.context.database.read() as session:
+        clip = Path(session.get_one(Video, video_id).path)
+    again = make_bundle(BundleRequest(folder, clip, tmp_path / "second.zip", FIRST, STOP, recording=False))
+    with open_bundle(again.path) as bundle:
+        params, _ = bundle_params(bundle)
+        replayed = replay_bundle(bundle, params, toy_homes.toys.components(params))
+    assert replayed.same
+    assert replayed.identical == STOP - FIRST, replayed.first_difference
+
+
+def test_numbers_of_the_clip_where_it_begins_later(
+    bundled: Bundled, server: Server, toy_homes: Any, tmp_path: Path
+) -> None:
+    """A drive with many key frames: the clip begins in the middle, and everything is moved with it."""
+    from fractions import Fraction
+
+    from app.edits.documents import KeyFrame, Segment, TrackDoc
+    from tsr_engine.io.video_writer import VideoWriter
+    from tsr_engine.runs import RunRequest, track_video
+
+    toys = toy_homes.toys
+    video = tmp_path / "keys.mp4"
+    with VideoWriter(video, toys.WIDTH, toys.HEIGHT, Fraction(25), keys=8) as writer:
+        for k in range(66):
+            writer.write(toys.drive_picture(k))
+    track_video(RunRequest(video, toys.PARAMS, tmp_path / "run", start=38), toys.components(toys.PARAMS))
+    with EvidenceReader(tmp_path / "run") as reader:
+        tracks = [track for track in reader.tracks() if track.confirmed]
+        quiet = reader.quiet_frame(before=50)
+    assert quiet is not None
+    first, stop = quiet + 4, quiet + 14
+    last = tracks[-1]
+    document = TrackDoc(
+        key=f"m{last.track_id}",
+        class_id=WRONG,
+        segments=(Segment(track=last.track_id, first=last.first_frame, last=last.last_frame),),
+        keys={str(first + 1): KeyFrame(box=(5.0, 5.0, 20.0, 20.0))},
+    )
+    corrections = {"documents": [document.model_dump(mode="json")]}
+    made = make_bundle(
+        BundleRequest(
+            tmp_path / "run", video, tmp_path / "b.zip", first, stop, corrections=corrections, recording=False
+        )
+    )
+    told = bring_in(server, made.path).json()
+    offset = told["report"]["offset"]
+    assert 0 < offset <= quiet
+    assert offset % 8 == 0
+    assert (told["run"]["first"], told["run"]["stop"]) == (quiet - offset, stop - offset)
+    documents = server.client.get(f"/api/runs/{told['run']['id']}/annotation").json()["docs"]
+    assert list(documents[0]["keys"]) == [str(first + 1 - offset)]
+    assert documents[0]["segments"][0]["last"] == min(last.last_frame, stop - 1) - offset
+    with server.context.database.read() as session:
+        clip = Path(session.get_one(Video, told["video"]["id"]).path)
+    with open_video(clip) as ours, open_video(video) as theirs:
+        assert np.array_equal(ours.read(first - offset).picture, theirs.read(first).picture)
+
+
+def test_twice_is_one_video_with_two_runs(bundled: Bundled, server: Server) -> None:
+    one, two = bring_in(server, bundled.path).json(), bring_in(server, bundled.path).json()
+    assert one["video"]["id"] == two["video"]["id"]
+    assert one["run"]["id"] != two["run"]["id"]
+    assert counts(server) == (1, 2)
+
+
+def changed(bundled: Bundled, out: Path, change: Callable[[dict[str, bytes]], None]) -> Path:
+    with zipfile.ZipFile(bundled.path) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    change(content)
+    manifest = json.loads(content["manifest.json"])
+    files = [(name, data) for name, data in sorted(content.items()) if name != "manifest.json"]
+    manifest["files"] = [{"name": n, "size": len(d), "sha256": hashlib.sha256(d).hexdigest()} for n, d in files]
+    manifest["clip"]["sha256"] = hashlib.sha256(content["clip.mp4"]).hexdigest()
+    content["manifest.json"] = json.dumps(manifest).encode()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in content.items():
+            archive.writestr(name, data)
+    return out
+
+
+def no_video(content: dict[str, bytes]) -> None:
+    content["clip.mp4"] = b"\0\0\0\x18ftypmp42" + bytes(500)
+
+
+def slip(content: dict[str, bytes]) -> None:
+    content["../../escaped"] = b"x"
+
+
+def no_document(content: dict[str, bytes]) -> None:
+    content["corrections.json"] = b'{"format": 1, "documents": [{"key": "m1; drop table"}]}'
+
+
+def no_database(content: dict[str, bytes]) -> None:
+    content["evidence/evidence.sqlite"] = b"SQLite format 3\0" + bytes(4000)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (no_video, "clip.mp4"),
+        (slip, "leads out of its folder"),
+        (no_document, "corrections.json, document 0.key"),
+        (no_database, "evidence"),
+    ],
+)
+def test_nothing_is_half_imported(bundled: Bundled, server: Server, tmp_path: Path, change: Any, words: str) -> None:
+    answer = bring_in(server, changed(bundled, tmp_path / "bad.zip", change))
+    assert answer.status_code == 422, answer.text
+    error = answer.json()["error"]
+    assert error["code"] == "bad_bundle"
+    assert words in error["message"]
+    assert error["message"].endswith("Nothing was imported.")
+    assert str(server.settings.home) not in error["message"]
+    assert counts(server) == (0, 0)
+    assert rubbish(server) == []
+    assert not list(tmp_path.rglob("escaped"))
+
+
+def test_bodies_that_are_none(server: Server) -> None:
+    assert server.client.post("/api/bundles", content=b"").status_code == 422
+    answer = server.client.post("/api/bundles", content=b"hello")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (422, "bad_bundle")
+    assert server.stranger().post("/api/bundles", content=b"hello").status_code == 401
+    assert rubbish(server) == []
+
+
+def test_asked_for_over_http(bundled: Bundled) -> None:
+    home = bundled.home
+    made = Server(home.settings.home, roots=(home.video.parent,))
+    with made.client as client:
+        url = f"/api/runs/{home.run_id}/bundles"
+        answer = client.post(url, json={"first": 60, "stop": 64, "note": "here", "tracks": ["m2"]})
+        assert answer.status_code == 202, answer.text
+        assert answer.json()["options"]["tracks"] == ["m2"]
+        assert client.post(f"/api/artefacts/{answer.json()['id']}/cancel").status_code == 202
+        assert client.post(url, json={"first": 60}).status_code == 422
+        listed = client.get("/api/artefacts?kind=bundle").json()["artefacts"]
+        done = next(one for one in listed if one["state"] == "complete")
+        content = client.get(f"/api/artefacts/{done['id']}/download").content
+    assert content == bundled.path.read_bytes()

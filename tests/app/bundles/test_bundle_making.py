@@ -1,0 +1,120 @@
+"""A bundle of the tool's run: asked for, made, downloaded, replayed; also from the command line."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bundle_office import FIRST, STOP, Bundled, artefacts, corrections, service, store
+
+from app.cli.main import run
+from app.errors import Conflict, Invalid, NotFound
+from app.storage.models import Artefact, Run
+from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
+
+
+def test_what_was_made(bundled: Bundled) -> None:
+    summary = bundled.summary
+    assert (summary["first"], summary["stop"], summary["lead_in"]) == (FIRST, STOP, FIRST - 3)
+    assert [(one["id"], one["met"]) for one in summary["expected"]] == [
+        ("habcdef.found", False),
+        ("habcdef.label", False),
+        ("m2.label", False),
+        ("m2.boxes", True),
+    ]
+    with zipfile.ZipFile(bundled.path) as archive:
+        documents = json.loads(archive.read("corrections.json"))["documents"]
+        readme = " ".join(archive.read("README.txt").decode().split())
+        assert archive.read("recording.rrd")[:4] == b"RRF2"
+    assert [document["key"] for document in documents] == ["habcdef", "m2"]
+    assert "reads as a stop sign" in readme
+    assert "did not come true" in readme
+
+
+def test_it_replays_on_another_machine(bundled: Bundled, toy_homes: Any) -> None:
+    with open_bundle(bundled.path) as bundle:
+        params, strange = bundle_params(bundle)
+        report = replay_bundle(bundle, params, toy_homes.toys.components(params))
+    assert (strange, report.changed) == ([], [])
+    assert (report.verdict, report.identical, report.judged) == ("still broken", 24, 24)
+    assert [one.word for one in report.outcomes] == ["still broken", "still broken", "still broken", "right"]
+
+
+@pytest.mark.parametrize(
+    ("first", "stop", "tracks", "field"),
+    [
+        (5, 5, [], "stop"),
+        (0, 3001, [], "stop"),
+        (0, 76, [], "stop"),
+        (0, 9, ["m99"], "tracks"),
+        (0, 9, ["h123456"], "tracks"),
+    ],
+)
+def test_what_cannot_be_asked(home: Any, first: int, stop: int, tracks: list[str], field: str) -> None:
+    with pytest.raises(Invalid) as caught:
+        service(home).start(home.run_id, first, stop, tracks=tracks)
+    assert caught.value.field == field
+
+
+def test_runs_that_cannot_be_packed(home: Any) -> None:
+    with pytest.raises(NotFound):
+        service(home).start("0" * 32, 0, 5)
+    imported = home.add_run(kind="imported", folder=f"runs/{home.run_id}")
+    with pytest.raises(Conflict, match="another program"):
+        service(home).start(imported, 0, 5)
+    running = home.add_run(state="running", folder=f"runs/{home.run_id}")
+    with pytest.raises(Conflict, match="still running"):
+        service(home).start(running, 0, 5)
+    with home.database.write() as session:
+        for run_id in (imported, running):
+            session.delete(session.get_one(Run, run_id))
+
+
+def test_the_command_line_makes_the_same(bundled: Bundled, tmp_path: Path, capfd: Any) -> None:
+    home, out = bundled.home, tmp_path / "bug.zip"
+    asked = ["bundle", home.run_id, "--home", str(home.settings.home), "--frames", f"{FIRST}:{STOP}", "--out", str(out)]
+    assert run([*asked, "--note", "reads as a stop sign", "--json", "--no-recording"]) == 0
+    told = json.loads(capfd.readouterr().out)
+    assert [one["met"] for one in told["expected"]] == [False, False, False, True]
+    with zipfile.ZipFile(out) as ours, zipfile.ZipFile(bundled.path) as theirs:
+        for name in ("clip.mp4", "evidence/evidence.sqlite", "expectation.json", "corrections.json", "output.csv"):
+            assert ours.read(name) == theirs.read(name), name
+
+
+def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any) -> None:
+    import shutil
+
+    bare, out = tmp_path / "run1", tmp_path / "bug.zip"
+    shutil.copytree(home.folder, bare)
+    expect = tmp_path / "expectation.json"
+    signs = {"s": {"frames": [48], "boxes": [[0, 0, 20, 20]]}}
+    expect.write_text(json.dumps({"signs": signs, "expected": [{"id": "a", "kind": "found", "sign": "s"}]}))
+    asked = ["bundle", str(bare), "--frames", "46:50", "--out", str(out), "--no-recording"]
+    assert run([*asked, "--expect", str(expect)]) == 3
+    assert "--video" in capfd.readouterr().err
+    assert run([*asked, "--video", str(home.video), "--expect", str(expect)]) == 0
+    assert "WRONG: The sign s (frame 48) is found" in capfd.readouterr().out
+    assert run([*asked, "--video", str(home.video), "--track", "m77"]) == 2
+    assert "no track 'm77'" in capfd.readouterr().err
+
+
+def test_a_video_that_is_gone(toy_homes: Any, tmp_path: Path) -> None:
+    home = toy_homes.make_home(tmp_path, 20)
+    home.video.unlink()
+    with pytest.raises(Conflict, match="not there any more"):
+        service(home).start(home.run_id, 0, 9)
+    home.evidence.close()
+    home.database.close()
+
+
+def test_removed_with_its_file(bundled: Bundled, toy_homes: Any) -> None:
+    home = bundled.home
+    store(home, *corrections(toy_homes.toys))
+    asked = service(home).start(home.run_id, 60, 64, tracks=["m2"])
+    assert (asked.kind, asked.state, asked.name) == ("bundle", "queued", "drive_60-63_bug.zip")
+    artefacts(home).cancel(asked.id)
+    with home.database.read() as session:
+        assert session.get_one(Artefact, asked.id).state == "cancelled"

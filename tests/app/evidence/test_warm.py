@@ -1,0 +1,77 @@
+"""Answers about whole runs: made once, however many ask, and ahead of the first who does."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import app.evidence.service as service
+from app.evidence.service import EvidenceService
+from app.settings import Settings
+from app.storage.database import Database
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Each time that a lane or the tracks are worked out."""
+    calls: list[str] = []
+
+    def counting(name: str) -> Any:
+        plain = getattr(service, name)
+
+        def slowly(reader: Any) -> Any:
+            calls.append(name)
+            time.sleep(0.2)
+            return plain(reader)
+
+        return slowly
+
+    for name in ("lane_columns", "track_facts"):
+        monkeypatch.setattr(service, name, counting(name))
+    return calls
+
+
+def test_many_who_ask_at_once_share_one_answer(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
+    made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
+    settings = Settings(home=tmp_path)
+    database = Database(settings.database)
+    evidence = EvidenceService(settings, database)
+    answers: list[bytes] = []
+    threads = [threading.Thread(target=lambda: answers.append(evidence.lanes(made.run_id))) for _ in range(5)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(30)
+    assert len(answers) == 5
+    assert len(set(answers)) == 1
+    assert counted == ["lane_columns"]
+    evidence.close()
+    database.close()
+
+
+def test_the_newest_run_is_ready_before_it_is_opened(long_runs: Any, tmp_path: Path, counted: list[str]) -> None:
+    settings = Settings(home=tmp_path)
+    made = long_runs.make_long_run(tmp_path, frames=200, tracks=6)
+    database = Database(settings.database)
+    evidence = EvidenceService(settings, database)
+    evidence.warm()
+    assert sorted(counted) == ["lane_columns", "track_facts"]
+    evidence.lanes(made.run_id)
+    evidence.tracks(made.run_id)
+    assert len(counted) == 2
+    evidence.close()
+    database.close()
+
+
+def test_nothing_to_make_ready(tmp_path: Path) -> None:
+    settings = Settings(home=tmp_path)
+    database = Database(settings.database)
+    database.migrate(tmp_path / "backups")
+    evidence = EvidenceService(settings, database)
+    evidence.warm()
+    evidence.close()
+    database.close()

@@ -1,0 +1,40 @@
+"""A toy run, tracked once; each test has a copy with a server on it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parent))
+
+from exchange_desk import Desk, open_desk
+from toy_home import ToyHome, make_home
+
+
+@pytest.fixture(scope="session")
+def tracked(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
+    """The home that is copied."""
+    made = make_home(tmp_path_factory.mktemp("exchange"))
+    made.evidence.close()
+    made.database.close()
+    return made
+
+
+@pytest.fixture
+def desk(tracked: ToyHome, tmp_path: Path) -> Iterator[Desk]:
+    """A served copy."""
+    made = open_desk(tracked, tmp_path)
+    with made.server.client:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def untouched(tracked: ToyHome, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    """A served copy that no test changes."""
+    made = open_desk(tracked, tmp_path_factory.mktemp("untouched"))
+    with made.server.client:
+        yield made

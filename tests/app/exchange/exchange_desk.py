@@ -1,0 +1,147 @@
+"""A served toy home for tests of exports and imports, and what they ask of it."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from import_now import work_off
+from toy_home import ToyHome
+from toy_server import Server
+
+from app.exchange.dataset import dataset_of, home_source
+from tsr_engine.exchange.dataset import Dataset, Track
+
+CLOSE = 0.02
+"""What two decimals lose, px."""
+
+
+@dataclass
+class Desk:
+    """The server and the run that it holds."""
+
+    server: Server
+    video_id: str
+    run_id: str
+
+    @property
+    def home(self) -> Path:
+        """The data folder."""
+        return self.server.settings.home
+
+    def post(self, path: str, body: Any = None, **more: Any) -> Any:
+        """The JSON answer of a request that must succeed."""
+        answer = self.server.client.post(path, json=body, **more)
+        assert answer.status_code < 300, answer.text
+        return answer.json()
+
+    def get(self, path: str) -> Any:
+        """The same for reading."""
+        answer = self.server.client.get(path)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def edit(self, command: dict[str, Any], revisions: dict[str, int]) -> Any:
+        """Carry out one command."""
+        body = {"op_id": np.random.default_rng().bytes(12).hex(), "author": "ada", "command": command}
+        tag = ", ".join(f'"{key}:{revision}"' for key, revision in revisions.items())
+        return self.post(f"/api/runs/{self.run_id}/edits", body, headers={"If-Match": tag} if tag else {})
+
+    def export(self, **request: Any) -> Any:
+        """Ask for an export and make it here; the finished artefact."""
+        asked = {"runs": [self.run_id], "format": "cvat-video", **request}
+        artefact = self.post("/api/exports", asked)
+        work_off(self.server.context, "export")
+        return self.get(f"/api/artefacts/{artefact['id']}")
+
+    def download(self, artefact: Any) -> bytes:
+        """The file."""
+        answer = self.server.client.get(f"/api/artefacts/{artefact['id']}/download")
+        assert answer.status_code == 200, answer.text
+        return answer.content
+
+    def bring_in(self, content: bytes, kind: str, **query: Any) -> Any:
+        """Import."""
+        answer = self.try_import(content, kind, **query)
+        assert answer.status_code == 201, answer.text
+        return answer.json()
+
+    def try_import(self, content: bytes, kind: str, **query: Any) -> Any:
+        """Import, or the refusal."""
+        asked = {"as": kind, **query}
+        if kind == "annotation":
+            asked.setdefault("run", self.run_id)
+        return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=asked, content=content)
+
+    def dataset(self, run_id: str | None = None) -> Dataset:
+        """A run as it would be exported now."""
+        with self.server.context.database.read() as session:
+            return dataset_of([home_source(session, self.home, run_id or self.run_id)])
+
+    def tracks(self, run_id: str | None = None) -> dict[str, Track]:
+        """Its tracks by name."""
+        return {track.uid: track for track in self.dataset(run_id).videos[0].tracks()}
+
+    def correct(self) -> None:
+        """Move a box, relabel, hide, reject, draw a track, write a note."""
+        track = self.tracks()["m1"]
+        middle = int(track.frames[len(track.frames) // 2])
+        box = (track.boxes[len(track.frames) // 2] + [1.5, 2.25, 2.5, 3.75]).tolist()
+        self.edit({"name": "set_box", "key": "m1", "frame": middle, "box": box}, {"m1": 0})
+        self.edit({"name": "relabel_track", "key": "m1", "frame": middle, "class_id": 13}, {"m1": 1})
+        self.edit({"name": "set_occluded", "key": "m1", "frame": middle + 2, "value": True}, {"m1": 2})
+        note = {"name": "add_note", "key": "m1", "frame": middle, "note_id": "n1", "text": "bent <sign> & co"}
+        self.edit(note, {"m1": 3})
+        self.edit({"name": "set_review", "key": "m2", "frame": 1, "review": "rejected"}, {"m2": 0})
+        drawn = {"key": "hdrawn01"}
+        self.edit({"name": "create_track", **drawn, "frame": 5, "box": [20, 30, 44, 52], "class_id": 1}, {})
+        self.edit({"name": "set_box", **drawn, "frame": 11, "box": [26.5, 33.25, 50, 58]}, {"hdrawn01": 1})
+        self.edit({"name": "set_outside", **drawn, "frame": 12, "value": True}, {"hdrawn01": 2})
+        self.edit({"name": "set_box", **drawn, "frame": 15, "box": [30, 36, 56, 62]}, {"hdrawn01": 3})
+
+
+def open_desk(made: ToyHome, folder: Path) -> Desk:
+    """A server on a copy of a home."""
+    shutil.copytree(made.settings.home, folder / "home")
+    return Desk(Server(folder / "home", roots=(made.video.parent,)), made.video_id, made.run_id)
+
+
+def unzipped(content: bytes) -> dict[str, bytes]:
+    """Files of an archive."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def manifest_of(content: bytes) -> Any:
+    """The manifest in an export."""
+    return json.loads(unzipped(content)["manifest.json"])
+
+
+def visible(track: Track, width: int, height: int) -> Track:
+    """The track cut at the edges of the picture, as importers do."""
+    from dataclasses import replace
+
+    from tsr_engine.exchange.filters import part_of
+
+    boxes = np.clip(track.boxes, 0, [width, height, width, height])
+    inside = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
+    part = part_of(replace(track, boxes=boxes), inside)
+    assert part is not None
+    return part
+
+
+def assert_same_track(found: Track, wanted: Track, close: float = CLOSE) -> None:
+    """Frames, boxes, classes and what is hidden are equal."""
+    np.testing.assert_array_equal(found.frames, wanted.frames)
+    np.testing.assert_allclose(found.boxes, wanted.boxes, atol=close)
+    np.testing.assert_array_equal(found.occluded, wanted.occluded)
+    for frame in range(len(found.frames)):
+        ours = found.label if found.labels is None else found.labels[frame]
+        theirs = wanted.label if wanted.labels is None else wanted.labels[frame]
+        assert ours == theirs

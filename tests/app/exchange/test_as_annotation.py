@@ -1,0 +1,169 @@
+"""Tracks of a file as documents: they show what the file says, with few key frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exchange_desk import assert_same_track
+
+from app.edits.documents import TrackDoc, engine_doc
+from app.edits.effective import effective_track
+from app.exchange.as_annotation import annotate
+from app.exchange.as_truth import track_numbers, truth_rows
+from tsr_engine.exchange.dataset import Track
+
+SIZE = (320, 240)
+
+
+def line(uid: str = "t1", frames: range | list[int] = range(10), label: int = 14, **more: object) -> Track:
+    """A sign that grows evenly."""
+    at = np.array(list(frames), np.int64)
+    boxes = np.column_stack([50 - at, 60 - at, 70 + at * 1.5, 80 + at * 1.25]).astype(np.float64)
+    none = np.zeros(len(at), np.bool_)
+    track = Track(uid, label, at, boxes, ~none, none, np.full(len(at), np.nan))
+    return replace(track, **more)  # type: ignore[arg-type]
+
+
+def shown(document: TrackDoc) -> Track:
+    """What a document shows."""
+    nothing = np.zeros(0, np.int64), np.zeros((0, 4))
+    found = effective_track(document, lambda _: nothing)
+    n = len(found.frame)
+    return Track(
+        document.key,
+        -1 if document.class_id is None else document.class_id,
+        found.frame,
+        found.boxes,
+        np.zeros(n, np.bool_),
+        found.occluded,
+        np.full(n, np.nan),
+        labels=np.where(found.class_id < 0, -1, found.class_id),
+    )
+
+
+def only(tracks: list[Track]) -> TrackDoc:
+    """The one document that they make."""
+    found = annotate(tracks, {}, {}, "ada", SIZE)
+    assert (found.made, found.changed, found.same) == (1, 0, 0)
+    return next(iter(found.documents.values()))
+
+
+def test_a_dense_track_is_thinned_and_shows_the_same() -> None:
+    track = line(frames=range(40))
+    document = only([track])
+    assert len(document.keys) == 2, "a straight line needs its ends only"
+    assert_same_track(shown(document), track, 0.5)
+    noisy = replace(track, boxes=track.boxes + np.random.default_rng(1).normal(0, 0.1, track.boxes.shape))
+    document = only([noisy])
+    assert 2 <= len(document.keys) < 20
+    assert_same_track(shown(document), noisy, 0.5 + 1e-9)
+
+
+def test_key_frames_of_the_file_stay_key_frames() -> None:
+    key = np.zeros(10, np.bool_)
+    key[[0, 4, 9]] = True
+    assert only([line(key=key)]).frames() == [0, 4, 9]
+
+
+def test_gaps_stay_gaps() -> None:
+    track = line(frames=[3, 4, 5, 9, 10, 11, 20])
+    assert_same_track(shown(only([track])), track, 0.5)
+
+
+def test_hidden_frames_and_labels_of_their_own_stay() -> None:
+    hidden = np.zeros(10, np.bool_)
+    hidden[4:7] = True
+    labels = np.full(10, 14)
+    labels[[2, 3, 8]] = 9
+    track = line(occluded=hidden, labels=labels)
+    assert_same_track(shown(only([track])), track, 0.5)
+
+
+def test_a_state_and_notes_come_along() -> None:
+    document = only([line(state="accepted", notes=((3, "bent"), (4, "")))])
+    assert document.review == "accepted"
+    assert [(note.frame, note.text, note.author) for note in document.notes] == [(3, "bent", "ada")]
+    assert only([line(state="truth", label=-1)]).class_id is None
+
+
+def test_regions_to_ignore_are_left_out_and_told() -> None:
+    ignore = np.zeros(10, np.bool_)
+    ignore[3:] = True
+    found = annotate([line(ignore=ignore), line("t2", ignore=~np.zeros(10, np.bool_))], {}, {}, "ada", SIZE)
+    assert [shown(document).frames.tolist() for document in found.documents.values()] == [[0, 1, 2]]
+    assert found.skipped[0].what == "17 boxes that are to be ignored"
+
+
+def test_a_track_that_shows_it_already_is_let_alone() -> None:
+    track = line("m7")
+    rounded = replace(track, boxes=np.round(track.boxes + 0.004, 2))
+    there = {"m7": engine_doc(7, 0, 9)}
+    assert annotate([rounded], {"m7": track}, there, "ada", SIZE).same == 1
+    unlabelled = replace(rounded, label=-1)
+    assert annotate([unlabelled], {"m7": track}, there, "ada", SIZE).same == 1, "no word about the class"
+    outside = replace(track, boxes=track.boxes - [100, 0, 60, 0])
+    cut = replace(outside, boxes=np.clip(outside.boxes, 0, 320))
+    assert annotate([cut], {"m7": outside}, there, "ada", SIZE).same == 1, "importers cut at the picture's edge"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"label": 13},
+        {"boxes": line().boxes + 0.2},
+        {"occluded": np.ones(10, np.bool_)},
+        {"state": "accepted"},
+        {"frames": np.arange(1, 11)},
+    ],
+    ids=["label", "box", "hidden", "state", "frames"],
+)
+def test_a_track_of_the_run_takes_over_what_the_file_says(change: dict[str, object]) -> None:
+    before = TrackDoc(key="m7", revision=4, review="needs_work", not_a_sign=False)
+    track = replace(line("m7"), **change)  # type: ignore[arg-type]
+    found = annotate([track], {"m7": line("m7")}, {"m7": before}, "ada", SIZE)
+    assert (found.changed, found.made, list(found.documents)) == (1, 0, ["m7"])
+    assert_same_track(shown(found.documents["m7"]), track, 0.5)
+    assert found.documents["m7"].review == ("accepted" if track.state == "accepted" else "needs_work")
+
+
+def test_a_stranger_that_lies_on_a_track_is_about_it() -> None:
+    run = {"m7": line("m7"), "m8": replace(line("m8"), boxes=line().boxes + 100)}
+    near = replace(line("a"), boxes=line().boxes + 2, label=3)
+    late = line("b", frames=range(6, 10))
+    far = replace(line("c"), boxes=line().boxes + 40)
+    found = annotate([late, near, far], run, {}, "ada", SIZE)
+    assert (found.changed, found.made, found.same) == (1, 2, 0), "one to one: the one with most frames in common"
+    assert "m7" in found.documents
+    assert found.documents["m7"].class_id == 3
+    assert "m8" not in found.documents
+    rejected = {"m7": replace(run["m7"], state="rejected")}
+    assert annotate([near], rejected, {}, "ada", SIZE).made == 1, "what was judged to be no sign is not brought back"
+
+
+def test_two_tracks_of_one_name_do_not_overwrite_each_other() -> None:
+    found = annotate([line("m7", label=3), line("m7", label=4)], {"m7": line("m7")}, {}, "ada", SIZE)
+    assert len(found.documents) == 2
+
+
+def test_numbers_of_truth_follow_the_names() -> None:
+    assert track_numbers(["m7", "t007", "12", "abc", "x1y", "m1"]) == {
+        "m7": 7,
+        "t007": 2,
+        "12": 12,
+        "abc": 3,
+        "x1y": 4,
+        "m1": 1,
+    }
+
+
+def test_truth_rows_hold_everything_that_truth_can_hold() -> None:
+    hidden, ignore = np.arange(10) == 3, np.arange(10) == 4
+    rows = truth_rows([line("m2", label=-1, ignore=ignore), line("m1", occluded=hidden)])
+    assert rows.shape == (20, 9)
+    assert rows[:, 0].tolist() == sorted([*range(10)] * 2)
+    assert rows[:2, 1].tolist() == [1, 2]
+    assert rows[rows[:, 1] == 1][:, 7].tolist() == [0.0 if k == 3 else 1.0 for k in range(10)]
+    assert rows[rows[:, 1] == 2][:, 8].tolist() == [1.0 if k == 4 else 0.0 for k in range(10)]
+    assert truth_rows([]).shape == (0, 9)

@@ -1,0 +1,210 @@
+"""``tsr export``, ``tsr import``, ``tsr formats``: one sentence and a fixed exit code for what goes wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from exchange_desk import Desk, assert_same_track, visible
+from toy_home import ToyHome
+
+from app.cli.main import run as tsr
+from tsr_engine.exchange.registry import FORMATS
+
+
+@pytest.fixture
+def home(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A data folder with corrections; no setting of the machine counts."""
+    for name in [name for name in os.environ if name.startswith("TSR_")]:
+        monkeypatch.delenv(name)
+    desk.correct()
+    return desk.home
+
+
+def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    """What a command that succeeds prints as JSON."""
+    capsys.readouterr()
+    assert tsr([*arguments, "--json"]) == 0, capsys.readouterr().err
+    return json.loads(capsys.readouterr().out)
+
+
+def refusal(capsys: pytest.CaptureFixture[str], code: int, *arguments: str) -> str:
+    """The one sentence of a command that fails."""
+    capsys.readouterr()
+    assert tsr(list(arguments)) == code, capsys.readouterr()
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith("tsr: ")
+    assert told.err.count("\n") == 1
+    return told.err
+
+
+def test_formats_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    found = answer(capsys, "formats")
+    assert [each["name"] for each in found["formats"]] == list(FORMATS)
+    assert tsr(["formats"]) == 0
+    assert "cvat-video" in capsys.readouterr().out
+
+
+def test_a_run_and_a_video_go_out_with_their_corrections(
+    desk: Desk, home: Path, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, folder = tmp_path / "a.zip", tmp_path / "signs"
+    for name in (desk.run_id, desk.video_id, str(tracked.video), "drive.mp4", str(home / "runs" / desk.run_id)):
+        found = answer(capsys, "export", name, "--home", str(home), "--format", "cvat-video", "--out", str(out))
+        assert found["counts"]["tracks"] == 2, name
+        assert found["videos"][0]["edit_revision"] == 9
+    assert zipfile.ZipFile(out).testzip() is None
+    arguments = ["export", desk.run_id, "--home", str(home), "--format", "yolo", "--out", str(folder)]
+    more = ["--pictures", "annotated", "--frames", "0:20", "--states", "open", "--option", "empty=no"]
+    known = {switch.name for switch in FORMATS["yolo"].export_switches}
+    assert tsr([*arguments, *(more if "empty" in known else more[:-2])]) == 0
+    assert (folder / "manifest.json").is_file()
+    assert list(folder.rglob("*.jpg"))
+
+
+def test_a_bare_evidence_folder_goes_out_without_a_home(
+    tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import shutil
+
+    monkeypatch.setenv("TSR_HOME", str(tmp_path / "none"))
+    bare = shutil.copytree(tracked.folder, tmp_path / "run1")
+    out = tmp_path / "bare.zip"
+    found = answer(capsys, "export", str(bare), "--format", "cvat-video", "--out", str(out))
+    assert found["counts"]["tracks"] == 2
+    assert found["videos"][0]["edit_revision"] == 0
+    arguments = ["export", str(bare), "--format", "cvat-images", "--out", str(out), "--pictures", "annotated"]
+    assert "cannot be read" in refusal(capsys, 7, *arguments)
+    assert tsr([*arguments, "--video", str(tracked.video)]) == 0
+    assert any(name.endswith((".jpg", ".png")) for name in zipfile.ZipFile(out).namelist())
+    assert not (tmp_path / "none").exists()
+
+
+def test_an_import_becomes_truth_run_and_annotation(
+    desk: Desk, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.zip"
+    assert tsr(["export", desk.run_id, "--home", str(home), "--format", "cvat-video", "--out", str(out)]) == 0
+    onto = ["import", str(out), "--onto", "drive.mp4", "--home", str(home), "--as"]
+    truth = answer(capsys, *onto, "truth")
+    assert truth["tracks"] == 2
+    assert [t["name"] for t in desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]] == ["a.zip"]
+    same = answer(capsys, *onto, "annotation", "--run", desk.run_id)
+    assert (same["same"], same["tracks"], same["edit"]) == (2, 0, None)
+    made = answer(capsys, *onto, "run", "--name", "theirs")
+    assert desk.get(f"/api/runs/{made['id']}")["name"] == "theirs"
+    assert {track.source for track in desk.tracks(made["id"]).values()} == {"imported"}
+    known = {track.uid: visible(track, 320, 240) for track in desk.tracks().values() if track.state != "rejected"}
+    theirs = sorted(desk.tracks(made["id"]).values(), key=lambda track: track.frames[0])
+    for track, wanted in zip(theirs, sorted(known.values(), key=lambda track: track.frames[0]), strict=True):
+        assert track.frames.tolist() == wanted.frames.tolist()
+        assert abs(track.boxes - wanted.boxes).max() < 0.51
+    assert tsr([*onto, "truth", "--name", "again"]) == 0
+    assert "became ground truth" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("code", "arguments", "words"),
+    [
+        (2, ["export", "RUN", "--format", "papyrus", "--out", "OUT"], "There is no format"),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--split", "a"], "--split expects"),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--pictures", "some"], "--pictures cannot be"),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--classes", "stop"], "--classes expects"),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--classes", "77"], "--classes cannot be"),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "colour"], "NAME=VALUE"),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "a=b"], "no option"),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--video", "VIDEO"], "--video names"),
+        (2, ["export", "RUN", "RUN", "--format", "cvat-video", "--out", "OUT"], "one run a video"),
+        (2, ["export", "RUN", "--format", "cvat-video"], "--out"),
+        (3, ["export", "elsewhere.mp4", "--format", "cvat-video", "--out", "OUT"], "There is no run"),
+        (3, ["export", "f" * 64, "--format", "cvat-video", "--out", "OUT"], "is not in the data folder"),
+        (6, ["export", "RUN", "--format", "cvat-video", "--out", "FILE/x"], "Cannot write"),
+        (2, ["import", "FILE", "--onto", "VIDEO", "--as", "poem"], "--as must be"),
+        (2, ["import", "FILE", "--onto", "VIDEO", "--as", "truth", "--run", "RUN"], "--run is for"),
+        (2, ["import", "FILE", "--onto", "VIDEO", "--as", "truth", "--label", "stop=x"], "--label expects"),
+        (3, ["import", "FILE", "--onto", "VIDEO", "--as", "truth"], "is none of"),
+        (3, ["import", "absent.xml", "--onto", "VIDEO", "--as", "truth"], "There is no file at"),
+        (
+            3,
+            ["import", "FILE", "--onto", "elsewhere.mp4", "--as", "truth"],
+            "There is no run, evidence folder or video",
+        ),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    untouched: Desk,
+    tracked: ToyHome,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    code: int,
+    arguments: list[str],
+    words: str,
+) -> None:
+    file = tmp_path / "file.xml"
+    file.write_bytes(b"hello")
+    names = {"RUN": untouched.run_id, "VIDEO": str(tracked.video), "FILE": str(file), "FILE/x": str(file / "x.zip")}
+    names["OUT"] = str(tmp_path / "out.zip")
+    given = [names.get(argument, argument) for argument in arguments]
+    assert words in refusal(capsys, code, *given, "--home", str(untouched.home))
+    assert [path.name for path in tmp_path.iterdir()] == ["file.xml"], "nothing was written"
+
+
+def test_without_a_data_folder_nothing_is_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    nowhere = tmp_path / "nowhere"
+    told = refusal(
+        capsys, 3, "export", "drive.mp4", "--home", str(nowhere), "--format", "cvat-video", "--out", str(tmp_path / "o")
+    )
+    assert "There is no data folder" in told
+    assert not nowhere.exists()
+
+
+def test_a_killed_export_leaves_the_old_one_whole(desk: Desk, home: Path, tmp_path: Path) -> None:
+    out = tmp_path / "signs"
+    arguments = ["export", desk.run_id, "--home", str(home), "--format", "cvat-images", "--out", str(out)]
+    arguments += ["--pictures", "all"]
+    assert tsr(arguments) == 0
+    before = {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    code = "import sys; from app.cli.main import run; sys.exit(run())"
+    command = [sys.executable, "-c", code, *arguments]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        until = time.monotonic() + 120
+        while not list(tmp_path.glob(".signs.*.part/export/*")):
+            assert process.poll() is None, "it was too fast to be killed"
+            assert time.monotonic() < until
+            time.sleep(0.002)
+        process.send_signal(signal.SIGKILL)
+    now = {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    assert now == before
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".signs")]
+    assert tsr(arguments) == 0
+    assert not [path.name for path in tmp_path.iterdir() if path.name.startswith(".signs")], "no rubbish"
+
+
+def test_tracks_of_a_round_trip_are_the_same(desk: Desk, home: Path, tmp_path: Path) -> None:
+    """Out of one home and onto the untouched run of another."""
+    out = tmp_path / "a.zip"
+    states = ["--states", "open,accepted,needs_work,rejected"]
+    arguments = ["export", desk.run_id, "--home", str(home), "--format", "cvat-video", "--out", str(out), "--thin", "0"]
+    assert tsr([*arguments, *states]) == 0
+    wanted = {key: visible(track, 320, 240) for key, track in desk.tracks().items()}
+    entry = desk.get(f"/api/runs/{desk.run_id}/edits")["edits"]
+    for edit in reversed(entry):
+        command = {"name": "undo", "op_id": edit["op_id"]}
+        body = {"op_id": f"undo-{edit['seq']}-x", "author": "ada", "command": command}
+        desk.post(f"/api/runs/{desk.run_id}/edits", body)
+    assert (desk.tracks()["m1"].label, "hdrawn01" in desk.tracks()) == (14, False)
+    given = ["import", str(out), "--onto", desk.video_id, "--home", str(home), "--as", "annotation", "--run"]
+    assert tsr([*given, desk.run_id]) == 0
+    found = desk.tracks()
+    assert_same_track(found["m1"], wanted["m1"], 0.51)
+    drawn = next(track for key, track in found.items() if key.startswith("h"))
+    assert_same_track(drawn, wanted["hdrawn01"], 0.51)

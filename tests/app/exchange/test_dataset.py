@@ -1,0 +1,138 @@
+"""What goes out of a run: its boxes as people have left them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from exchange_desk import Desk
+from toy_home import ToyHome
+
+from app.compare.annotation import corrected_boxes
+from app.errors import Conflict, Invalid, NotFound
+from app.exchange.dataset import dataset_of, evidence_source, home_source
+from app.exchange.rates import exact_rate
+from app.storage.models import Run
+from tsr_engine.errors import InputError
+
+
+def test_an_untouched_run_goes_out_as_the_engine_left_it(desk: Desk) -> None:
+    video = desk.dataset().videos[0]
+    assert (video.frames, video.first, video.stop, video.rate, video.constant_rate) == (75, 0, 75, 25, True)
+    assert video.times is not None
+    np.testing.assert_allclose(np.diff(video.times), 0.04)
+    boxes = desk.server.context.evidence.boxes(desk.run_id)
+    tracks = desk.tracks()
+    assert list(tracks) == list(boxes.keys) == ["m1", "m2"]
+    for number, track in enumerate(tracks.values()):
+        mine = boxes.track == number
+        np.testing.assert_array_equal(track.frames, boxes.frame[mine])
+        np.testing.assert_array_equal(track.boxes, boxes.boxes[mine])
+        assert not track.key.any()
+        assert ((track.score > 0) & (track.score < 1)).all()
+        assert (track.source, track.state, track.labels) == ("engine", "open", None)
+    assert video.provenance["edit_revision"] == 0
+    assert video.provenance["run"]["id"] == desk.run_id
+
+
+def test_a_corrected_run_goes_out_as_the_compare_screen_sees_it(desk: Desk) -> None:
+    desk.correct()
+    tracks = desk.tracks()
+    context = desk.server.context
+    wanted = corrected_boxes(context.evidence.boxes(desk.run_id), context.edits.documents(desk.run_id))
+    for place, key in enumerate(wanted.keys):
+        if key == "m2":  # rejected: nothing there, but it can be exported by its state
+            continue
+        mine = wanted.track == place
+        np.testing.assert_array_equal(tracks[key].frames, wanted.frame[mine])
+        np.testing.assert_array_equal(tracks[key].boxes, wanted.boxes[mine])
+    m1, drawn = tracks["m1"], tracks["hdrawn01"]
+    assert (m1.label, m1.source, tracks["m2"].state, drawn.source, drawn.label) == (
+        13,
+        "corrected",
+        "rejected",
+        "human",
+        1,
+    )
+    assert tracks["m2"].source == "engine", "a verdict alone changes no box"
+    assert m1.notes[0][1] == "bent <sign> & co"
+    assert m1.frames[m1.key].tolist() == [m1.notes[0][0], m1.notes[0][0] + 2]
+    assert drawn.frames[drawn.key].tolist() == [5, 11, 15]
+    assert drawn.frames.tolist() == [*range(5, 12), 15]
+    assert np.isnan(drawn.score).all()
+    assert m1.occluded.any()
+    assert desk.dataset().videos[0].provenance["edit_revision"] == 9
+
+
+def test_a_box_label_of_its_own_goes_out_with_its_frame(desk: Desk) -> None:
+    track = desk.tracks()["m1"]
+    frame = int(track.frames[10])
+    desk.edit({"name": "relabel_box", "key": "m1", "frame": frame, "class_id": 3}, {"m1": 0})
+    found = desk.tracks()["m1"]
+    assert found.labels is not None
+    assert found.frames[found.labels != found.label].tolist() == [frame]
+    assert found.labels[10] == 3
+
+
+def test_merged_and_split_tracks_keep_their_scores(desk: Desk) -> None:
+    before = desk.tracks()
+    cut = int(before["m1"].frames[20])
+    desk.edit({"name": "split", "key": "m1", "frame": cut, "new_key": "hsplit01"}, {"m1": 0})
+    after = desk.tracks()
+    assert after["hsplit01"].source == "corrected"
+    assert after["hsplit01"].label == before["m1"].label
+    joined = np.concatenate([after["m1"].score, after["hsplit01"].score])
+    np.testing.assert_array_equal(joined, before["m1"].score)
+    desk.edit({"name": "delete_track", "key": "m2", "frame": 1}, {"m2": 0})
+    assert "m2" not in desk.tracks()
+
+
+def test_a_pass_can_be_made_again(desk: Desk) -> None:
+    video = desk.dataset().videos[0]
+    assert [t.uid for t in video.tracks()] == [t.uid for t in video.tracks()]
+
+
+def test_a_bare_evidence_folder_needs_no_home(tracked: ToyHome) -> None:
+    bare, with_video = evidence_source(tracked.folder), evidence_source(tracked.folder, tracked.video)
+    for source in (bare, with_video):
+        assert (source.video.rate, source.video.constant_rate, source.video.frames) == (25, True, 75)
+        assert [track.uid for track in source.tracks()] == ["m1", "m2"]
+    assert bare.video.path is None
+    assert with_video.video.path == tracked.video
+    with pytest.raises(InputError, match="is not the video"):
+        evidence_source(tracked.folder, tracked.folder / "run.json")
+
+
+def test_what_cannot_go_out_is_told(desk: Desk) -> None:
+    context = desk.server.context
+    with context.database.read() as session:
+        source = home_source(session, desk.home, desk.run_id)
+        with pytest.raises(NotFound):
+            home_source(session, desk.home, "0" * 32)
+    with pytest.raises(Invalid, match="Two of the runs are of drive.mp4"):
+        dataset_of([source, source])
+    with context.database.write() as session:
+        session.get_one(Run, desk.run_id).state = "running"
+    with context.database.read() as session, pytest.raises(Conflict, match="still running"):
+        home_source(session, desk.home, desk.run_id)
+
+
+@pytest.mark.parametrize(
+    ("pts", "base", "announced", "rate", "constant"),
+    [
+        ([0, 1, 2, 3], Fraction(1, 25), 25.0, Fraction(25), True),
+        ([7, 3010, 6013, 9016], Fraction(1, 90000), 29.97, Fraction(30000, 1001), True),
+        ([0, 33, 67, 100, 133, 167], Fraction(1, 1000), 30.0, Fraction(30), True),
+        ([0, 33, 67, 200, 233], Fraction(1, 1000), 30.0, Fraction(30), False),
+        ([0, 40, 80, 120], Fraction(1, 1000), 30.0, Fraction(25), True),
+        ([0, 40, 80], Fraction(1, 1000), None, Fraction(25), True),
+        ([5], Fraction(1, 1000), None, None, True),
+    ],
+)
+def test_rates_are_what_the_time_stamps_say(
+    pts: list[int], base: Fraction, announced: float | None, rate: Fraction | None, constant: bool
+) -> None:
+    found = exact_rate(np.array(pts), base, announced)
+    assert found[1] is constant
+    assert found[0] == rate or (rate is not None and abs(float(found[0] or 0) - float(rate)) < 0.01)

@@ -1,0 +1,271 @@
+"""Exports over HTTP: asked for, made in the background, downloaded whole or in part, cancelled, broken, removed."""
+
+from __future__ import annotations
+
+import errno
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from exchange_desk import Desk, manifest_of, unzipped
+from import_now import work_off
+
+from app.artefacts.folders import artefact_folder
+from app.artefacts.service import ArtefactService
+from app.jobs.outcome import give_back
+from app.jobs.tasks import Stopped, TaskContext, task_of
+from app.storage.models import Artefact, Job
+from tsr_engine.exchange.registry import FORMATS
+
+
+def queued(desk: Desk, **request: Any) -> str:
+    """An export that nobody has begun."""
+    asked = {"runs": [desk.run_id], "format": "cvat-video", **request}
+    return str(desk.post("/api/exports", asked)["id"])
+
+
+@contextmanager
+def claimed(desk: Desk) -> Iterator[TaskContext]:
+    """The next job, in the hands of a worker that is not there."""
+    c = desk.server.context
+    with c.database.write() as session:
+        job = c.jobs.claim(session, c.jobs.waiting(session)[0])
+    assert job is not None
+    yield TaskContext(c.settings, c.database, c.events, c.jobs, job, lambda: False)
+
+
+def rubbish(desk: Desk) -> list[Path]:
+    """Everything below the folder of artefacts."""
+    folder = desk.home / "artefacts"
+    return sorted(folder.rglob("*")) if folder.is_dir() else []
+
+
+def test_the_formats_are_listed_with_their_options(desk: Desk) -> None:
+    found = {each["name"]: each for each in desk.get("/api/formats")["formats"]}
+    assert list(found) == list(FORMATS)
+    cvat = found["cvat-video"]
+    assert cvat["can_export"]
+    assert cvat["can_import"]
+    assert not cvat["needs_pictures"]
+    assert found["gtsrb"]["needs_pictures"]
+
+
+def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:
+    desk.correct()
+    artefact = desk.export(name="my signs")
+    assert (artefact["state"], artefact["kind"], artefact["run_id"]) == ("complete", "export", desk.run_id)
+    assert artefact["name"] == "my signs.zip"
+    assert artefact["summary"]["counts"]["tracks"] == 2, "the rejected one stays here"
+    assert artefact["summary"]["skipped_count"] == 1
+    content = desk.download(artefact)
+    assert len(content) == artefact["size"]
+    manifest = manifest_of(content)
+    video = manifest["videos"][0]
+    assert video["sha256"] == desk.video_id
+    assert video["provenance"]["edit_revision"] == 9
+    assert video["provenance"]["run"]["id"] == desk.run_id
+    assert video["provenance"]["parameters"]["gate"]["tau"] > 0
+    assert "rejected" in manifest["skipped"][0]["reason"]
+    assert manifest["asked"]["format"] == "cvat-video"
+    assert [path.name for path in rubbish(desk)] == [artefact["id"], "export.zip"]
+
+
+def test_parts_of_the_file_are_parts_of_the_same_bytes(desk: Desk) -> None:
+    artefact = desk.export()
+    whole = desk.download(artefact)
+    url = f"/api/artefacts/{artefact['id']}/download"
+    answer = desk.server.client.get(url, headers={"Range": "bytes=10-29", "Accept-Encoding": "gzip"})
+    assert (answer.status_code, answer.content) == (206, whole[10:30])
+    assert answer.headers["content-range"] == f"bytes 10-29/{len(whole)}"
+    assert "attachment" in answer.headers["content-disposition"]
+    assert answer.headers["content-type"] == "application/octet-stream"
+
+
+def test_filters_and_options_reach_the_file(desk: Desk) -> None:
+    desk.correct()
+    rejected = desk.export(states=["rejected"])
+    assert rejected["summary"]["counts"]["tracks"] == 1
+    drawn = desk.export(classes=[1])
+    assert b"hdrawn01" in unzipped(desk.download(drawn))["annotations.xml"]
+    assert b"m1" not in unzipped(desk.download(drawn))["annotations.xml"]
+    part = desk.export(first=5, stop=8)
+    assert part["summary"]["counts"]["boxes"] <= 3 * 3
+
+
+def test_pictures_and_split_go_along(desk: Desk) -> None:
+    artefact = desk.export(format="yolo", pictures="annotated", split={"train": 1.0, "val": 0.0}, stop=40)
+    assert artefact["state"] == "complete", artefact["error"]
+    names = unzipped(desk.download(artefact))
+    assert any(name.endswith(".jpg") for name in names)
+    assert artefact["summary"]["split"]["rule"] == "sign"
+    crops = desk.export(format="gtsrb", pictures="annotated", stop=40)
+    assert crops["state"] == "complete", crops["error"]
+
+
+@pytest.mark.parametrize(
+    ("request_", "status", "words"),
+    [
+        ({"format": "papyrus"}, 422, "There is no format 'papyrus'"),
+        ({"runs": ["0" * 32]}, 404, "There is no run"),
+        ({"runs": []}, 422, "runs"),
+        ({"format": "gtsrb"}, 422, "Export with pictures"),
+        ({"switches": {"colour": "red"}}, 422, "no option 'colour'"),
+        ({"first": 9, "stop": 9}, 422, "first < stop"),
+        ({"split": {"train": 0, "val": 0, "test": 0}}, 422, "all 0"),
+        ({"name": "../../etc/passwd"}, 422, "name"),
+        ({"states": ["best"]}, 422, "states"),
+        ({"thin_px": -1}, 422, "thin_px"),
+    ],
+)
+def test_what_cannot_be_exported_is_told_at_once(desk: Desk, request_: Any, status: int, words: str) -> None:
+    asked = {"runs": [desk.run_id], "format": "cvat-video", **request_}
+    answer = desk.server.client.post("/api/exports", json=asked)
+    assert answer.status_code == status, answer.text
+    assert words in answer.json()["error"]["message"]
+    assert desk.get("/api/artefacts")["artefacts"] == []
+
+
+def test_two_runs_of_one_video_are_refused(desk: Desk) -> None:
+    answer = desk.server.client.post("/api/exports", json={"runs": [desk.run_id, desk.run_id], "format": "cvat-video"})
+    assert answer.status_code == 422
+    assert "one run a video" in answer.json()["error"]["message"]
+
+
+def test_what_fails_while_it_is_made_says_why_and_leaves_nothing(desk: Desk) -> None:
+    artefact = desk.export(states=["accepted"], first=74, stop=75, split={"train": 1, "val": 1})
+    assert artefact["state"] == "failed"
+    assert "too few" in artefact["error"]
+    answer = desk.server.client.get(f"/api/artefacts/{artefact['id']}/download")
+    assert answer.status_code == 409
+    assert rubbish(desk) == []
+
+
+def test_a_full_disk_says_so_and_leaves_nothing(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_file: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("tsr_engine.exchange.publish.os.fsync", full)
+    artefact = desk.export()
+    assert artefact["state"] == "failed"
+    assert "disk is full" in artefact["error"]
+    assert rubbish(desk) == []
+
+
+def test_an_export_that_has_not_begun_is_cancelled_at_once(desk: Desk) -> None:
+    artefact = queued(desk)
+    answer = desk.post(f"/api/artefacts/{artefact}/cancel")
+    assert answer["state"] == "cancelled"
+    work_off(desk.server.context)
+    assert desk.get(f"/api/artefacts/{artefact}")["state"] == "cancelled"
+    assert desk.post(f"/api/artefacts/{artefact}/cancel")["state"] == "cancelled", "again: nothing happens"
+
+
+def test_an_export_is_cancelled_while_it_is_made(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.artefacts.service._TELL", 0.0)
+    artefact = queued(desk)
+    with claimed(desk) as task:
+        desk.post(f"/api/artefacts/{artefact}/cancel")
+        assert desk.get(f"/api/artefacts/{artefact}")["state"] == "queued", "its worker has to see it first"
+        with pytest.raises(Stopped):
+            task_of("export")(task)
+        give_back(task)
+    assert desk.get(f"/api/artefacts/{artefact}")["state"] == "cancelled"
+    assert rubbish(desk) == []
+
+
+def test_an_export_that_is_being_made_cannot_be_removed(desk: Desk) -> None:
+    artefact = queued(desk)
+    answer = desk.server.client.delete(f"/api/artefacts/{artefact}")
+    assert answer.status_code == 409
+    work_off(desk.server.context)
+    assert desk.server.client.delete(f"/api/artefacts/{artefact}").status_code == 204
+    assert rubbish(desk) == []
+    assert desk.server.client.get(f"/api/artefacts/{artefact}").status_code == 404
+
+
+def test_a_worker_that_died_half_way_leaves_nothing_in_the_next_one(desk: Desk) -> None:
+    artefact = queued(desk)
+    c = desk.server.context
+    with claimed(desk) as task:
+        _, folder = ArtefactService.of_task(task).begin(task)
+        (folder / ".export.zip.0123456789abcdef.part").mkdir()
+        (folder / "export.zip").write_bytes(b"half")
+        with c.database.write() as session:
+            assert c.jobs.bury(session, task.job.id, task.job.token) is None
+    work_off(c)
+    view = desk.get(f"/api/artefacts/{artefact}")
+    assert view["state"] == "complete"
+    assert [path.name for path in rubbish(desk)] == [artefact, "export.zip"]
+    assert "annotations.xml" in unzipped(desk.download(view))
+
+
+def test_the_start_of_a_server_sweeps_what_nothing_comes_of(desk: Desk) -> None:
+    kept, gone = desk.export()["id"], queued(desk)
+    desk.post(f"/api/artefacts/{gone}/cancel")
+    for name in (gone, "f" * 32):
+        artefact_folder(desk.home, name).mkdir(parents=True)
+        (artefact_folder(desk.home, name) / "half").write_bytes(b"x")
+    desk.server.context.artefacts.sweep()
+    assert [path.name for path in (desk.home / "artefacts").iterdir()] == [kept]
+
+
+def test_lists_are_by_kind_and_run(desk: Desk) -> None:
+    first, second = desk.export()["id"], desk.export()["id"]
+    found = [artefact["id"] for artefact in desk.get("/api/artefacts?kind=export")["artefacts"]]
+    assert set(found) == {first, second}
+    assert desk.get("/api/artefacts?kind=scene")["artefacts"] == []
+    assert len(desk.get(f"/api/artefacts?run={desk.run_id}")["artefacts"]) == 2
+    assert desk.get(f"/api/artefacts?run={'0' * 32}")["artefacts"] == []
+
+
+def test_a_run_can_go_and_its_exports_stay(desk: Desk) -> None:
+    artefact = desk.export()
+    assert desk.server.client.delete(f"/api/runs/{desk.run_id}").status_code == 204
+    assert desk.get(f"/api/artefacts/{artefact['id']}")["run_id"] is None
+    assert unzipped(desk.download(artefact))
+    late = desk.server.client.post("/api/exports", json={"runs": [desk.run_id], "format": "cvat-video"})
+    assert late.status_code == 404
+
+
+def test_a_run_that_goes_before_its_export_begins_is_told(desk: Desk) -> None:
+    artefact = queued(desk)
+    desk.server.client.delete(f"/api/runs/{desk.run_id}")
+    work_off(desk.server.context)
+    view = desk.get(f"/api/artefacts/{artefact}")
+    assert view["state"] == "failed"
+    assert "There is no run" in view["error"]
+
+
+def test_pages_hear_of_each_step(desk: Desk) -> None:
+    desk.export()
+    with desk.server.context.database.read() as session:
+        events = desk.server.context.events.after(session, 0)
+    states = [event.data["state"] for event in events if event.kind == "artefact"]
+    assert states[0] == "queued"
+    assert states[-1] == "complete"
+    assert "running" in states
+
+
+def test_a_file_that_is_gone_is_told(desk: Desk) -> None:
+    artefact = desk.export()
+    (artefact_folder(desk.home, artefact["id"]) / "export.zip").unlink()
+    answer = desk.server.client.get(f"/api/artefacts/{artefact['id']}/download")
+    assert answer.status_code == 404
+    assert "Make it again" in answer.json()["error"]["message"]
+
+
+def test_progress_is_told_now_and_then_only(desk: Desk) -> None:
+    queued(desk)
+    with claimed(desk) as task:
+        service = ArtefactService.of_task(task)
+        artefact, _ = service.begin(task)
+        began = time.monotonic()
+        for done in range(5000):
+            service.progress(task, artefact.id, done, 5000)
+        assert time.monotonic() - began < 3.0
+        with task.database.read() as session:
+            assert session.get_one(Artefact, artefact.id).total == 5000
+            assert session.get_one(Job, task.job.id).state == "running"

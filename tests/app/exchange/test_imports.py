@@ -1,0 +1,272 @@
+"""Imports over HTTP: all of a file or nothing of it, as truth, as a run, as corrections that one undo takes back."""
+
+from __future__ import annotations
+
+import errno
+import io
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from exchange_desk import Desk, assert_same_track, unzipped, visible
+
+from app.exchange.imports import ImportService
+from app.storage.models import Run, Truth
+
+
+@pytest.fixture
+def annotations(desk: Desk) -> bytes:
+    """Our run as a CVAT file."""
+    return unzipped(desk.download(desk.export()))["annotations.xml"]
+
+
+def state(desk: Desk) -> tuple[int, int, int, list[str]]:
+    """Runs, truths, edits, and what lies in the folders of runs and uploads."""
+    with desk.server.context.database.read() as session:
+        runs, truths = session.query(Run).count(), session.query(Truth).count()
+    edits = len(desk.get(f"/api/runs/{desk.run_id}/edits")["edits"])
+    files = [path.name for folder in ("runs", "uploads") for path in (desk.home / folder).glob("*")]
+    return runs, truths, edits, sorted(files)
+
+
+def zipped(files: dict[str, bytes]) -> bytes:
+    """An archive."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+def test_a_file_becomes_ground_truth(desk: Desk, annotations: bytes) -> None:
+    found = desk.bring_in(annotations, "truth", name="theirs.xml")
+    assert (found["kind"], found["tracks"]) == ("truth", 2)
+    truths = desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]
+    assert [(truth["name"], truth["count"]) for truth in truths] == [("theirs.xml", found["boxes"])]
+    boxes = desk.get(f"/api/truths/{found['id']}/boxes?first=0&last=74")["boxes"]
+    wanted = visible(desk.tracks()["m1"], 320, 240)
+    mine = [box for box in boxes if box["track"] == 1]
+    assert [box["frame"] for box in mine] == wanted.frames.tolist()
+    np.testing.assert_allclose([box["box"] for box in mine], wanted.boxes, atol=0.51)
+    assert {box["class_id"] for box in mine} == {wanted.label}
+    desk.bring_in(annotations, "truth", name="theirs.xml")
+    assert len(desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]) == 1, "one of the same name is replaced"
+
+
+def test_a_file_becomes_a_run_that_every_screen_can_show(desk: Desk, annotations: bytes) -> None:
+    found = desk.bring_in(annotations, "run", name="their tracker")
+    run_id = found["id"]
+    run = desk.get(f"/api/runs/{run_id}")
+    assert (run["kind"], run["state"], run["name"], run["tracks"]) == ("imported", "complete", "their tracker", 2)
+    tracks = desk.get(f"/api/runs/{run_id}/tracks")
+    assert tracks["id"] == [1, 2]
+    assert tracks["complete"]
+    assert len(desk.get(f"/api/runs/{run_id}/lanes")["track"]) >= 2
+    lane = desk.get(f"/api/runs/{run_id}/tracks/1")
+    assert "m1 in their tracker" in lane["events"][0]["text"]
+    overlay = desk.get(f"/api/runs/{run_id}/overlays?first=10&last=12")
+    assert overlay["overlays"][0]["tracks"] or overlay["overlays"][1]["tracks"]
+    for reference, candidate in ((desk.run_id, run_id), (run_id, desk.run_id)):
+        compared = desk.get(f"/api/compare?reference=run:{reference}&candidate=run:{candidate}")
+        assert compared["figures"]
+    answer = desk.server.client.post(f"/api/runs/{run_id}/whatif", json={"parameters": {"tau": 3}})
+    assert answer.status_code == 409
+    assert "was imported" in answer.json()["error"]["message"]
+    for key, track in desk.tracks(run_id).items():
+        assert track.source == "imported"
+        assert_same_track(track, visible(desk.tracks()[key], 320, 240), 0.51)
+    assert desk.server.client.get(f"/api/runs/{run_id}/tracks/1/crop?frame=20&size=64").status_code in (200, 404)
+    edited = {"name": "relabel_track", "key": "m1", "frame": 20, "class_id": 3}
+    body = {"op_id": "a" * 12, "author": "ada", "command": edited}
+    answer = desk.server.client.post(f"/api/runs/{run_id}/edits", json=body, headers={"If-Match": '"m1:0"'})
+    assert answer.status_code == 200, "it is reviewed like any run"
+    assert desk.server.client.delete(f"/api/runs/{run_id}").status_code == 204
+    assert not (desk.home / "runs" / run_id).exists()
+
+
+def test_corrections_made_elsewhere_come_back_in_one_operation(desk: Desk, annotations: bytes) -> None:
+    before = desk.tracks()
+    desk.correct()
+    corrected = unzipped(desk.download(desk.export(states=["open", "accepted", "rejected"])))["annotations.xml"]
+    wanted = desk.tracks()
+    log = len(desk.get(f"/api/runs/{desk.run_id}/edits")["edits"])
+    back = desk.bring_in(annotations, "annotation", name="before.xml", author="bob")
+    assert back["id"] == desk.run_id
+    assert (back["tracks"], back["same"]) == (1, 1), "m1 as it was; m2's boxes never changed; the drawn one stays"
+    entries = desk.get(f"/api/runs/{desk.run_id}/edits")["edits"]
+    assert len(entries) == log + 1
+    assert (entries[-1]["name"], entries[-1]["author"], entries[-1]["seq"]) == ("import", "bob", back["edit"])
+    assert_same_track(desk.tracks()["m1"], visible(before["m1"], 320, 240), 0.51)
+    again = desk.bring_in(annotations, "annotation", name="before.xml", author="bob")
+    assert (again["tracks"], again["same"], again["edit"]) == (0, 2, None), "nothing left to change"
+    forth = desk.bring_in(corrected, "annotation", name="after.xml", author="bob")
+    assert forth["tracks"] >= 1
+    assert_same_track(desk.tracks()["m1"], visible(wanted["m1"], 320, 240), 0.51)
+
+
+def test_one_undo_takes_an_import_back_and_a_redo_brings_it(desk: Desk, annotations: bytes) -> None:
+    desk.correct()
+    before = desk.tracks()
+    more = annotations.replace(b">m2<", b">somebody<")  # m2 is rejected: what lies on it is another sign
+    found = desk.bring_in(more, "annotation", name="a.xml", author="bob")
+    assert found["tracks"] == 2, "m1 changes, the other is new to us"
+    after = desk.tracks()
+    assert len(after) == len(before) + 1
+    undo = desk.get(f"/api/runs/{desk.run_id}/annotation?author=bob")["undo"]
+    assert undo["name"] == "import"
+    for name in ("undo", "redo"):
+        command = {"name": name, "op_id": undo["op_id"]}
+        desk.post(f"/api/runs/{desk.run_id}/edits", {"op_id": f"bob-{name}-1", "author": "bob", "command": command})
+        now, wanted = desk.tracks(), before if name == "undo" else after
+        assert set(now) == set(wanted)
+        for key, track in now.items():
+            assert_same_track(track, wanted[key], 0.0)
+
+
+def test_a_file_from_elsewhere_needs_no_names(desk: Desk, annotations: bytes) -> None:
+    nameless = annotations.replace(b">m1<", b"><").replace(b">m2<", b"><")
+    found = desk.bring_in(nameless, "annotation", name="b.xml")
+    assert (found["tracks"], found["same"]) == (0, 2), "what lies on our tracks is about them"
+    relabelled = nameless.replace(b'label="stop"', b'label="give way"', 1).replace(
+        b"<label><name>stop</name>", b"<label><name>give way</name></label><label><name>stop</name>", 1
+    )
+    found = desk.bring_in(relabelled, "annotation", name="c.xml")
+    assert (found["tracks"], found["same"]) == (1, 1)
+    assert sorted(desk.tracks()) == ["m1", "m2"]
+    assert 13 in {track.label for track in desk.tracks().values()}
+
+
+REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
+    "frame": (lambda text: text.replace(b'frame="30"', b'frame="3000"'), {}, "must be in 0 to 74"),
+    "nan": (lambda text: text.replace(b'xtl="', b'xtl="nan', 1), {}, "line"),
+    "entity": (
+        lambda text: b'<!DOCTYPE a [<!ENTITY e "x">]>' + text.split(b"?>", 1)[-1],
+        {},
+        "",
+    ),
+    "cut": (lambda text: text[: len(text) // 2], {}, ""),
+    "nothing": (lambda _: b"hello", {}, "is none of"),
+    "traversal": (lambda text: zipped({"annotations.xml": text, "../../evil": b"x"}), {}, ""),
+    "half an archive": (lambda text: zipped({"annotations.xml": text})[:-40], {}, "whose end is missing"),
+    "nested": (lambda text: zipped({"a.zip": zipped({"annotations.xml": text})}), {}, ""),
+    "other format": (lambda text: text, {"format": "label-studio"}, ""),
+    "no format": (lambda text: text, {"format": "papyrus"}, "There is no format"),
+    "option": (lambda text: text, {"format": "cvat-video", "switches": '{"a": "b"}'}, "no option 'a'"),
+    "option of nothing": (lambda text: text, {"switches": '{"a": "b"}'}, "name it with format="),
+    "switches": (lambda text: text, {"switches": "[1]"}, "must be a JSON object"),
+    "labels": (lambda text: text, {"label_map": '{"stop": "x"}'}, "must be a JSON object"),
+    "class": (lambda text: text, {"label_map": '{"stop": 99}'}, "99"),
+    "empty": (lambda _: b"", {}, "empty"),
+}
+
+
+@pytest.fixture(scope="module")
+def good(untouched: Desk) -> bytes:
+    """A file that is as it should be."""
+    return unzipped(untouched.download(untouched.export()))["annotations.xml"]
+
+
+@pytest.mark.parametrize("name", list(REFUSED))
+def test_what_breaks_a_rule_changes_nothing(untouched: Desk, good: bytes, name: str) -> None:
+    desk = untouched
+    change, query, words = REFUSED[name]
+    before = state(desk)
+    for kind in ("truth", "run", "annotation"):
+        answer = desk.try_import(change(good), kind, **{"name": "bad.xml", **query})
+        assert answer.status_code == 422, answer.text
+        error = answer.json()["error"]
+        assert words in error["message"]
+        assert "Traceback" not in error["message"]
+        assert state(desk) == before
+
+
+def test_an_annotation_needs_a_run_of_this_video(desk: Desk, annotations: bytes) -> None:
+    url = f"/api/videos/{desk.video_id}/imports"
+    for query, status in (({"as": "annotation"}, 422), ({"as": "annotation", "run": "0" * 32}, 404)):
+        answer = desk.server.client.post(url, params=query, content=annotations)
+        assert answer.status_code == status, answer.text
+    answer = desk.server.client.post(f"/api/videos/{'0' * 64}/imports", params={"as": "run"}, content=annotations)
+    assert answer.status_code == 404
+
+
+def test_a_name_that_is_mapped_is_that_class(desk: Desk, annotations: bytes) -> None:
+    theirs = annotations.replace(b'"stop"', b'"Stopschild"').replace(b">stop<", b">Stopschild<")
+    assert any("Stopschild" in sentence for sentence in desk.bring_in(theirs, "truth", name="x")["repaired"])
+    mapped = desk.bring_in(theirs, "run", name="y", label_map=json.dumps({"Stopschild": 14}))
+    assert not any("Stopschild" in sentence for sentence in mapped["repaired"])
+    assert {track.label for track in desk.tracks(mapped["id"]).values()} == {14}
+
+
+def test_a_body_over_the_limit_is_refused(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = desk.server.context.settings.model_copy(update={"upload_max_mb": 1})
+    monkeypatch.setattr(type(desk.server.context), "settings", settings, raising=False)
+    before = state(desk)
+    answer = desk.try_import(b"x" * (2**20 + 1), "truth", name="big.xml")
+    assert answer.status_code == 413
+    assert state(desk) == before
+
+
+def test_more_than_a_common_body_is_taken(desk: Desk, annotations: bytes) -> None:
+    padded = annotations + b"\n" * (desk.server.settings.body_max_kb * 1024 + 10)
+    assert desk.bring_in(padded, "truth", name="padded.xml")["tracks"] == 2
+
+
+def test_a_full_disk_while_a_run_is_written_leaves_nothing(
+    desk: Desk, annotations: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = state(desk)
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("tsr_engine.evidence.writer.add_rows", full)
+    answer = desk.try_import(annotations, "run", name="full.xml")
+    assert answer.status_code in (500, 507), answer.text
+    assert state(desk) == before
+
+
+def test_what_a_killed_import_has_left_is_swept(desk: Desk) -> None:
+    imports: ImportService = desk.server.context.imports
+    left = [desk.home / "runs" / ".import-1", imports.new_part()]
+    left[0].mkdir()
+    (left[0] / "run.lock").write_bytes(b"")
+    imports.sweep()
+    assert not any(path.exists() for path in left)
+    assert (desk.home / "runs" / desk.run_id).is_dir()
+
+
+def test_an_import_that_is_going_on_is_not_swept(desk: Desk) -> None:
+    import fcntl
+
+    folder = desk.home / "runs" / ".import-2"
+    folder.mkdir()
+    with Path(folder / "run.lock").open("wb") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        desk.server.context.imports.sweep()
+        assert folder.is_dir()
+    desk.server.context.imports.sweep()
+    assert not folder.exists()
+
+
+def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: bytes, monkeypatch: Any) -> None:
+    """An edit that comes while the file is read: the import looks again, and its undo gives that edit back."""
+    import app.exchange.imports as imports
+
+    read = imports._read
+
+    def slow(*arguments: Any) -> Any:
+        frame = int(desk.tracks()["m1"].frames[5])
+        desk.edit({"name": "relabel_track", "key": "m1", "frame": frame, "class_id": 2}, {"m1": 0})
+        return read(*arguments)
+
+    monkeypatch.setattr(imports, "_read", slow)
+    found = desk.bring_in(annotations, "annotation", name="late.xml", author="bob")
+    assert (found["tracks"], found["same"]) == (1, 1)
+    assert desk.tracks()["m1"].label == 14
+    undo = desk.get(f"/api/runs/{desk.run_id}/annotation?author=bob")["undo"]
+    command = {"name": "undo", "op_id": undo["op_id"]}
+    desk.post(f"/api/runs/{desk.run_id}/edits", {"op_id": "bob-undo-1", "author": "bob", "command": command})
+    assert desk.tracks()["m1"].label == 2

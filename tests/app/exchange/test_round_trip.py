@@ -1,0 +1,157 @@
+"""The bundled drive through every format over HTTP: tracked, corrected, exported, imported, and the same again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exchange_desk import Desk, assert_same_track, visible
+from import_now import work_off
+from toy_server import Server
+
+from sample_videos import SHIPPED
+from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.registry import FORMATS
+
+FIRST, STOP = 0, 40
+THINNED = 0.51
+"""Bound of thinning and two decimals, px."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What a format cannot hold."""
+
+    px: float = 0.02
+    names: bool = True
+    hidden: bool = True
+
+
+LOSSES = {
+    "cvat-video": Loss(THINNED),
+    "cvat-images": Loss(),
+    "coco": Loss(),
+    "yolo": Loss(hidden=False),
+    "voc": Loss(),
+    "mot": Loss(),
+    "datumaro": Loss(THINNED),
+    "label-studio": Loss(THINNED, hidden=False),
+    "tracks-csv": Loss(),
+    "tracks-json": Loss(1e-9),
+    "gtsdb": Loss(1.0, names=False, hidden=False),
+    "gtsrb": Loss(1.0, hidden=False),
+}
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    """The first frames of the first bundled drive, tracked by the real engine, then corrected."""
+    home = tmp_path_factory.mktemp("drive") / "home"
+    made = Desk(Server(home, roots=(SHIPPED[0].video.parent,)), "", "")
+    with made.server.client:
+        made.video_id = made.post("/api/videos", {"path": str(SHIPPED[0].video)})["id"]
+        work_off(made.server.context, "import")
+        made.run_id = made.post(f"/api/videos/{made.video_id}/runs", {"first": FIRST, "stop": STOP})["id"]
+        work_off(made.server.context, "track")
+        correct(made)
+        yield made
+
+
+def correct(desk: Desk) -> None:
+    """A moved box, another class, a hidden stretch, a verdict, a note, and a track of one's own with a gap."""
+    key, track = next(iter(desk.tracks().items()))
+    middle = int(track.frames[len(track.frames) // 2])
+    box = (track.boxes[len(track.frames) // 2] + [1.5, 2.25, 2.5, 3.75]).tolist()
+    desk.edit({"name": "set_box", "key": key, "frame": middle, "box": box}, {key: 0})
+    desk.edit({"name": "relabel_track", "key": key, "frame": middle, "class_id": 13}, {key: 1})
+    desk.edit({"name": "set_occluded", "key": key, "frame": middle + 1, "value": True}, {key: 2})
+    note = {"name": "add_note", "key": key, "frame": middle, "note_id": "n1", "text": 'bent <sign> & "so"; on'}
+    desk.edit(note, {key: 3})
+    desk.edit({"name": "set_review", "key": key, "frame": middle, "review": "accepted"}, {key: 4})
+    drawn = {"key": "hdrawn01"}
+    desk.edit({"name": "create_track", **drawn, "frame": 5, "box": [20, 30, 54, 62], "class_id": 1}, {})
+    desk.edit({"name": "set_box", **drawn, "frame": 11, "box": [26.5, 33.25, 60, 68]}, {"hdrawn01": 1})
+    desk.edit({"name": "set_outside", **drawn, "frame": 12, "value": True}, {"hdrawn01": 2})
+    desk.edit({"name": "set_box", **drawn, "frame": 15, "box": [30, 36, 66, 72]}, {"hdrawn01": 3})
+
+
+def in_picture(desk: Desk) -> dict[str, Track]:
+    """The corrected tracks as far as a picture shows them."""
+    video = desk.dataset().videos[0]
+    return {track.uid: visible(track, video.width, video.height) for track in video.tracks()}
+
+
+def test_every_format_is_tried() -> None:
+    assert set(LOSSES) == {name for name, known in FORMATS.items() if known.write and known.read}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(LOSSES))
+def test_a_corrected_drive_comes_back_as_it_was(drive: Desk, name: str) -> None:
+    loss, wanted = LOSSES[name], in_picture(drive)
+    assert len(wanted) >= 2
+    pictures = "annotated" if FORMATS[name].needs_pictures else "none"
+    artefact = drive.export(format=name, pictures=pictures)
+    assert artefact["state"] == "complete", artefact["error"]
+    content = drive.download(artefact)
+    file = f"{name}.zip"
+    back = drive.bring_in(content, "run", name=file)
+    found = drive.tracks(back["id"])
+    assert back["tracks"] == len(wanted)
+    by_place = {(int(t.frames[0]), int(t.frames[-1]), round(float(t.boxes[0, 0]) / 4)): t for t in found.values()}
+    assert len(by_place) == len(found)
+    for track in wanted.values():
+        twin = min(found.values(), key=lambda other: distance(track, other))
+        assert_same_track(without_marks(twin), without_marks(track), loss.px)
+    again = drive.bring_in(content, "annotation", name=file)
+    if loss.names and loss.px < 1 and loss.hidden:
+        assert (again["same"], again["tracks"]) == (len(wanted), 0)
+    for key, track in in_picture(drive).items():
+        if key in wanted and loss.hidden:
+            assert_same_track(track, wanted[key], max(loss.px, THINNED))
+    undo(drive)
+
+
+def undo(desk: Desk) -> None:
+    """Take the import back, so that the next format finds the corrected run."""
+    target = desk.get(f"/api/runs/{desk.run_id}/annotation")["undo"]
+    if target["name"] == "import":
+        command = {"name": "undo", "op_id": target["op_id"]}
+        body = {"op_id": f"undo-{target['op_id'][:20]}", "author": "ada", "command": command}
+        desk.post(f"/api/runs/{desk.run_id}/edits", body)
+
+
+def distance(a: Track, b: Track) -> float:
+    """How far two tracks lie apart."""
+    if not np.array_equal(a.frames, b.frames):
+        return float("inf")
+    return float(np.abs(a.boxes - b.boxes).max())
+
+
+def without_marks(track: Track) -> Track:
+    """A run has no marks 'occluded'."""
+    from dataclasses import replace
+
+    return replace(track, occluded=np.zeros_like(track.occluded))
+
+
+@pytest.mark.slow
+def test_the_file_of_another_home_is_taken_there(drive: Desk, tmp_path: Path) -> None:
+    """Somebody else's fresh home: the same video, its own run, and our corrections onto it."""
+    content = drive.download(drive.export(format="tracks-json"))
+    other = Desk(Server(tmp_path / "home", roots=(SHIPPED[0].video.parent,)), drive.video_id, "")
+    with other.server.client:
+        other.post("/api/videos", {"path": str(SHIPPED[0].video)})
+        work_off(other.server.context, "import")
+        bare = drive.download(drive.export(format="mot"))
+        other.run_id = other.bring_in(bare, "run", name="mot.zip")["id"]
+        laid = other.bring_in(content, "annotation", name="tracks.zip")
+        assert laid["tracks"] + laid["same"] == len(in_picture(drive))
+        for track in in_picture(drive).values():
+            twin = min(other.tracks().values(), key=lambda found: distance(track, found))
+            assert_same_track(twin, track, THINNED)
+            assert twin.state == track.state
+            assert [text for _, text in twin.notes] == [text for _, text in track.notes]

@@ -1,0 +1,151 @@
+"""Two lanes: what somebody waits for runs beside what takes hours, and a death in one does not stop the other."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import time
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from long_run import SEGMENT, make_long_run
+from toy_server import SECRET
+
+from app.artefacts.folders import artefact_folder, file_sha256
+from app.context import Context, build_context
+from app.events import EventBus
+from app.exchange.export import ExportRequest
+from app.jobs.lanes import SHORT_KINDS, lane_of
+from app.jobs.locks import holder
+from app.jobs.queue import JobQueue
+from app.jobs.supervisor import Supervisor
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Artefact, Job, Run
+
+FRAMES = 2 * SEGMENT
+PICTURES = 150
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A home with a made-up run; copied for each test."""
+    home = tmp_path_factory.mktemp("lanes") / "home"
+    make_long_run(home, FRAMES, 12)
+    return home
+
+
+@pytest.fixture
+def context(drive: Path, tmp_path: Path) -> Iterator[Context]:
+    """Its parts, with a supervisor that has one long worker."""
+    home = tmp_path / "home"
+    shutil.copytree(drive, home)
+    made = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
+    supervisor = Supervisor(made.settings, made.database, made.events, made.jobs)
+    supervisor.start()
+    yield made
+    supervisor.stop()
+    made.close()
+
+
+def wait(what: Callable[[], Any], seconds: float = 120.0) -> Any:
+    """Until something is so; its value."""
+    until = time.monotonic() + seconds
+    while not (found := what()):
+        assert time.monotonic() < until, "it does not happen"
+        time.sleep(0.01)
+    return found
+
+
+def row(context: Context, kind: Any, identity: str) -> Any:
+    """One row, as it is now."""
+    with context.database.read() as session:
+        return session.get_one(kind, identity)
+
+
+def job_of(context: Context, subject: str) -> Job:
+    """The job of a subject."""
+    with context.database.read() as session:
+        return session.query(Job).filter(Job.subject == subject).one()
+
+
+def the_run(context: Context) -> Run:
+    """The run that is there."""
+    with context.database.read() as session:
+        return session.query(Run).filter(Run.state == "complete").one()
+
+
+def ended(context: Context, artefact_id: str) -> Artefact:
+    """Wait for an export."""
+    found: Artefact = wait(
+        lambda: a if (a := row(context, Artefact, artefact_id)).state not in ("queued", "running") else None
+    )
+    return found
+
+
+def pictures_of(run: Run) -> ExportRequest:
+    """An export that takes a while."""
+    return ExportRequest(runs=[run.id], format="cvat-images", pictures="all", stop=PICTURES)
+
+
+def test_each_kind_has_a_lane(tmp_path: Path) -> None:
+    assert {lane_of(kind) for kind in ("track", "train", "something new")} == {"long"}
+    assert {lane_of(kind) for kind in ("import", "whatif", "export", "recording", "bundle")} == {"short"}
+    database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    database.migrate()
+    jobs = JobQueue(EventBus())
+    with database.write() as session:
+        made = {kind: jobs.submit(session, kind, kind).id for kind in ("track", *SHORT_KINDS)}
+        urgent = jobs.submit(session, "whatif", "w", priority=9).id
+    with database.read() as session:
+        assert jobs.waiting(session, "long") == [made["track"]]
+        assert jobs.waiting(session, "short") == [urgent, *(made[kind] for kind in SHORT_KINDS)]
+        assert len(jobs.waiting(session)) == len(made) + 1
+    database.close()
+
+
+@pytest.mark.slow
+def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -> None:
+    run = the_run(context)
+    long = context.runs.start(run.video_id)
+    second = context.runs.start(run.video_id)
+    wait(lambda: row(context, Run, long.id).state == "running")
+    artefact = context.exports.start(pictures_of(run))
+    folder = artefact_folder(context.settings.home, artefact.id)
+
+    def half_made() -> int | None:
+        busy = row(context, Artefact, artefact.id).state == "running" and any(folder.glob(".export.zip.*/export/*"))
+        return holder(context.settings.home, job_of(context, artefact.id).id) if busy else None
+
+    os.kill(wait(half_made), signal.SIGKILL)
+    assert not (folder / "export.zip").exists()
+    wait(lambda: job_of(context, artefact.id).crashes == 1)
+    found = ended(context, artefact.id)
+    assert found.state == "complete", found.error
+    assert row(context, Run, long.id).state == "running", "the run was not held up, and did not hold it up"
+    assert row(context, Run, second.id).state == "queued", "long work still goes one after the other"
+    context.runs.cancel(second.id)
+    context.runs.cancel(long.id)
+    assert [path.name for path in folder.iterdir()] == ["export.zip"], "nothing is left of the first attempt"
+    assert file_sha256(folder / "export.zip") == found.sha256
+    with zipfile.ZipFile(folder / "export.zip") as archive:
+        assert archive.testzip() is None
+        assert sum(name.endswith((".jpg", ".png")) for name in archive.namelist()) == PICTURES
+    wait(lambda: row(context, Run, long.id).state == "cancelled")
+
+
+@pytest.mark.slow
+def test_an_export_is_cancelled_and_leaves_nothing(context: Context) -> None:
+    artefact = context.exports.start(pictures_of(the_run(context)))
+    wait(lambda: row(context, Artefact, artefact.id).state == "running")
+    context.artefacts.cancel(artefact.id)
+    assert ended(context, artefact.id).state == "cancelled"
+    wait(lambda: not artefact_folder(context.settings.home, artefact.id).exists())

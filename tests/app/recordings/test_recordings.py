@@ -1,0 +1,140 @@
+"""From the request to the file: recordings of a run with its corrections and its truth."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from import_now import work_off
+from toy_server import Server
+
+from app.cli.main import run as command
+
+FIRST, STOP = 3, 40
+
+
+@pytest.fixture
+def server(home: Any, tmp_path: Path) -> Any:
+    """A server on a copy of the toy home."""
+    folder = tmp_path / "home"
+    shutil.copytree(home.settings.home, folder)
+    made = Server(folder, roots=(home.video.parent,))
+    with made.client:
+        yield made
+
+
+def record(server: Server, run_id: str, **order: Any) -> dict[str, Any]:
+    answer = server.client.post(f"/api/runs/{run_id}/recordings", json={"first": FIRST, "stop": STOP, **order})
+    assert answer.status_code == 202, answer.text
+    assert answer.json()["state"] == "queued"
+    work_off(server.context, "recording")
+    made: dict[str, Any] = server.client.get(f"/api/artefacts/{answer.json()['id']}").json()
+    return made
+
+
+def test_a_recording_becomes_a_file_with_corrections_and_truth(server: Server, home: Any) -> None:
+    with server.context.evidence.reading(server.context.evidence.place(home.run_id)) as reader:
+        track = next(iter(reader.tracks()))
+    key = f"m{track.track_id}"
+    edit = {"name": "set_box", "frame": track.first_frame + 2, "key": key, "box": [10.0, 10.0, 42.0, 42.0]}
+    edit["spans"] = [{"track": track.track_id, "first": track.first_frame, "last": track.last_frame}]
+    saved = server.client.post(
+        f"/api/runs/{home.run_id}/edits",
+        json={"op_id": "00000001", "author": "ada", "command": edit},
+        headers={"If-Match": f'"{key}:0"'},
+    )
+    assert saved.status_code == 200, saved.text
+    csv = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n8,4,1,2,30,40,14,1,0\n"
+    server.context.truths.put(home.video_id, "exact", csv.encode())
+
+    made = record(server, home.run_id, frame=8, track=key)
+    assert made["state"] == "complete", made["error"]
+    summary = made["summary"]
+    assert (summary["first"], summary["stop"]) == (FIRST, STOP)
+    assert "not encoded anew" in summary["picture"]
+    assert summary["boxes"]["truth"] == 1
+    assert summary["boxes"]["corrected"] > 0
+    assert summary["tracks"][0] == track.track_id, "the track that it is about comes first"
+    assert made["name"] == f"drive_{FIRST}-{STOP - 1}.rrd"
+    file = server.client.get(f"/rerun/recordings/{made['id']}.rrd")
+    assert file.status_code == 200
+    assert len(file.content) == made["size"]
+    assert file.content[:4] == b"RRF2"
+    assert file.content == server.client.get(f"/api/artefacts/{made['id']}/download").content
+    listed = server.client.get("/api/artefacts", params={"kind": "recording", "run": home.run_id}).json()["artefacts"]
+    assert [one["id"] for one in listed] == [made["id"]]
+
+
+def test_without_its_video_a_recording_has_no_picture_and_says_so(server: Server, home: Any) -> None:
+    from app.storage.models import Video
+
+    with server.context.database.write() as session:
+        session.get_one(Video, home.video_id).path = "/nowhere/drive.mp4"
+    made = record(server, home.run_id)
+    assert made["state"] == "complete", made["error"]
+    assert made["summary"]["picture"].startswith("None")
+    assert "corrected" not in made["summary"]["boxes"], "nobody has corrected anything"
+
+
+def test_another_file_in_the_place_of_the_video_is_told(server: Server, home: Any, tmp_path: Path) -> None:
+    from app.storage.models import Video
+
+    other = tmp_path / "drive.mp4"
+    other.write_bytes(home.video.read_bytes()[:-1])
+    with server.context.database.write() as session:
+        session.get_one(Video, home.video_id).path = str(other)
+    made = record(server, home.run_id)
+    assert made["state"] == "failed"
+    assert "is not the video of the run" in made["error"]
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"first": 9, "stop": 9}, "1 to 20000 frames"),
+    ({"first": 0, "stop": 20001}, "1 to 20000 frames"),
+    ({"first": 70, "stop": 76}, "has the frames 0 to 74"),
+    ({"first": -1, "stop": 5}, "greater than or equal to 0"),
+    ({"first": 1, "stop": 5, "track": "x"}, "match pattern"),
+    ({"first": 1, "stop": 5, "other": 1}, "not permitted"),
+]
+
+
+def test_wrong_orders_are_refused(server: Server, home: Any) -> None:
+    for order, words in WRONG:
+        answer = server.client.post(f"/api/runs/{home.run_id}/recordings", json=order)
+        assert answer.status_code == 422, order
+        assert words in answer.json()["error"]["message"], order
+    assert server.client.post(f"/api/runs/{'0' * 32}/recordings", json={"first": 0, "stop": 5}).status_code == 404
+    assert server.client.get("/api/artefacts").json()["artefacts"] == []
+
+
+def test_only_recordings_are_given_to_the_viewer(server: Server, home: Any) -> None:
+    made = record(server, home.run_id)
+    from app.storage.models import Artefact
+
+    with server.context.database.write() as session:
+        session.get_one(Artefact, made["id"]).kind = "export"
+    assert server.client.get(f"/rerun/recordings/{made['id']}.rrd").status_code == 404
+
+
+def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
+    server: Server, home: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.rrd"
+    frames = ["--frames", f"{FIRST}:{STOP}", "--out", str(out)]
+    assert command(["record", home.run_id, "--home", str(server.settings.home), *frames, "--json"]) == 0
+    assert '"stop": 40' in capsys.readouterr().out
+    bare = tmp_path / "bare"
+    shutil.copytree(home.folder, bare)
+    assert command(["record", str(bare), *frames]) == 0
+    assert "no picture" in capsys.readouterr().err
+    assert command(["record", str(bare), "--video", str(home.video), *frames, "--at", "9", "--track", "1"]) == 0
+    assert "not encoded anew" in capsys.readouterr().out
+    assert command(["record", str(bare), "--out", str(tmp_path / "a.mp4")]) == 2
+    assert "must end with .rrd" in capsys.readouterr().err
+    assert command(["record", str(bare), "--frames", "3:9999", "--out", str(out)]) == 2
+    assert "frames 0 to 74" in capsys.readouterr().err

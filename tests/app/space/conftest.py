@@ -1,0 +1,31 @@
+"""A toy run on a server with sockets, made once; the tests of 3-D views share it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parent))
+
+from space_desk import Desk, open_desk
+from toy_home import ToyHome, make_home
+
+
+@pytest.fixture(scope="session")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
+    """A data folder with one tracked toy drive."""
+    made = make_home(tmp_path_factory.mktemp("space"))
+    yield made
+    made.evidence.close()
+    made.database.close()
+
+
+@pytest.fixture(scope="session")
+def desk(toy: ToyHome) -> Iterator[Desk]:
+    """A server on that folder."""
+    with open_desk(toy) as made:
+        yield made

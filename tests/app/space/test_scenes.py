@@ -1,0 +1,166 @@
+"""The scenes, drawn into a viser server: whatever the run, soon, and every click says what was meant."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.space.data import Hits, SpaceData
+from app.space.host import Host
+from app.space.prior import Prior
+from app.space.scenes.stage import Stage
+from app.space.scenes.volume import MOST_BEADS, MOST_CORNERS
+from app.space.view import SCENES
+from app.space.wish import MODES, Mode, Wish
+from tsr_engine.detection.prior import SpatialPrior, parzen
+
+
+def make_data(tracks: int, length: int = 25, spread: int = 40) -> SpaceData:
+    rng = np.random.default_rng(tracks)
+    first = np.arange(tracks) * spread
+    frame = (first[:, None] + np.arange(length)).ravel()
+    track = np.repeat(np.arange(tracks), length)
+    centre = rng.uniform([50, 50], [1200, 650], (tracks, 2))[track]
+    side = np.tile(np.linspace(12, 60, length), tracks)
+    frames = np.arange(max(1, int(frame.max(initial=0)) + 1))
+    return SpaceData(
+        run_id="r",
+        video_id="v",
+        width=1280,
+        height=720,
+        frames=frames,
+        times=frames / 25.0,
+        ids=np.arange(tracks) + 7,
+        class_id=rng.integers(-1, 43, tracks),
+        flagged=rng.random(tracks) < 0.01,
+        frame=frame,
+        track=track,
+        boxes=np.stack([centre[:, 0], centre[:, 1], centre[:, 0] + side, centre[:, 1] + side], axis=1),
+        source=rng.integers(0, 3, len(frame)),
+        verdict=rng.integers(0, 3, len(frame)),
+    )
+
+
+def make_stage(scene: Any, data: SpaceData, prior: bool = True) -> Stage:
+    rng = np.random.default_rng(1)
+    hits = Hits(rng.random((300, 2)), rng.random(300), rng.random(300) < 0.5, 300)
+    found = Prior(SpatialPrior(parzen(rng.random((50, 2)), 0.1), 1.5), True) if prior else None
+    sign = np.full((32, 32, 4), 255, np.uint8)
+    return Stage(scene, data, lambda: hits, lambda: found, lambda class_id: sign)
+
+
+PICTURE = np.full((72, 128, 3), 90, np.uint8)
+
+
+@pytest.fixture(scope="module")
+def host() -> Iterator[Host]:
+    made = Host("scenes")
+    yield made
+    made.stop()
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("tracks", [0, 1, 30])
+def test_every_scene_of_every_run_can_be_drawn_moved_and_taken_away(host: Host, mode: Mode, tracks: int) -> None:
+    data = make_data(tracks)
+    scene = SCENES[mode](make_stage(host.server.scene, data))
+    wish = Wish(frame=10, mode=mode, track="m7")
+    looks = [scene.draw(wish, None)]
+    scene.show(PICTURE)
+    for change in (
+        {"frame": 12},
+        {"track": None},
+        {"colour": "verdict"},
+        {"stretch": 2.0},
+        {"view": 90.0},
+        {"size": 1.2},
+    ):
+        after = replace(wish, **change)
+        looks.append(scene.draw(after, wish))
+        scene.show(None if "frame" in change else PICTURE)
+        wish = after
+    assert all(look.title for look in looks)
+    assert f"/{mode}" in host.server.scene._handle_from_node_name
+    scene.clear()
+    assert not [name for name in host.server.scene._handle_from_node_name if name.startswith(f"/{mode}")]
+
+
+def test_a_run_without_a_prior_says_so(host: Host) -> None:
+    scene = SCENES["prior"](make_stage(host.server.scene, make_data(2), prior=False))
+    look = scene.draw(Wish(mode="prior"), None)
+    scene.clear()
+    assert "no spatial prior" in look.notes[0]
+
+
+def test_the_metric_drive_names_its_assumptions(host: Host) -> None:
+    scene = SCENES["drive"](make_stage(host.server.scene, make_data(2)))
+    look = scene.draw(Wish(mode="drive", view=90.0, size=0.7), None)
+    scene.clear()
+    assert "90°" in look.notes[0]
+    assert "f = 640 px" in look.notes[0]
+    assert "0.7 times" in look.notes[0]
+
+
+def test_a_click_on_a_block_names_its_track_and_frame(host: Host) -> None:
+    picked = []
+    data = make_data(3)
+    stage = make_stage(host.server.scene, data)
+    stage.on_pick = lambda track, frame: picked.append((track, frame))
+    scene: Any = SCENES["volume"](stage)
+    scene.draw(Wish(frame=40 + 12, track="m7"), None)
+    handle = scene._beads
+    callbacks = [entry.callback if hasattr(entry, "callback") else entry for entry in handle._impl.click_cb]
+
+    class Click:
+        instance_index = 0
+
+    for callback in callbacks:
+        callback(Click())
+    position = np.array(handle.batched_positions[0])
+    scene.clear()
+    assert len(picked) == 1
+    track, frame = picked[0]
+    row = int(np.flatnonzero((data.track == track) & (data.frame == frame))[0])
+    assert np.allclose(scene._volume.places(data.boxes[[row]], data.seconds(data.frame[[row]]))[0], position, atol=1e-4)
+
+
+@pytest.mark.parametrize("tracks", [500, 5000])
+def test_many_tracks_stay_within_what_a_browser_can_draw(host: Host, tracks: int) -> None:
+    data = make_data(tracks)
+    scene: Any = SCENES["volume"](make_stage(host.server.scene, data))
+    began = time.monotonic()
+    wish = Wish(frame=tracks * 20, track="m9")
+    scene.draw(wish, None)
+    whole = time.monotonic() - began
+    lines = host.server.scene._handle_from_node_name["/volume/lines"]
+    assert len(lines.points) <= MOST_CORNERS + 2 * tracks
+    assert 0 < len(scene._beads.batched_positions) <= MOST_BEADS
+    began = time.monotonic()
+    for step in range(10):
+        after = replace(wish, frame=wish.frame + 1 + step)
+        scene.draw(after, wish)
+        wish = after
+    each = (time.monotonic() - began) / 10
+    scene.clear()
+    assert whole < 20
+    assert each < 1
+
+
+def test_within_a_stretch_most_steps_leave_the_lines_alone(host: Host) -> None:
+    scene: Any = SCENES["volume"](make_stage(host.server.scene, make_data(300)))
+    wish, drawn = Wish(frame=3000, stretch=30.0), set()
+    scene.draw(wish, None)
+    for frame in range(3000, 3600, 10):
+        after = replace(wish, frame=frame)
+        scene.draw(after, wish)
+        wish = after
+        first, last = scene._around
+        assert first <= frame <= last
+        drawn.add(scene._around)
+    scene.clear()
+    assert len(drawn) <= 4

@@ -1,0 +1,279 @@
+"""The loop over HTTP on a toy drive: accept, export, retrain, promote, run, roll back."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+import toy_home
+from import_now import work_off
+from toy_server import Server
+
+from app.jobs.outcome import give_back
+from app.jobs.tasks import Stopped, TaskContext
+from app.storage.models import Job, ModelVersion, Run
+from app.training.folders import begin_with, models_of_run
+from app.training.task import retrain_models
+from tsr_engine.errors import ModelError
+from tsr_engine.io.models import SHIPPED, load_component, read_manifest
+
+
+class Desk:
+    """One server on a toy home, with shorthands."""
+
+    def __init__(self, home: toy_home.ToyHome, server: Server) -> None:
+        self.home, self.server, self.client = home, server, server.client
+
+    def accept(self) -> None:
+        """Say that the engine's tracks are limits of 50 and right."""
+        with self.home.reader() as reader:
+            tracks = [t for t in reader.tracks() if t.confirmed]
+        assert tracks
+        for track in tracks:
+            for command in ({"name": "relabel_track", "class_id": 2}, {"name": "set_review", "review": "accepted"}):
+                body = {"key": f"m{track.track_id}", "frame": track.first_frame, **command}
+                answer = self.client.post(
+                    f"/api/runs/{self.home.run_id}/edits",
+                    json={"op_id": uuid.uuid4().hex, "author": "ann", "command": body},
+                    headers={"If-Match": f'"m{track.track_id}:{0 if command["name"] == "relabel_track" else 1}"'},
+                )
+                assert answer.status_code == 200, answer.text
+
+    def export(self, **asked: Any) -> str:
+        answer = self.client.post("/api/exports", json={"runs": [self.home.run_id], "format": "cvat-video", **asked})
+        assert answer.status_code == 202, answer.text
+        work_off(self.server.context, "export")
+        return str(answer.json()["id"])
+
+    def ask(self, **body: Any) -> Any:
+        return self.client.post("/api/models", json=body)
+
+    def train(self, **body: Any) -> dict[str, Any]:
+        answer = self.ask(**body)
+        assert answer.status_code == 202, answer.text
+        work_off(self.server.context, "retrain")
+        return self.view(answer.json()["id"])
+
+    def view(self, version: str) -> dict[str, Any]:
+        found: dict[str, Any] = self.client.get(f"/api/models/{version}").json()
+        return found
+
+    def active(self) -> str:
+        return str(self.client.get("/api/models").json()["active"])
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    home = toy_home.make_home(tmp_path_factory.mktemp("training"), 80)
+    server = Server(home.settings.home, roots=(home.settings.home,))
+    with server.client:
+        made = Desk(home, server)
+        made.accept()
+        yield made
+    home.evidence.close()
+    home.database.close()
+
+
+@pytest.fixture(scope="module")
+def export(desk: Desk) -> str:
+    return desk.export(states=["accepted"])
+
+
+@pytest.fixture(scope="module")
+def version(desk: Desk, export: str) -> dict[str, Any]:
+    return desk.train(name="First", exports=[export], parts=["prior", "classifier", "online"], seed=3)
+
+
+def test_a_version_says_where_it_comes_from(desk: Desk, export: str, version: dict[str, Any]) -> None:
+    assert version["state"] == "complete", version["error"]
+    assert (version["parent_id"], version["name"], version["active"]) == (None, "First", False)
+    lineage = version["lineage"]
+    assert lineage["asked"]["exports"][0]["artefact"] == export
+    assert lineage["exports"][0]["sha256"] == lineage["asked"]["exports"][0]["sha256"]
+    assert lineage["exports"][0]["runs"][0]["edit_revision"] > 0
+    assert lineage["parent"]["models"]["detector"] == load_component("detector").sha256
+    assert (lineage["seed"], lineage["parts"]) == (3, ["prior", "classifier", "online"])
+    assert lineage["used"]["signs"] == 2
+
+
+def test_its_files_are_whole_and_what_was_not_trained_is_the_parents(desk: Desk, version: dict[str, Any]) -> None:
+    folder = desk.home.settings.home / "models" / version["id"]
+    assert {name: load_component(name, folder).sha256 for name in version["models"]} == version["models"]
+    shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}
+    assert version["models"]["detector"] == shipped["detector"]
+    assert version["models"]["classifier"] != shipped["classifier"]
+    assert sorted(p.name for p in folder.parent.iterdir()) == [version["id"]]
+
+
+def test_figures_stand_beside_those_of_the_parent(version: dict[str, Any]) -> None:
+    found = version["figures"]["corrections"]
+    assert found["by"] == "sign"
+    assert found["signs"] == 1
+    assert set(found["new"]) == set(found["parent"]) >= {"ap50", "crops_right", "signs_right"}
+    assert set(version["figures"]["remembered"]["new"]) == {"signs_kept", "others_kept", "crops_kept"}
+    assert isinstance(version["figures"]["worse"], list)
+
+
+def test_promote_run_roll_back(desk: Desk, version: dict[str, Any]) -> None:
+    settings = desk.home.settings
+    assert desk.active() == "shipped"
+    assert desk.client.post("/api/models/rollback").status_code == 409
+    before = desk.home.add_run(state="queued", models={}, folder="runs/none")
+    with desk.home.database.write() as session:
+        assert begin_with(settings, session, session.get_one(Run, before)) is None
+    answer = desk.client.post(f"/api/models/{version['id']}/promote")
+    assert answer.status_code == 200
+    assert answer.json()["active"]
+    assert desk.active() == version["id"]
+
+    started = desk.client.post(f"/api/videos/{desk.home.video_id}/runs", json={"stop": 3}).json()
+    work_off(desk.server.context, "track")
+    run = desk.client.get(f"/api/runs/{started['id']}").json()
+    assert run["state"] == "complete", run["error"]
+    assert run["models"] == {name: version["models"][name] for name in run["models"]}
+    assert run["models"]["classifier"] == version["models"]["classifier"]
+
+    with desk.home.database.write() as session:  # a run that began before the promotion keeps its models
+        assert begin_with(settings, session, session.get_one(Run, before)) is None
+        assert models_of_run(settings, session, session.get_one(Run, started["id"])) == (
+            settings.home / "models" / version["id"]
+        )
+    removed = desk.client.delete(f"/api/models/{version['id']}")
+    assert removed.status_code == 409
+    assert desk.client.post("/api/models/rollback").json()["id"] == "shipped"
+    assert desk.active() == "shipped"
+    removed = desk.client.delete(f"/api/models/{version['id']}")
+    assert (removed.status_code, removed.json()["error"]["code"]) == (409, "in_use")
+
+
+def test_what_was_damaged_is_refused(desk: Desk, version: dict[str, Any]) -> None:
+    folder = desk.home.settings.home / "models" / version["id"]
+    file = folder / "classifier.npz"
+    content = file.read_bytes()
+    try:
+        file.write_bytes(content[:-7] + b"garbage")
+        answer = desk.client.post(f"/api/models/{version['id']}/promote")
+        assert (answer.status_code, answer.json()["error"]["code"]) == (409, "damaged")
+        run = desk.home.add_run(state="queued", models=dict(version["models"]), folder="runs/damaged", stop=2)
+        with desk.home.database.write() as session:
+            desk.server.context.jobs.submit(session, "track", run)
+        work_off(desk.server.context, "track")
+        with desk.home.database.read() as session:
+            row = session.get_one(Run, run)
+            assert row.state == "failed"
+            assert "does not match its manifest" in str(row.error)
+            session.expunge_all()
+    finally:
+        file.write_bytes(content)
+    gone = desk.home.add_run(models={"detector": "0" * 64}, name="Old run")
+    with desk.home.database.read() as session, pytest.raises(ModelError, match="Old run was begun with models"):
+        models_of_run(desk.home.settings, session, session.get_one(Run, gone))
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "words"),
+    [
+        ({}, 422, "at least one export"),
+        ({"exports": ["0" * 32]}, 404, "no export"),
+        ({"exports": ["0" * 32], "parts": ["wheels"]}, 422, ""),
+        ({"folders": {"gtsdb": "/etc"}}, 403, "outside the folders"),
+        ({"exports": ["0" * 32], "parent": "1" * 32}, 422, "to start from"),
+    ],
+)
+def test_what_cannot_be_asked(desk: Desk, body: dict[str, Any], status: int, words: str) -> None:
+    answer = desk.ask(**body)
+    assert answer.status_code == status, answer.text
+    assert words in answer.json()["error"]["message"]
+
+
+def test_an_export_that_is_not_complete_is_refused(desk: Desk) -> None:
+    waiting = desk.client.post("/api/exports", json={"runs": [desk.home.run_id], "format": "cvat-video"}).json()["id"]
+    answer = desk.ask(exports=[waiting])
+    assert (answer.status_code, answer.json()["error"]["code"]) == (409, "not_complete")
+    desk.client.post(f"/api/artefacts/{waiting}/cancel")
+
+
+def _claim(desk: Desk, version: str, leaving: bool) -> TaskContext:
+    context = desk.server.context
+    with context.database.write() as session:
+        job_id = next(j for j in context.jobs.waiting(session) if session.get_one(Job, j).subject == version)
+        job = context.jobs.claim(session, job_id)
+    assert job is not None
+    return TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: leaving)
+
+
+def test_stopped_work_goes_back_and_a_killed_one_starts_over(desk: Desk, export: str) -> None:
+    made = desk.ask(exports=[export], parts=["online"], name="Again").json()["id"]
+    task = _claim(desk, made, leaving=True)
+    with pytest.raises(Stopped):
+        retrain_models(task)
+    give_back(task)
+    assert desk.view(made)["state"] == "queued"
+
+    models = desk.home.settings.home / "models"  # as a process leaves them that was killed
+    for suffix in (".part", ".work"):
+        (models / f"{made}{suffix}").mkdir(exist_ok=True)
+        (models / f"{made}{suffix}" / "rubbish").write_text("x")
+    work_off(desk.server.context, "retrain")
+    assert desk.view(made)["state"] == "complete", desk.view(made)["error"]
+    assert not list(models.glob(f"{made}.*"))
+    assert not (models / made / "rubbish").exists()
+    assert desk.client.delete(f"/api/models/{made}").status_code == 204
+    assert not (models / made).exists()
+
+
+def test_cancel_and_resume(desk: Desk, export: str) -> None:
+    made = desk.ask(exports=[export], parts=["online"], name="Third").json()["id"]
+    assert desk.client.post(f"/api/models/{made}/cancel").json()["state"] == "cancelled"
+    assert desk.client.post(f"/api/models/{made}/resume").json()["state"] == "queued"
+    assert desk.client.post(f"/api/models/{made}/resume").status_code == 409
+    task = _claim(desk, made, leaving=False)
+    assert desk.client.post(f"/api/models/{made}/cancel").status_code == 202
+    with pytest.raises(Stopped):
+        retrain_models(task)
+    give_back(task)
+    assert desk.view(made)["state"] == "cancelled"
+    assert desk.client.delete(f"/api/models/{made}").status_code == 204
+
+
+def test_a_version_can_start_from_another(desk: Desk, export: str, version: dict[str, Any]) -> None:
+    child = desk.train(exports=[export], parts=["online"], parent=version["id"])
+    assert child["state"] == "complete", child["error"]
+    assert child["parent_id"] == version["id"]
+    assert child["models"]["classifier"] == version["models"]["classifier"]
+    assert child["models"]["online"] != version["models"]["online"]
+
+
+def test_an_export_that_is_gone_fails_with_a_sentence(desk: Desk) -> None:
+    lost = desk.export(states=["accepted"])
+    made = desk.ask(exports=[lost], parts=["online"]).json()["id"]
+    shutil.rmtree(desk.home.settings.home / "artefacts" / lost)
+    work_off(desk.server.context, "retrain")
+    assert desk.view(made)["state"] == "failed"
+    assert "There is no export at" in desk.view(made)["error"]
+
+
+def test_the_command_line_sees_the_same(
+    desk: Desk, version: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    from app.cli.main import run
+
+    home = ["--home", str(desk.home.settings.home)]
+    assert run(["models", "list", *home]) == 0
+    assert "First" in capsys.readouterr().out
+    assert run(["models", "promote", "First", *home]) == 0
+    assert desk.active() == version["id"]
+    assert run(["models", "promote", "Nobody", *home]) == 2
+    assert "there is no version" in capsys.readouterr().err
+    assert run(["models", "rollback", *home]) == 0
+    assert run(["models", "rollback", *home]) == 2
+    with desk.home.database.read() as session:
+        assert all(v.promoted == 0 for v in session.query(ModelVersion))

@@ -1,0 +1,107 @@
+"""Who scrubs sees a soft picture of the right frame at once, and the picture itself when the cursor rests."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from import_now import work_off
+from toy_server import Server
+
+import app.videos.encoded
+import app.videos.glance
+import app.videos.reel
+from app.videos.glance import glance_path, is_wanted
+from tsr_engine.io.video import open_video
+
+
+@pytest.fixture
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The small pictures of the corpus count as slow."""
+    monkeypatch.setattr(app.videos.reel, "_NEAR", 0.0002)
+    monkeypatch.setattr(app.videos.glance, "_WORST", 0.001)
+
+
+def _long(corpus: ModuleType, server: Server) -> tuple[Any, str]:
+    made = corpus.make(corpus.RECIPES["long_gop"], server.settings.home, "long")
+    answer = server.client.post("/api/videos", json={"path": str(made.path)})
+    assert answer.status_code == 201, answer.text
+    work_off(server.context, "import")
+    return made, str(answer.json()["id"])
+
+
+def _ask(server: Server, video: str, k: int, query: str = "?glance=true") -> Any:
+    answer = server.client.get(f"/api/videos/{video}/frames/{k}{query}")
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["x-frame-ordinal"] == str(k)
+    return answer
+
+
+def _code(corpus: ModuleType, answer: Any) -> int:
+    return int(corpus.read_code(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)))
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_glance_shows_the_frame_itself_softly(server: Server, corpus: ModuleType) -> None:
+    made, video = _long(corpus, server)
+    path = glance_path(server.settings.home, video)
+    far = len(made.codes) - 1
+    assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # no copy yet
+    work_off(server.context, "glance")
+    assert path.is_file()
+    server.context.frames.forget(video)
+    server.context.frames._cache = app.videos.encoded.EncodedCache(2**20)
+    with open_video(path) as copy:
+        assert len(copy.table) == len(made.codes)
+        assert int(np.diff(np.flatnonzero(copy.table.key)).max()) <= 12
+    order = list(range(len(made.codes)))
+    random.Random(4).shuffle(order)
+    soft = 0
+    for k in order:
+        answer = _ask(server, video, k)
+        assert _code(corpus, answer) == made.codes[k], k
+        if answer.headers["x-frame-exact"] == "false":
+            soft += 1
+            assert answer.headers["cache-control"] == "no-store"
+            assert "etag" not in answer.headers
+    assert soft > len(order) // 4
+    exact = _ask(server, video, far, "")
+    assert exact.headers["x-frame-exact"] == "true"
+    assert _code(corpus, exact) == made.codes[far]
+    assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # it is in the cache now
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_damaged_copy_is_done_without(server: Server, corpus: ModuleType) -> None:
+    made, video = _long(corpus, server)
+    path = glance_path(server.settings.home, video)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(b"\0" * 2000)
+    answer = _ask(server, video, len(made.codes) - 1)
+    assert answer.headers["x-frame-exact"] == "true"
+    assert _code(corpus, answer) == made.codes[-1]
+    assert not path.exists()
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_removed_video_takes_its_copy_along(server: Server, corpus: ModuleType) -> None:
+    _, video = _long(corpus, server)
+    work_off(server.context, "glance")
+    path = glance_path(server.settings.home, video)
+    assert path.is_file()
+    assert server.client.delete(f"/api/videos/{video}").status_code in (200, 204)
+    assert not path.exists()
+
+
+def test_only_videos_with_far_pictures_get_a_copy(server: Server, corpus: ModuleType) -> None:
+    made, video = _long(corpus, server)  # small pictures: decoding them all takes no time
+    with open_video(Path(made.path)) as file:
+        assert not is_wanted(file.table, file.width, file.height)
+        assert is_wanted(file.table, 3840, 2160)
+    work_off(server.context)
+    assert not glance_path(server.settings.home, video).exists()

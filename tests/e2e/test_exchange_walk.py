@@ -1,0 +1,260 @@
+"""Annotations out and in, files, model versions and the views beside the picture, in a real browser on a real server.
+
+The run is made by importing the sample's exact truth as somebody else's run, so that nothing waits for the engine.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree import ElementTree as ET
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshots import AXE, CHROMIUM, FLAGS, serious
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(300),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+WORK = 90_000
+"""Patience with work of the server, ms: the machine may be busy."""
+NAME = SHIPPED[1].video.name
+
+
+class Desk(NamedTuple):
+    """A server with one video and one run, and a browser."""
+
+    server: LiveServer
+    browser: Browser
+    video: str
+    run: str
+    tracks: int
+    boxes: int
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    roots = tmp_path_factory.mktemp("clips")
+    shutil.copyfile(SHIPPED[1].video, roots / NAME)
+    with pytest.MonkeyPatch.context() as patch, sync_playwright() as playwright:
+        patch.setenv("TSR_SAMPLE", "false")
+        with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,)) as server:
+            video = server.call("POST", "/videos", {"path": str(roots / NAME)})["id"]
+            end = time.monotonic() + 120
+            while server.call("GET", f"/videos/{video}")["state"] != "ready":
+                assert time.monotonic() < end
+                time.sleep(0.1)
+            found = server.call(
+                "POST",
+                f"/videos/{video}/imports?as=run&name=tracker&format=tracks-csv",
+                SHIPPED[1].truth.read_bytes(),
+                "application/octet-stream",
+            )
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+            yield Desk(server, browser, video, found["id"], found["tracks"], found["boxes"])
+            browser.close()
+
+
+@pytest.fixture
+def page(desk: Desk) -> Iterator[Page]:
+    context = desk.browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
+    page = context.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(desk.server.link())
+    page.wait_for_function(
+        "() => globalThis.tsr?.store.get().videos?.length && tsr.store.get().session", timeout=60_000
+    )
+    yield page
+    context.close()
+    assert errors == []
+
+
+def _review(page: Page, desk: Desk) -> None:
+    page.evaluate("hash => { location.hash = hash }", f"#/review/{desk.video}/{desk.run}?frame=100")
+    page.wait_for_function(
+        "() => tsr.store.get().review?.shown === 100 && tsr.store.get().review.tracks", timeout=60_000
+    )
+
+
+def _accessible(page: Page) -> None:
+    if AXE.is_file():
+        assert serious(page) == []
+
+
+def _choose(page: Page, name: str, content: bytes) -> None:
+    chosen = {"name": name, "mimeType": "application/octet-stream", "buffer": content}
+    page.locator("#import-file").set_input_files(chosen)  # type: ignore[arg-type]
+
+
+def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk) -> None:
+    _review(page, desk)
+    page.get_by_role("button", name="Export annotations").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("Format", exact=True).select_option("cvat-video")
+    expect(dialog.locator("#export-format + p, .run-column p").filter(has_text="CVAT").first).to_be_visible()
+    expect(dialog.locator(".export-count")).to_contain_text(f"{desk.tracks} tracks", timeout=30_000)
+    _accessible(page)
+    dialog.get_by_label("Open", exact=True).uncheck()
+    expect(dialog.locator(".export-count")).to_contain_text("Nothing would go out")
+    dialog.get_by_label("Open", exact=True).check()
+    dialog.get_by_label("Last frame").fill("5000")
+    expect(dialog.get_by_role("alert")).to_contain_text("from 0 to 299")
+    dialog.get_by_label("Last frame").fill("")
+    dialog.get_by_label("File name").fill("my <b>export")
+    dialog.get_by_role("button", name="Export", exact=True).click()
+    with page.expect_download(timeout=WORK) as download:
+        dialog.get_by_role("link", name="Download my <b>export").click(timeout=WORK)
+    assert download.value.suggested_filename.endswith(".zip")
+    with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
+        manifest = json.loads(archive.read("manifest.json"))
+        xml = ET.fromstring(archive.read(next(n for n in archive.namelist() if n.endswith(".xml"))))
+    assert manifest["counts"]["boxes"] == desk.boxes
+    assert len(xml.findall("track")) == desk.tracks
+    dialog.get_by_role("button", name="Close").last.click()
+    page.get_by_role("link", name="Files").click()
+    row = page.get_by_role("listitem").filter(has_text="my <b>export")
+    expect(row).to_contain_text("ready")
+    expect(row).to_contain_text(NAME)
+    _accessible(page)
+    row.get_by_role("button", name="Delete").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
+    expect(page.get_by_role("listitem").filter(has_text="my <b>export")).to_have_count(0)
+
+
+def test_a_split_that_cannot_be_dealt_says_why_and_the_choice_is_remembered(page: Page, desk: Desk) -> None:
+    page.get_by_role("button", name="Export", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("Format", exact=True).select_option("coco")
+    dialog.get_by_label("Split into").check()
+    expect(dialog.get_by_text("leakage check")).to_be_visible()
+    dialog.get_by_label("Validation", exact=True).fill("30")
+    dialog.get_by_role("button", name="Export", exact=True).click()
+    # all signs of this drive share frames, so none can be kept apart
+    expect(dialog.locator(".made")).to_contain_text("must each stay whole", timeout=WORK)
+    page.keyboard.press("Escape")
+    page.reload()
+    page.get_by_role("button", name="Export", exact=True).click(timeout=60_000)
+    dialog = page.get_by_role("dialog")
+    expect(dialog.get_by_label("Format", exact=True)).to_have_value("coco")
+    expect(dialog.get_by_label("Validation", exact=True)).to_have_value("30")
+
+
+def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk) -> None:
+    _review(page, desk)
+    page.get_by_role("button", name="Import annotations").click()
+    dialog = page.get_by_role("dialog")
+    dialog.locator("[name=import-as][value=truth]").check()
+    _choose(page, "exact.csv", SHIPPED[1].truth.read_bytes())
+    expect(dialog.get_by_label("Name", exact=True)).to_have_value("exact")
+    _accessible(page)
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    expect(dialog.get_by_text(f"Imported: {desk.tracks} tracks")).to_be_visible(timeout=WORK)
+    dialog.get_by_role("button", name="Show the ground truth").click()
+    page.wait_for_function(
+        "() => tsr.store.get().review.layers.truth && (tsr.store.get().review.truth[100]?.length ?? 0) > 0",
+        timeout=30_000,
+    )
+    page.get_by_role("button", name="Ground truths").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete exact").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete", exact=True).click()
+    page.wait_for_function("() => !(tsr.store.get().review.truth[100]?.length)", timeout=30_000)
+
+
+def test_a_file_comes_in_as_a_run_and_opens(page: Page, desk: Desk) -> None:
+    _review(page, desk)
+    page.keyboard.press("Shift+I")
+    dialog = page.get_by_role("dialog")
+    dialog.locator("[name=import-as][value=run]").check()
+    _choose(page, "theirs.csv", SHIPPED[1].truth.read_bytes())
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    expect(dialog.get_by_role("heading", name="Left out")).to_be_visible(timeout=WORK)
+    dialog.get_by_role("button", name="Show the run").click()
+    page.wait_for_function(
+        "old => tsr.store.get().review?.run && tsr.store.get().review.run.id !== old", arg=desk.run, timeout=30_000
+    )
+    assert page.evaluate("tsr.store.get().review.run.name") == "theirs"
+    expect(page.get_by_role("button", name="Report a bug")).to_have_attribute("aria-disabled", "true")
+
+
+def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, desk: Desk) -> None:
+    _review(page, desk)
+    page.get_by_role("button", name="Import annotations").click()
+    dialog = page.get_by_role("dialog")
+    dialog.locator("[name=import-as][value=truth]").check()
+    lines = SHIPPED[1].truth.read_text().splitlines()
+    lines[3] = lines[3].replace(lines[3].split(",")[2], "nan", 1)
+    _choose(page, "broken.csv", "\n".join(lines).encode())
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    refused = dialog.locator(".import-refused")
+    expect(refused).to_contain_text("broken.csv, line 4", timeout=WORK)
+    expect(refused).to_contain_text("Nothing was imported")
+    _choose(page, "unknown.bin", b"\x00\x01\x02")
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    expect(refused).to_contain_text("unknown.bin", timeout=WORK)
+
+
+def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Page, desk: Desk) -> None:
+    page.get_by_role("link", name="Models").click()
+    shipped = page.get_by_role("listitem").filter(has_text="Shipped")
+    expect(shipped).to_contain_text("in use", timeout=30_000)
+    expect(shipped).to_contain_text("Average precision")
+    _accessible(page)
+    page.get_by_role("button", name="Retrain", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog.get_by_role("button", name="Retrain", exact=True)).to_be_disabled()
+    expect(dialog.get_by_role("alert")).to_contain_text("Tick an export")
+    _accessible(page)
+
+
+def test_a_recording_is_made_listed_and_shown_beside_the_picture(page: Page, desk: Desk) -> None:
+    _review(page, desk)
+    page.get_by_role("button", name="Record frames").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("First frame").fill("90")
+    dialog.get_by_label("Last frame").fill("120")
+    expect(dialog).to_contain_text("31 frames")
+    dialog.get_by_role("button", name="Record", exact=True).click()
+    beside = page.get_by_role("region", name="Recording")
+    expect(beside).to_be_visible()
+    page.wait_for_function(
+        "() => tsr.store.get().artefacts?.some(one => one.kind === 'recording' && one.state === 'complete')",
+        timeout=WORK,
+    )
+    beside.get_by_role("button", name="Close this view").click()
+    expect(beside).to_have_count(0)
+    page.get_by_role("link", name="Files").click()
+    row = page.get_by_role("listitem").filter(has_text="Recording")
+    expect(row).to_contain_text("frames 90 to 120")
+
+
+def test_the_author_of_corrections_can_be_changed(page: Page, desk: Desk) -> None:
+    _review(page, desk)
+    page.get_by_role("button", name="Preferences").click()
+    page.get_by_label("Your name").fill("Ada <b>L")
+    page.keyboard.press("Enter")
+    track = desk.server.call("GET", f"/runs/{desk.run}/tracks")["id"][0]
+    page.evaluate("key => { location.hash = location.hash.split('?')[0] + `?frame=100&track=${key}` }", f"m{track}")
+    page.wait_for_function("key => tsr.store.get().review.selected === key", arg=f"m{track}")
+    page.locator("[data-operation=accept]").click()
+    page.wait_for_function(
+        "key => tsr.store.get().review.docs[key]?.review === 'accepted' && !tsr.store.get().review.unsaved.length",
+        arg=f"m{track}",
+        timeout=30_000,
+    )
+    annotation = desk.server.call("GET", f"/runs/{desk.run}/annotation?author=Ada%20%3Cb%3EL")
+    assert annotation["undo"] is not None

@@ -1,0 +1,148 @@
+"""A recording in the viewer that this server carries: it opens at the right frame, both sides follow each other, and
+nothing leaves the server."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, sync_playwright
+
+from app.recordings.viewer import ViewerFiles
+from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
+from toy_home import ToyHome, make_home
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(280),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+# The view over the whole window, and everything that the viewer's frame says.
+MOUNT = """async () => {
+  globalThis.heard = [];
+  addEventListener('message', ({data}) => heard.push(data));
+  const {createRecordingView} = await import('/static/js/views/recording/index.js');
+  const {signal} = new AbortController();
+  const view = globalThis.view = createRecordingView({store: tsr.store, api: {base: '/api'}, signal});
+  view.element.style.cssText = 'position: fixed; inset: 0; z-index: 1000; background: var(--surface-1, #fff)';
+  document.body.append(view.element);
+  view.update(tsr.store.get());
+  tsr.store.subscribe(() => view.update(tsr.store.get()));
+}"""
+ACT = "async ([name, value]) => tsr.store.dispatch((await import('/static/js/store/actions/review.js'))[name], value)"
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
+    made = make_home(tmp_path_factory.mktemp("toy"))
+    viewer = ViewerFiles(tmp_path_factory.getbasetemp() / "rerun-viewer")  # tests/app/recordings takes the same copy
+    viewer.ensure()
+    shutil.copytree(viewer.folder, made.settings.home / "cache" / viewer.folder.name)
+    made.evidence.close()
+    made.database.close()
+    return made
+
+
+@pytest.fixture(scope="module")
+def server(home: ToyHome) -> Iterator[LiveServer]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TSR_SAMPLE", "false")
+        with LiveServer(home.settings.home, roots=(home.video.parent,)) as running:
+            yield running
+
+
+@pytest.fixture
+def page(server: LiveServer, home: ToyHome) -> Iterator[Page]:
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=str(CHROMIUM), args=[*FLAGS, *GRAPHICS])
+        shown = browser.new_page(viewport={"width": 900, "height": 700})
+        shown.goto(server.link())
+        shown.goto(f"{server.base}/#/review/{home.video_id}/{home.run_id}?frame=20")
+        wait(shown, "() => tsr.store.get().review?.run?.frames_done === 75 && tsr.store.get().review.timebase")
+        yield shown
+        browser.close()
+
+
+def wait(page: Page, question: str, seconds: float = 45) -> Any:
+    """The answer to a question, as soon as there is one; the page's policy forbids Playwright's own way."""
+    until = time.monotonic() + seconds
+    while not (answer := page.evaluate(question)):
+        assert time.monotonic() < until, (
+            f"not within {seconds} s: {question}; heard {page.evaluate('globalThis.heard')}"
+        )
+        page.wait_for_timeout(100)
+    return answer
+
+
+def heard(page: Page, kind: str) -> list[dict[str, Any]]:
+    return [message for message in page.evaluate("heard") if message.get("type") == kind]
+
+
+def press(page: Page, key: str) -> None:
+    """A key for the viewer."""
+    page.frame_locator(".recording-stage").locator("#viewer").press(key)
+
+
+def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: Page, server: LiveServer) -> None:
+    if not page.evaluate("() => document.createElement('canvas').getContext('webgl2') !== null"):
+        pytest.skip("this browser has no WebGL 2, not even in software")
+    requests: list[str] = []
+    page.context.on("request", lambda request: requests.append(request.url))
+    page.evaluate(MOUNT)
+    page.evaluate(ACT, ["seek", 20])
+    page.get_by_role("button", name="Record frames 0 to 74").click(timeout=60_000)
+    wait(page, "() => heard.some(({type}) => type === 'opened' || type === 'failed')", 120)
+    assert heard(page, "failed") == []
+    wait(page, "() => document.querySelector('.recording-veil') === null")
+
+    # The viewer is where the page is: one frame on from there is the next one.
+    press(page, "ArrowRight")
+    wait(page, "() => tsr.store.get().review.frame === 21")
+    page.evaluate(ACT, ["seek", 50])
+    page.wait_for_timeout(500)
+    press(page, "ArrowLeft")
+    wait(page, "() => tsr.store.get().review.frame === 49")
+
+    # A track that is selected on the page is selected there.
+    key = wait(page, "() => { const t = tsr.store.get().review.tracks; return t?.id.length ? `m${t.id[0]}` : null; }")
+    page.evaluate(ACT, ["select", key])
+    wait(page, "() => heard.some(({type, entity}) => type === 'selected' && entity !== null)")
+    entity = next(m["entity"] for m in heard(page, "selected") if m["entity"])
+    assert entity in ("/video/results", f"/tracks/{key}/state")
+    assert heard(page, "refused") == []
+    assert page.evaluate("() => tsr.store.get().review.selected") == key
+
+    assert any("re_viewer_bg.wasm" in url for url in requests)
+    outside = [url for url in requests if not url.startswith((server.base, "blob:", "data:"))]
+    assert outside == [], "something was asked of another host"
+    page.evaluate("view.destroy()")
+    assert page.locator(".recording-stage").count() == 0
+
+
+def test_without_webgl_the_file_is_offered(page: Page) -> None:
+    page.context.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    page.evaluate(MOUNT)
+    page.evaluate(ACT, ["seek", 20])
+    wait(page, "() => document.querySelector('.recording .btn-primary, .recording-stage')", 60)
+    offer = page.get_by_role("button", name="Record frames 0 to 74")
+    if offer.count():
+        offer.click(timeout=10_000)
+    link = page.get_by_role("link", name="Download the recording")
+    link.wait_for(timeout=90_000)
+    assert "WebGL 2" in page.locator(".recording-body").inner_text()
+    assert (
+        page.context.request.get(f"{page.evaluate('location.origin')}{link.get_attribute('href')}").body()[:4]
+        == b"RRF2"
+    )

@@ -1,0 +1,82 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {covers, framesOf, rangeAround, recordingFor} from '../../../static/js/views/recording/choice.js';
+import {readMessage} from '../../../static/js/views/recording/messages.js';
+import {seekRequest, selectRequest} from '../../../static/js/views/recording/protocol.js';
+import {entityOf, trackOf} from '../../../static/js/views/recording/selection.js';
+
+/** @param {Uint8Array} data */
+const hex = (data) => Buffer.from(data).toString('hex');
+/** @param {number} id @param {object} [more] */
+const track = (id, more = {}) => /** @type {any} */ ({id, prediction: null, relocalisation: null, ...more});
+/** @type {import('../../../static/js/types.js').Overlay} */
+const OVERLAY = {
+  frame: 4,
+  detections: /** @type {any} */ ([{track: null}, {track: 9}]),
+  tracks: [track(9, {prediction: {}}), track(7, {prediction: {}, relocalisation: {}}), track(8)],
+};
+/** @param {string} id @param {number} first @param {number} stop @param {string} [state] */
+const recording = (id, first, stop, state = 'complete') => /** @type {any} */ ({id, state, options: {first, stop}});
+
+test('a seek is the message that the viewer reads', () => {
+  // set_time_cursor { timeline { name: "frame" } time { time: 300 } play_state: PAUSED }
+  assert.equal(hex(seekRequest('frame', 300)), '3210' + '12070a056672616d65' + '1a0308ac02' + '2801');
+  assert.equal(hex(seekRequest('frame', 0)), '320f' + '12070a056672616d65' + '1a020800' + '2801');
+  assert.equal(hex(seekRequest('frame', 2 ** 40)).slice(-18), '08808080808020' + '2801');
+});
+
+test('a selection is a link within the recording', () => {
+  const data = selectRequest('video/results[#1]');
+  assert.equal(hex(data.subarray(0, 4)), '221f0a1d');
+  assert.equal(new TextDecoder().decode(data.subarray(4)), 'recording://video/results[#1]');
+});
+
+test('what is picked in the viewer names its track', () => {
+  assert.equal(trackOf('/tracks/m7/gate/l_positive', null, undefined), 'm7');
+  assert.equal(trackOf('/tracks/other', null, OVERLAY), null);
+  assert.equal(trackOf('/video/results', 0, OVERLAY), 'm9');
+  assert.equal(trackOf('/video/results', 2, OVERLAY), 'm8');
+  assert.equal(trackOf('/video/results', 3, OVERLAY), null);
+  assert.equal(trackOf('/video/predictions', 0, OVERLAY), 'm7', 'predictions are sorted by track');
+  assert.equal(trackOf('/video/innovation', 1, OVERLAY), 'm9');
+  assert.equal(trackOf('/video/search', 0, OVERLAY), 'm7');
+  assert.equal(trackOf('/video/detections', 0, OVERLAY), null, 'a detection without a track');
+  assert.equal(trackOf('/video/detections_raw', 1, OVERLAY), 'm9');
+  assert.equal(trackOf('/video/truth', 0, OVERLAY), null);
+  assert.equal(trackOf('/video/results', null, OVERLAY), null, 'the whole layer is no track');
+  assert.equal(trackOf(null, null, OVERLAY), null);
+});
+
+test('a track stands for its box, else for its states', () => {
+  assert.equal(entityOf('m7', OVERLAY), 'video/results[#1]');
+  assert.equal(entityOf('m70', OVERLAY), 'tracks/m70/state');
+  assert.equal(entityOf('m7', undefined), 'tracks/m7/state');
+  assert.equal(entityOf('h3f2a9c', OVERLAY), null);
+  for (const {id} of OVERLAY.tracks) {
+    const [, place] = /\[#(\d+)\]$/.exec(entityOf(`m${id}`, OVERLAY) ?? '') ?? [];
+    assert.equal(trackOf('/video/results', Number(place), OVERLAY), `m${id}`);
+  }
+});
+
+test('a new recording lies around the cursor and within the run', () => {
+  assert.deepEqual(rangeAround(500, {first: 0, stop: 1000}), {first: 350, stop: 650});
+  assert.deepEqual(rangeAround(20, {first: 0, stop: 1000}), {first: 0, stop: 300});
+  assert.deepEqual(rangeAround(990, {first: 0, stop: 1000}), {first: 700, stop: 1000});
+  assert.deepEqual(rangeAround(120, {first: 100, stop: 150}), {first: 100, stop: 150});
+  assert.equal(rangeAround(0, {first: 5, stop: 5}), null);
+  for (let frame = 0; frame < 400; frame += 7) assert.ok(covers(/** @type {any} */ (rangeAround(frame, {first: 0, stop: 400})), frame));
+  assert.deepEqual(framesOf(/** @type {any} */ ({first: 10, frames_done: 5})), {first: 10, stop: 15});
+});
+
+test('the newest finished recording that has the frame is shown', () => {
+  const list = [recording('a', 0, 50, 'failed'), recording('b', 40, 90, 'running'), recording('c', 30, 60), recording('d', 0, 60)];
+  assert.equal(recordingFor(list, 45)?.id, 'c');
+  assert.equal(recordingFor(list, 10)?.id, 'd');
+  assert.equal(recordingFor(list, 60), null);
+});
+
+test('foreign messages are not taken for ours', () => {
+  for (const data of [null, 'time', 7, {}, {type: 'else'}, {kind: 'time'}]) assert.equal(readMessage(data, ['time']), null);
+  assert.deepEqual(readMessage({type: 'time', frame: 3}, ['time']), {type: 'time', frame: 3});
+});

@@ -1,0 +1,55 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import {test} from 'node:test';
+import {content, facts, partOf, skipped} from '../../../static/js/views/artefact-words.js';
+import {rangeAround} from '../../../static/js/views/dialogs/frame-range.js';
+import {lineage, modelProgress} from '../../../static/js/views/model-words.js';
+
+/** @param {object} [more] */
+const artefact = (more = {}) => /** @type {import('../../../static/js/types.js').Artefact} */ ({
+  id: 'a', kind: 'export', run_id: null, name: 'x.zip', state: 'complete', error: null, options: {format: 'yolo'}, done: 0, total: null, size: 1500, sha256: '', summary: {}, created: '2026-11-21T09:00:00Z', finished: null, ...more,
+});
+
+test('a file is described by what it is, of what, how large', () => {
+  assert.match(facts(artefact({summary: {title: 'YOLO'}}), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
+  assert.match(facts(artefact({kind: 'recording', options: {first: 1000, stop: 1300}, size: null}), ''), /^Recording · frames 1,000 to 1,299 · /);
+  assert.equal(content(artefact({summary: {counts: {videos: 1, tracks: 2, boxes: 1, by: {}}, files: 3}})), '1 video, 2 tracks, 1 box, 3 files');
+  assert.equal(content(artefact()), '');
+});
+
+test('what was skipped may be more than is listed', () => {
+  const items = [{what: 'a', reason: 'b'}];
+  assert.deepEqual(skipped(artefact({summary: {skipped: items, skipped_count: 7}})), {items, total: 7});
+  assert.deepEqual(skipped(artefact()), {items: [], total: 0});
+});
+
+test('progress is a share, where it is known', () => {
+  assert.equal(partOf({state: 'running', done: 5, total: null}), null);
+  assert.equal(partOf({state: 'running', done: 5, total: 4}), 1);
+  assert.equal(partOf({state: 'complete', done: 0, total: 0}), 1);
+});
+
+test('a range lies around the track, else around the cursor, and within the run', () => {
+  assert.deepEqual(rangeAround({frame: 100, span: {first: 90, last: 120}, first: 0, last: 299, most: 300}), {first: 75, last: 135});
+  assert.deepEqual(rangeAround({frame: 2, span: {first: 0, last: 10}, first: 0, last: 299, most: 300}), {first: 0, last: 25});
+  const long = rangeAround({frame: 500, span: {first: 0, last: 999}, first: 0, last: 999, most: 100});
+  assert.equal(long.last - long.first, 99);
+  assert.ok(long.first <= 500 && 500 <= long.last);
+  for (const frame of [0, 150, 299]) {
+    const around = rangeAround({frame, span: null, first: 0, last: 299, most: 100});
+    assert.ok(around.first >= 0 && around.last <= 299 && around.first <= frame && frame <= around.last && around.last - around.first < 100, JSON.stringify(around));
+  }
+  const end = rangeAround({frame: 990, span: {first: 500, last: 999}, first: 0, last: 999, most: 100});
+  assert.deepEqual(end, {first: 900, last: 999});
+});
+
+test('lineage names parent, exports, corrections, data and seed', () => {
+  const version = /** @type {any} */ ({id: 'v2', parent_id: 'v1', state: 'running', stage: 'trial: boosting', done: 3, total: 9, lineage: {
+    asked: {exports: [{artefact: 'e', name: 'drive.zip'}], folders: {gtsdb: '/d'}, seed: 4, parts: ['detector']},
+    exports: [{videos: [{name: 'drive.mp4', edit_revision: 12}]}], used: {frames: 30, signs: 2, videos: ['drive.mp4']}, held_out: {by: 'sign', signs: ['s']}, seed: 4, parts: ['detector'],
+  }});
+  const rows = Object.fromEntries(lineage(version, [/** @type {any} */ ({id: 'v1', name: 'First'})]));
+  assert.deepEqual(rows, {'Made from': 'First', Exports: 'drive.zip', Corrections: 'drive.mp4 up to edit 12', Data: 'GTSDB in /d', Parts: 'detector', Seed: '4', 'Learned from': '2 signs in 30 frames of drive.mp4', 'Held out': '1 sign, chosen by sign'});
+  assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
+  assert.equal(Object.fromEntries(lineage({...version, parent_id: 'gone'}, []))['Made from'], 'a version that was removed');
+});
