@@ -32,7 +32,7 @@ def test_going_back_fills_what_comes_next_and_a_small_cache_ends(corpus: ModuleT
         table = file.confirm()
     for most, held in ((2**20, True), (1, False)):
         cache = EncodedCache(most)
-        reel = Reel("v", open_video(path, table=table), table, cache, ())
+        reel = Reel("v", open_video(path, table=table), table, cache, (), tmp_path / "none.mp4")
         reel.get(40, reel.snap(None), "jpeg")
         reel.get(39, reel.snap(None), "jpeg")
         pause = threading.Event()
