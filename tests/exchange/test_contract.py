@@ -331,11 +331,15 @@ def test_all_sides_of_a_split_come_back(name: str, clip: Path, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
-@pytest.mark.parametrize("names", [("a.mp4", "b.mp4"), ("drive.mp4", "drive.mp4")], ids=("other", "same"))
+@pytest.mark.parametrize(
+    "names",
+    [("a.mp4", "b.mp4"), ("drive.mp4", "night drive.mp4"), ("drive.mp4", "drive.mp4")],
+    ids=("other", "alike", "same"),
+)
 def test_of_two_videos_each_gets_its_own(
     name: str, names: tuple[str, str], clip: Path, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    if names[0] == names[1] and name in {"cvat-video", "cvat-images", "datumaro", "label-studio"}:
+    if names[0] == names[1] and name in {"cvat-video", "cvat-images", "datumaro"}:
         pytest.skip("these find a video by its name")
     videos = [
         _video(clip, [a_track("m1", [place + 1], boxes=[(5, 6 + place, 25, 30)])], name=given, sha=str(place) * 64)

@@ -199,8 +199,7 @@ def _about(
     numbered = list(enumerate(tasks))
     if len(tasks) <= 1:
         return numbered
-    stem = Path(target.video.name).stem.casefold()
-    chosen = [(place, task) for place, task in numbered if stem in _video_name(task).casefold()]
+    chosen = [(place, task) for place, task in numbered if _is_about(task, target.video)]
     if not chosen:
         raise refuse(
             file, None, f"has {len(tasks)} tasks, none about {target.video.name}. Export the task of this video."
@@ -210,9 +209,17 @@ def _about(
     return chosen
 
 
-def _video_name(task: dict[str, Any]) -> str:
+def _is_about(task: dict[str, Any], video: DatasetVideo) -> bool:
+    """By the hash where the task has one, else by the file name; Label Studio puts ``1a2b3c4d-`` before an upload's."""
     data = task.get("data")
-    return " ".join(str(value) for value in data.values()) if isinstance(data, dict) else ""
+    if not isinstance(data, dict):
+        return False
+    digest = data.get("sha256")
+    if digest and video.sha256:
+        return bool(digest == video.sha256)
+    wanted = Path(video.name).stem.casefold()
+    names = (Path(str(value)).stem.casefold() for value in data.values())
+    return any(name == wanted or name.endswith(f"-{wanted}") for name in names)
 
 
 def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> None:
