@@ -5,6 +5,9 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 HOME_DIR ?= out/review
 ARGS ?=
+# Two at a time keep two cores busy; a file of tests stays in one process, as its fixtures are shared.
+TOGETHER ?= 2
+PYTEST := $(VENV)/bin/python -m pytest --numprocesses $(TOGETHER) --dist loadfile
 ORACLES ?= .oracles
 CHROMIUM ?= $(shell command -v chromium || command -v chromium-browser)
 NODE := $(BIN)/node
@@ -22,6 +25,8 @@ $(VENV)/.installed: pyproject.toml
 	@echo "Installing tsr into $(VENV), once; this takes a few minutes ..."
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@echo "Compiling the numeric kernels and trying the engine on the sample drive, once; about a minute ..."
+	@$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" > /dev/null
 	@touch $@
 
 $(VENV)/.tools: package.json $(VENV)/.installed
@@ -36,10 +41,10 @@ review: $(VENV)/.installed ## open the review tool on the sample drive (HOME_DIR
 test: $(VENV)/.installed $(VENV)/.tools ## all tests, the browser's too; those on real data run where TSR_DATA names them
 	@test -n "$(CHROMIUM)" || { echo "The browser tests need Chromium. On Debian: apt install chromium. Without it: make test-quick"; exit 1; }
 	$(NODE) --test 'tests/js/**/*.test.js'
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
-	$(BIN)/python -m pytest --ignore tests/e2e
+	$(PYTEST) --ignore tests/e2e
 
 # The other libraries want versions of their own, so they get an environment of their own (1.5 GB with PyTorch).
 $(ORACLES)/.installed: tests/oracles/requirements.txt
@@ -69,9 +74,9 @@ bench-speed: $(VENV)/.installed ## time the engine by stage; GTSDB=folder adds t
 	$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" --timing
 	$(if $(GTSDB),$(BIN)/python benchmarks/detection_speed.py --gtsdb $(GTSDB))
 
-bench: $(VENV)/.installed ## benchmarks/REPORT.md anew; GTSDB=, GTSRB=, CLIPS=, LOOMING= name the data, ONLY= some experiments
+bench: $(VENV)/.installed ## benchmarks/REPORT.md anew; GTSDB=, GTSRB=, CLIPS=, LOOMING=, TUNING= name the data, ONLY= some experiments
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(GTSDB),--gtsdb $(GTSDB)) $(if $(GTSRB),--gtsrb $(GTSRB)) \
-		$(if $(CLIPS),--clips $(CLIPS)) $(if $(LOOMING),--looming $(LOOMING))
+		$(if $(CLIPS),--clips $(CLIPS)) $(if $(LOOMING),--looming $(LOOMING)) $(if $(TUNING),--tuning $(TUNING))
 
 clean: ## remove the environment and what was generated
 	rm -rf $(VENV) $(ORACLES) out runs .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

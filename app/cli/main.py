@@ -9,11 +9,11 @@ from app.cli.record import record
 from app.cli.review import review
 from tsr_engine.cli import main as engine
 
-__all__ = ["run"]
+__all__ = ["register", "run"]
 
 
-def run(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code."""
+def register() -> None:
+    """Add the commands of the review tool to the engine's; again changes nothing."""
     known = {command.name for command in engine.app.registered_commands}
     if "review" not in known:
         engine.app.command("review")(review)
@@ -23,4 +23,9 @@ def run(arguments: list[str] | None = None) -> int:
         engine.app.command("bundle")(bundle)
         engine.app.add_typer(models, name="models")
         engine.app.command("record")(record)
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code."""
+    register()
     return engine.run(arguments)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.experiment import Experiment
-from benchmarks.experiments import clips, detection, fusion, gate, prior, speed, stress, svm
+from benchmarks.experiments import clips, detection, fusion, gate, prior, review, speed, stress, svm
 
 __all__ = ["EXPERIMENTS"]
 
@@ -16,4 +16,5 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     fusion.EXPERIMENT,
     svm.EXPERIMENT,
     speed.EXPERIMENT,
+    review.EXPERIMENT,
 )

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 import typer.main
 
+from app.cli.main import register
 from tsr_engine.cli.main import app
 
+register()
 ROOT = Path(__file__).resolve().parents[2]
 
 

@@ -33,6 +33,17 @@ class LiveServer:
         self.base = ""
         self._log = home / "server.log"
 
+    @property
+    def pid(self) -> int:
+        """Process number of the server.
+
+        Raises:
+            RuntimeError: it does not run.
+        """
+        if self._process is None:
+            raise RuntimeError("The server does not run.")
+        return self._process.pid
+
     def __enter__(self) -> LiveServer:
         self.start()
         return self

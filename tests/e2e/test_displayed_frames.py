@@ -21,7 +21,7 @@ from tests.io import corpus
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(300),
+    pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
 KINDS = ("constant", "variable", "b_frames", "edit_list", "rotated_90", "rotated_180", "rotated_270")

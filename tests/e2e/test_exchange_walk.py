@@ -27,7 +27,7 @@ from tests.e2e.screenshots import AXE, CHROMIUM, FLAGS, serious
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(300),
+    pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
 WORK = 90_000

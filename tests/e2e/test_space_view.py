@@ -22,7 +22,7 @@ from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(300),
+    pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
 GL = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]

@@ -1,0 +1,135 @@
+"""The review tool end to end in the browser: first correction, stepping, seeking, playing, long drives, memory."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.review.desk import open_desk, open_review, until_ready
+from benchmarks.review.first_use import first_correction
+from benchmarks.review.handling import measure_handling
+from benchmarks.review.long import first_paint, lane_intervals, play_on
+
+__all__ = ["EXPERIMENT"]
+
+CLIP = "SH13_9f8bd8.mp4"
+"""1280x720, a key frame every 128 pictures: the hardest of the clips to seek in."""
+
+
+def _clip(data: Data, home: Path) -> tuple[str, dict[str, Any]]:
+    from sample_videos import SHIPPED
+
+    clip = SHIPPED[0].video
+    truth = SHIPPED[0].truth.read_bytes()
+    if data.clips is not None and (data.clips / CLIP).is_file():
+        clip = data.clips / CLIP
+        truth = (data.clips / "gt" / CLIP).with_suffix(".csv").read_bytes()
+    with open_desk(home, (clip.parent,), sample=False) as desk:
+        video = desk.server.call("POST", "/videos", {"path": str(clip)})["id"]
+        until_ready(desk.server, video)
+        # somebody else's run stands in for the engine's: what is timed here is the page
+        where = f"/videos/{video}/imports?as=run&name=boxes&format=tracks-csv"
+        run = desk.server.call("POST", where, truth, "application/octet-stream")["id"]
+        page = desk.page()
+        open_review(page, video, run)
+        page.wait_for_timeout(3000)
+        return clip.name, measure_handling(page, data.seed)
+
+
+def _long(home: Path, minutes: float) -> dict[str, Any]:
+    from tests.app.long_run import make_long_run
+
+    made = make_long_run(home)
+    found: dict[str, Any] = {}
+    with open_desk(home, (home,), sample=False) as desk:
+        found["first_paint"] = [first_paint(desk, made.video_id, made.run_id) for _ in range(4)]
+        page = desk.page()
+        open_review(page, made.video_id, made.run_id)
+        page.wait_for_timeout(2000)
+        found["lanes"] = {kind: lane_intervals(page, kind) for kind in ("pan", "zoom", "seek")}
+        page.context.close()
+        found["playing"] = play_on(desk, made.video_id, made.run_id, minutes)
+    return found
+
+
+def _run(data: Data) -> Result:
+    minutes = float(os.environ.get("TSR_BENCH_MINUTES", "5"))
+    with tempfile.TemporaryDirectory() as scratch:
+        place = Path(scratch)
+        for name in ("first", "clip", "long"):
+            (place / name).mkdir()
+        figures: dict[str, Any] = {"first": first_correction(place / "first")}
+        clip, figures["clip"] = _clip(data, place / "clip")
+        figures["long"] = _long(place / "long", minutes)
+    return Result(
+        "review",
+        data=f"The sample drive in a new data folder; {clip} with its truth as boxes; a made-up drive of 132,400 "
+        f"frames with 5,000 tracks, played for {minutes:g} minutes. Chromium without a display and without a GPU, "
+        "1280x720, on the machine of the server.",
+        figures=figures,
+        settings={"seed": data.seed},
+        machine=machine(),
+    )
+
+
+def _tell(result: Result) -> str:
+    f = result.figures
+    first, clip, long = f["first"], f["clip"], f["long"]
+    rows = [["what", "figure", "bar"]]
+    rows.append(
+        [
+            "from the command in a new folder to a stored correction on the sample drive",
+            f"{first['corrected']:.0f} s (library {first['library']:.1f}, first track {first['first_track']:.1f})",
+            "120 s",
+        ]
+    )
+    for name, words, bar in (
+        ("step", "next frame", "p95 40 ms"),
+        ("back", "frame before", ""),
+        ("seek", "seek to a place not seen before, first picture (soft, then sharp)", "p95 150 ms"),
+    ):
+        t = clip[name]
+        rows.append([words, f"p50 {t['p50']:.0f}, p95 {t['p95']:.0f}, most {t['max']:.0f} ms of {t['n']}", bar])
+    play = clip["play"]
+    rows.append(
+        [
+            f"playing {play['seconds']:.0f} s at {play['rate']:.0f} frames/s",
+            f"{play['frames']} of {play['span']} frames shown, {play['bare']} without their overlay",
+            "no overlay dropped",
+        ]
+    )
+    paint = [whole for _, whole in long["first_paint"]]
+    rows.append(
+        [
+            "132,400 frames: first paint with tracks and lanes",
+            f"{paint[0] / 1e3:.2f} s right after the server's start, then "
+            f"{min(paint[1:]) / 1e3:.2f} to {max(paint[1:]) / 1e3:.2f} s",
+            "1 s",
+        ]
+    )
+    for kind, t in long["lanes"].items():
+        rows.append(
+            [
+                f"132,400 frames: {kind} the lanes",
+                f"own work p95 {t['work_p95']:.1f} ms; between two frames of the display p50 {t['interval_p50']:.1f}, "
+                f"p95 {t['interval_p95']:.1f} ms",
+                "16.7 ms",
+            ]
+        )
+    rows.append(["server at rest", f"{first['server_mb']:.0f} MB (workers {first['workers_mb']})", "250 MB"])
+    played = long["playing"]
+    moments = {"first": played[0], "middle": played[len(played) // 2], "last": played[-1]}
+    rows.append(
+        [
+            f"playing {played[-1]['minutes']:.0f} minutes, {played[-1]['frames']:,} frames: heap / renderers / server",
+            ", ".join(f"{name} {t['heap']} / {t['renderers']} / {t['server']} MB" for name, t in moments.items()),
+            "flat",
+        ]
+    )
+    return table(rows) + "\n"
+
+
+EXPERIMENT = Experiment("review", "The review tool", "Does the page answer at once, also on a long drive?", _run, _tell)

@@ -1,0 +1,130 @@
+"""A server and a browser to measure with."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmarks.experiment import Skip
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+    from tests.e2e.live_server import LiveServer
+
+__all__ = ["Desk", "descendants", "open_desk", "open_review", "renderers", "resident_mb", "until_ready"]
+
+SIZE = {"width": 1280, "height": 720}
+
+
+@dataclass
+class Desk:
+    """A running server with a browser beside it."""
+
+    server: LiveServer
+    browser: Browser
+
+    def page(self, width: int = SIZE["width"], height: int = SIZE["height"]) -> Page:
+        """A page that has signed in, in a window and a profile of its own."""
+        page = self.browser.new_context(viewport={"width": width, "height": height}).new_page()
+        page.set_default_timeout(120_000)
+        page.goto(self.server.link())
+        page.wait_for_function("() => globalThis.tsr?.store.get().session")
+        return page
+
+
+@contextlib.contextmanager
+def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool) -> Iterator[Desk]:
+    """Start ``tsr review`` on a data folder, and Chromium.
+
+    Raises:
+        Skip: Playwright or Chromium is missing.
+    """
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        raise Skip("no browser: the package `playwright` is not installed.") from None
+    from tests.e2e.live_server import LiveServer
+    from tests.e2e.screenshots import FLAGS
+
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        raise Skip("no browser: Chromium is not installed.")
+    before = os.environ.get("TSR_SAMPLE")
+    os.environ["TSR_SAMPLE"] = str(sample).lower()
+    try:
+        with sync_playwright() as playwright, LiveServer(home, roots=roots) as server:
+            browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+            try:
+                yield Desk(server, browser)
+            finally:
+                browser.close()
+    finally:
+        if before is None:
+            del os.environ["TSR_SAMPLE"]
+        else:
+            os.environ["TSR_SAMPLE"] = before
+
+
+def open_review(page: Page, video: str, run: str, frame: int = 0) -> None:
+    """Open the review screen and wait for its picture, its tracks and its lanes."""
+    page.evaluate("hash => { location.hash = hash }", f"#/review/{video}/{run}?frame={frame}")
+    page.wait_for_function(
+        "() => { const r = tsr.store.get().review; return r && r.shown === r.frame && r.tracks && r.lanes }"
+    )
+
+
+def resident_mb(pids: Iterable[int]) -> float:
+    """Resident memory of processes, in MB of 2^20 bytes.
+
+    Pages that several processes share are counted once for each: an upper bound.
+    """
+    total = 0
+    for pid in pids:
+        with contextlib.suppress(OSError):
+            lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+            total += next((int(line.split()[1]) for line in lines if line.startswith("VmRSS")), 0)
+    return total / 1024
+
+
+def descendants(pid: int) -> list[int]:
+    """All processes that a process has started, and those that they have, without itself (Linux)."""
+    parents: dict[int, list[int]] = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            # the name in brackets may hold anything: what follows the last bracket is state, then parent
+            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
+            parents.setdefault(parent, []).append(int(folder.name))
+    found = list(parents.get(pid, ()))
+    for child in found:
+        found += parents.get(child, ())
+    return found
+
+
+def renderers() -> list[int]:
+    """The page processes of the browsers that this process has started."""
+    found = []
+    for pid in descendants(os.getpid()):
+        with contextlib.suppress(OSError):
+            if b"--type=renderer" in Path(f"/proc/{pid}/cmdline").read_bytes():
+                found.append(pid)
+    return found
+
+
+def until_ready(server: LiveServer, video: str, seconds: float = 300) -> None:
+    """Wait for the end of an import.
+
+    Raises:
+        TimeoutError: it did not end.
+    """
+    end = time.monotonic() + seconds
+    while server.call("GET", f"/videos/{video}")["state"] != "ready":
+        if time.monotonic() > end:
+            raise TimeoutError(f"the import of {video} did not end within {seconds:.0f} s")
+        time.sleep(0.2)
