@@ -20,8 +20,8 @@ from app.artefacts.folders import artefact_folder, clear_folder, file_sha256, se
 from app.artefacts.view import ArtefactView, artefact_view, publish_artefact
 from app.errors import Conflict, NotFound
 from app.events import EventBus
+from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
-from app.jobs.tasks import Stopped, TaskContext
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Artefact

@@ -9,7 +9,7 @@ from app.artefacts.service import ArtefactService
 from app.bundles.request import bundle_request, report_summary
 from app.errors import ApiError
 from app.exchange.dataset import home_source
-from app.jobs.tasks import TaskContext
+from app.jobs.context import TaskContext
 from app.storage.models import Run, Video
 from app.training.folders import models_of_run
 from app.videos.table import unpack

@@ -34,6 +34,9 @@ def record(
         Path | None, typer.Option("--video", metavar="FILE", help="The video of a bare evidence folder.")
     ] = None,
     picture: Annotated[bool, typer.Option("--picture/--no-picture", help="Put the picture in.")] = True,
+    exact: Annotated[
+        bool, typer.Option("--exact", help="Take the video's own packets over, however many bytes they are.")
+    ] = False,
     frame: Annotated[int | None, typer.Option("--at", metavar="FRAME", min=0, help="The frame it is about.")] = None,
     track: Annotated[int | None, typer.Option("--track", metavar="N", min=0, help="The track it is about.")] = None,
     json: JsonOption = False,
@@ -65,6 +68,7 @@ def record(
         first=None if frames is None else first,
         stop=stop,
         video=source.video.path if picture else None,
+        exact=exact,
         corrected=corrected,
         truth=truth,
         focus_frame=frame,
@@ -88,7 +92,8 @@ def record(
     console = out_console()
     console.print(
         f"{out}: frames {report.first} to {report.stop - 1}, {sum(report.boxes.values())} boxes in "
-        f"{len(report.boxes)} layers, {len(report.tracks)} tracks, {report.size / 1e6:.1f} MB.",
+        f"{len(report.boxes)} layers, {len(report.tracks)} tracks, {report.size / 1e6:.1f} MB "
+        f"in {report.seconds:.1f} s.",
         soft_wrap=True,
     )
     console.print(f"Picture: {report.picture}", soft_wrap=True, markup=False)

@@ -5,15 +5,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from tsr_engine.cli.common import say
 from tsr_engine.errors import UsageError
-
-if TYPE_CHECKING:
-    from app.settings import Settings
 
 __all__ = ["review"]
 
@@ -69,13 +65,3 @@ def review(
     if open_running(settings, video, browser):
         return
     serve(settings, video, browser)
-
-
-def say_link(settings: Settings, link: str) -> None:
-    """Print where the page is."""
-    say(f"tsr review on {link}")
-    if not settings.loopback:
-        say(f"Others can reach {settings.host}: the link lets one of them in, once.")
-    if settings.everywhere:
-        say("From another machine, put this machine's address in its place, or a name of TSR_ALLOWED_HOSTS.")
-    say("Press Ctrl-C to stop. Everything is stored as it happens.")

@@ -18,7 +18,6 @@ from typing import cast
 import uvicorn
 from fastapi import FastAPI
 
-from app.cli.review import say_link
 from app.main import create_app
 from app.security.tokens import home_token
 from app.settings import Settings
@@ -99,7 +98,7 @@ def open_running(settings: Settings, video: Path | None, browser: bool) -> bool:
             time.sleep(0.2)  # it is just starting, or just ending
             continue
         say(f"A server runs on {settings.home} already.")
-        say_link(settings, link)
+        _say_link(settings, link)
         if browser:
             webbrowser.open(link)
         return True
@@ -185,6 +184,16 @@ def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, brow
     until = time.monotonic() + 60
     while not server.started and time.monotonic() < until:
         time.sleep(0.02)
-    say_link(settings, link)
+    _say_link(settings, link)
     if browser:
         webbrowser.open(link)
+
+
+def _say_link(settings: Settings, link: str) -> None:
+    """Print where the page is."""
+    say(f"tsr review on {link}")
+    if not settings.loopback:
+        say(f"Others can reach {settings.host}: the link lets one of them in, once.")
+    if settings.everywhere:
+        say("From another machine, put this machine's address in its place, or a name of TSR_ALLOWED_HOSTS.")
+    say("Press Ctrl-C to stop. Everything is stored as it happens.")

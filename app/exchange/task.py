@@ -6,7 +6,7 @@ from app.artefacts.service import ArtefactService
 from app.errors import ApiError
 from app.exchange.dataset import home_source
 from app.exchange.export import ExportRequest, export_sources, summary_of
-from app.jobs.tasks import TaskContext
+from app.jobs.context import TaskContext
 from tsr_engine.errors import ExportError
 
 __all__ = ["FILE", "export"]

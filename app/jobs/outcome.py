@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 from app.artefacts.folders import clear_folder
 from app.artefacts.view import publish_artefact
 from app.events import EventBus
+from app.jobs.context import TaskContext
 from app.jobs.queue import Fenced, JobQueue
-from app.jobs.tasks import TaskContext
 from app.runs.view import publish_run
 from app.storage.models import Artefact, Job, ModelVersion, Run, Video
 from app.training.view import publish_model

@@ -18,11 +18,12 @@ import time
 from sqlalchemy.exc import OperationalError
 
 from app.events import EventBus
+from app.jobs.context import Stopped, TaskContext
 from app.jobs.lanes import LANES, Lane
 from app.jobs.locks import JobLock, place_of
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
-from app.jobs.tasks import Stopped, TaskContext, task_of
+from app.jobs.tasks import task_of
 from app.settings import Settings, load_settings
 from app.storage.database import Database
 from tsr_engine.errors import TsrError

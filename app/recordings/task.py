@@ -9,10 +9,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
 from app.artefacts.service import ArtefactService
-from app.jobs.tasks import TaskContext
+from app.jobs.context import TaskContext
 from app.recordings.annotation import corrected_rows, documents_of, truth_of
 from app.storage.models import Run, Video
-from app.videos.table import unpack
+from app.videos.table import modified, unpack
 
 if TYPE_CHECKING:
     from tsr_engine.recording import RecordingReport
@@ -42,6 +42,7 @@ def record_run(task: TaskContext) -> None:
         stop=options["stop"],
         video=path if there else None,
         table=unpack(video.frame_table) if there and video.frame_table else None,
+        known=there and _unchanged(video, path),
         corrected=corrected_rows(task.settings.home / run.folder, documents),
         truth=truth,
         focus_frame=options.get("frame"),
@@ -53,6 +54,13 @@ def record_run(task: TaskContext) -> None:
     artefacts.complete(task, artefact.id, report.path, report_summary(report))
 
 
+def _unchanged(video: Video, path: Path) -> bool:
+    """Whether size and time of change are those of the file whose hash is the video's name."""
+    found = path.stat()
+    stamp = -1 if video.frame_table is None else modified(video.frame_table)
+    return stamp >= 0 and (found.st_size, found.st_mtime_ns) == (video.size, stamp)
+
+
 def report_summary(report: RecordingReport) -> dict[str, Any]:
     """A report as plain JSON values."""
     return {
@@ -60,6 +68,8 @@ def report_summary(report: RecordingReport) -> dict[str, Any]:
         "stop": report.stop,
         "title": report.name,
         "picture": report.picture,
+        "picture_size": report.picture_size,
+        "seconds": round(report.seconds, 3),
         "boxes": report.boxes,
         "tracks": list(report.tracks),
         "events": report.events,

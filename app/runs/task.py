@@ -6,7 +6,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.jobs.tasks import Stopped, TaskContext
+from app.jobs.context import Stopped, TaskContext
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video

@@ -6,7 +6,7 @@ from app.artefacts.service import ArtefactService
 from app.edits.service import EditService
 from app.errors import ApiError
 from app.evidence.service import EvidenceService
-from app.jobs.tasks import TaskContext
+from app.jobs.context import TaskContext
 from app.space.data import load_space
 from app.space.prior import find_prior
 from app.space.service import first_wish, marked_tracks, pictures_of, stage_of

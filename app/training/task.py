@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.jobs.tasks import Stopped, TaskContext
+from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Artefact, ModelVersion, Video
 from app.training.view import publish_model
 from tsr_engine.errors import InputError, ModelError

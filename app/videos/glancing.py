@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from sqlalchemy.orm import undefer
 
-from app.jobs.tasks import Stopped, TaskContext
+from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Video
 from app.videos.glance import glance_path
 from app.videos.table import unpack

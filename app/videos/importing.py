@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cv2
 
-from app.jobs.tasks import Stopped, TaskContext
+from app.jobs.context import Stopped, TaskContext
 from app.runs.start import queue_first_run
 from app.storage.models import Video
 from app.videos.glance import is_wanted

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.jobs.tasks import Stopped, TaskContext
+from app.jobs.context import Stopped, TaskContext
 from app.runs.view import publish_run
 from app.storage.models import Run
 from app.training.folders import models_of_run

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from app.context import Context
+from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
-from app.jobs.tasks import TaskContext, task_of
+from app.jobs.tasks import task_of
 from tsr_engine.errors import TsrError
 
 __all__ = ["work_off"]

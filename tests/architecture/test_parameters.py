@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from tsr_engine.cli.params import parameter_rows
+from tsr_engine.params.rows import parameter_rows
 from tsr_engine.errors import UsageError
 from tsr_engine.params import PRESETS, Params
 

@@ -177,7 +177,7 @@ class ParameterCommand(TyperCommand):
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Append one line a parameter: name, default, range, meaning."""
-        from tsr_engine.cli.params import parameter_rows
+        from tsr_engine.params.rows import parameter_rows
 
         super().format_epilog(ctx, formatter)
         section = ""

@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated
 
 import typer
 
 from tsr_engine.cli.common import JsonOption, PresetOption, out_console, print_json
 
-__all__ = ["parameter_rows", "params"]
+__all__ = ["params"]
 
 
 def params(
@@ -26,6 +26,8 @@ def params(
       tsr params --preset paper --changed
       tsr params --json | jq '.[].name'
     """
+    from tsr_engine.params.rows import parameter_rows
+
     rows = parameter_rows(preset)
     if changed:
         rows = [row for row in rows if row["value"] != row["default"]]
@@ -38,58 +40,3 @@ def params(
     for row in rows:
         table.add_row(*(str(row[key]) for key in ("section", "name", "value", "range", "description")))
     out_console().print(table)
-
-
-def parameter_rows(preset: str = "default") -> list[dict[str, Any]]:
-    """One row a parameter: ``section``, ``name``, ``default``, ``value``, ``range``, ``description``.
-
-    ``value`` is that of the preset, ``default`` that of the field.
-
-    Raises:
-        UsageError: no such preset.
-    """
-    from tsr_engine.params import Params
-
-    defaults, chosen = Params().model_dump(mode="json"), Params.preset(preset).model_dump(mode="json")
-    rows = []
-    for section, name in Params.names():
-        field = type(getattr(Params(), section)).model_fields[name]
-        rows.append(
-            {
-                "section": section,
-                "name": name,
-                "default": defaults[section][name],
-                "value": chosen[section][name],
-                "range": _range(field),
-                "description": field.description or "",
-            }
-        )
-    return rows
-
-
-def _range(field: Any) -> str:
-    """The allowed values of a field: choices, or an interval such as ``[0, 1]`` or ``(0, inf)``."""
-    choices = _choices(field.annotation)
-    if choices:
-        return " | ".join(choices)
-    low, high, low_open, high_open = "-inf", "inf", True, True
-    for bound in field.metadata:
-        if getattr(bound, "gt", None) is not None:
-            low, low_open = f"{bound.gt:g}", True
-        if getattr(bound, "ge", None) is not None:
-            low, low_open = f"{bound.ge:g}", False
-        if getattr(bound, "lt", None) is not None:
-            high, high_open = f"{bound.lt:g}", True
-        if getattr(bound, "le", None) is not None:
-            high, high_open = f"{bound.le:g}", False
-    if low == "-inf" and high == "inf":
-        return ""
-    return f"{'(' if low_open else '['}{low}, {high}{')' if high_open else ']'}"
-
-
-def _choices(annotation: Any) -> list[str]:
-    if annotation is bool:
-        return ["true", "false"]
-    if get_origin(annotation) is not None and get_origin(annotation).__name__ == "Literal":
-        return [str(value) for value in get_args(annotation)]
-    return []

@@ -12,7 +12,8 @@ from toy_server import Server
 from app.artefacts.service import ArtefactService
 from app.bundles.service import BundleService
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
-from app.jobs.tasks import TaskContext, task_of
+from app.jobs.context import TaskContext
+from app.jobs.tasks import task_of
 from app.storage.models import Artefact, TrackDocument
 
 FIRST, STOP = 46, 70

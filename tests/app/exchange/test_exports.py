@@ -15,8 +15,9 @@ from import_now import work_off
 
 from app.artefacts.folders import artefact_folder
 from app.artefacts.service import ArtefactService
+from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
-from app.jobs.tasks import Stopped, TaskContext, task_of
+from app.jobs.tasks import task_of
 from app.storage.models import Artefact, Job
 from tsr_engine.exchange.registry import FORMATS
 

@@ -7,9 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from app.events import EventBus
+from app.jobs.context import TaskContext
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import MOST_CRASHES, Fenced, JobQueue
-from app.jobs.tasks import TaskContext
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video

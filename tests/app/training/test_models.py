@@ -17,8 +17,8 @@ import toy_home
 from import_now import work_off
 from toy_server import Server
 
+from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
-from app.jobs.tasks import Stopped, TaskContext
 from app.storage.models import Job, ModelVersion, Run
 from app.training.folders import begin_with, models_of_run
 from app.training.task import retrain_models

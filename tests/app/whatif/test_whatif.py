@@ -10,8 +10,8 @@ import pytest
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
+from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
-from app.jobs.tasks import Stopped, TaskContext
 from app.storage.models import Event, Job, Run
 from app.whatif.difference import difference
 from app.whatif.service import WhatIfService

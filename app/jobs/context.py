@@ -1,0 +1,69 @@
+"""What a worker gives a task to work with."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.jobs.queue import JobQueue
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job
+
+__all__ = ["Stopped", "TaskContext"]
+
+_ASK = 0.25
+"""Seconds between looks at the cancel flag."""
+
+
+class Stopped(Exception):
+    """The task has been asked to stop and has done so."""
+
+
+@dataclass(slots=True)
+class TaskContext:
+    """One claimed job, and everything it may touch."""
+
+    settings: Settings
+    database: Database
+    events: EventBus
+    jobs: JobQueue
+    job: Job
+    leaving: Callable[[], bool]
+    """True: this process has been told to end; give the job back."""
+    _asked: float = field(default=0.0)
+    _cancelled: bool = field(default=False)
+
+    @contextmanager
+    def write(self) -> Iterator[Session]:
+        """A writing session in which the job is still ours.
+
+        Raises:
+            Fenced: it is not.
+        """
+        with self.database.write() as session:
+            self.jobs.held(session, self.job.id, self.job.token)
+            yield session
+
+    def reached(self, session: Session, position: int) -> None:
+        """Note how far the job is, so that a crash can be told from no progress."""
+        self.jobs.held(session, self.job.id, self.job.token).position = position
+
+    def cancelled(self) -> bool:
+        """Whether a person wants the job to stop."""
+        now = time.monotonic()
+        if not self._cancelled and now - self._asked > _ASK:
+            self._asked = now
+            with self.database.read() as session:
+                job = session.get(Job, self.job.id)
+                self._cancelled = job is None or job.cancel or job.token != self.job.token
+        return self._cancelled
+
+    def stop(self) -> bool:
+        """Whether to stop, for whatever reason."""
+        return self.leaving() or self.cancelled()
