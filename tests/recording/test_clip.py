@@ -14,8 +14,9 @@ import pytest
 
 from tsr_engine.errors import VideoError
 from tsr_engine.evidence import EvidenceReader
-from tsr_engine.recording import RecordingRequest, write_recording
-from tsr_engine.recording.clip import cut_clip
+from tsr_engine.io.video import open_video
+from tsr_engine.recording import RecordingRequest, transcode, write_recording
+from tsr_engine.recording.clip import _choose, cut_clip
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.sink import video_stamps
 from tsr_engine.recording.stored import frames_of
@@ -103,6 +104,56 @@ def test_a_jump_into_an_open_group_starts_where_its_pictures_can_be_decoded(
     assert places[0] == 0
     for place in places:
         assert min(stamps[place:]) == stamps[place]
+
+
+@pytest.mark.parametrize("kind", ["b_frames", "variable", "open_gop", "hevc"])
+def test_pictures_that_are_encoded_anew_keep_their_numbers_and_times(
+    kind: str, made: Make, corpus: Any, scenes: Any, tmp_path: Path
+) -> None:
+    """Whether their packets lead in, come late, or are shown in another order."""
+    video = made(kind)
+    run = scenes.write_run(tmp_path / "run", video=video.path)
+    with EvidenceReader(run) as reader:
+        frames = frames_of(reader, 7, 40)
+    with av.open(video.path) as container:
+        stream = container.streams.video[0]
+        packets = _choose(container, stream, frames.pts)
+        data = transcode.encode_packets(stream, packets, frames.pts, frames.duration, 60_000)
+        other = transcode.encode_packets(stream, packets, frames.pts + 1, frames.duration, 60_000)
+    assert data is not None
+    assert other is None, "a picture is missing"
+    nanos = np.sort(video_stamps(data))
+    want = np.array([float(video.times[k] - video.times[7]) for k in range(7, 40)])
+    np.testing.assert_allclose((nanos - nanos[0]) / 1e9, want, atol=2e-3)
+    assert [corpus.read_code(picture) for picture in decoded(data, nanos)] == [video.codes[k] for k in range(7, 40)]
+
+
+def test_300_frames_of_720p_are_five_megabytes_whatever_the_video_takes(tmp_path: Path) -> None:
+    """Changing noise is the worst that can be. Scaled down to a 16th of the area."""
+    path, count = tmp_path / "noise.mp4", 60
+    rng = np.random.default_rng(1)
+    with av.open(path, "w") as out:
+        stream = out.add_stream("libx264", rate=30, options={"crf": "20", "preset": "ultrafast"})
+        stream.width, stream.height, stream.pix_fmt = 320, 180, "yuv420p"
+        for _ in range(count):
+            noise = rng.integers(0, 255, (45, 80, 3), np.uint8).repeat(4, axis=0).repeat(4, axis=1)
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(noise, format="bgr24")))
+        out.mux(stream.encode(None))
+    with open_video(path) as video:
+        pts = video.confirm().pts
+    numbers = np.arange(count)
+    frames = Frames(numbers, numbers / 30.0, pts, 320, 180)
+    allowed = transcode.allowance(count, 320, 180)
+    assert transcode.allowance(300, 1280, 720) <= 4.1e6
+    assert transcode.allowance(600, 1280, 720) == 2 * transcode.allowance(300, 1280, 720)
+    assert path.stat().st_size > 1.5 * allowed
+    clip = cut_clip(path, frames, video_stamps)
+    assert clip.how.startswith("Encoded anew as H.264 in")
+    assert len(clip.data) < 1.15 * allowed, "rate control misses by some percent at most"
+    assert len(clip.nanos) == count
+    exact = cut_clip(path, frames, video_stamps, exact=True)
+    assert "not encoded anew" in exact.how
+    assert len(exact.data) > 1.5 * allowed
 
 
 def test_the_clip_is_short(made: Make, scenes: Any, tmp_path: Path) -> None:

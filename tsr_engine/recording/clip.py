@@ -1,7 +1,7 @@
 """The picture of a recording: the video's own packets from a key frame on, in a small MP4 file of their own.
 
-Pictures are encoded anew only where a viewer could not show the packets at the right place: another codec, a rotated
-picture, a file without presentation times. Then the clip says why.
+Pictures are encoded anew only where the packets take more bytes than a recording may, or where a viewer could not show
+them at the right place: another codec, a rotated picture, a file without presentation times. Then the clip says why.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_decoder import Orientation
 from tsr_engine.io.video_probe import VideoLimits, open_container, reason
 from tsr_engine.recording.content import Frames
-from tsr_engine.recording.transcode import encode_frames
+from tsr_engine.recording.transcode import allowance, encode_frames, encode_packets
 
 __all__ = ["MOST_BYTES", "STORABLE", "Clip", "cut_clip"]
 
@@ -58,7 +58,13 @@ class _Unfit(Exception):
 
 
 def cut_clip(
-    path: Path, frames: Frames, stamps_of: Nanos, *, table: FrameTable | None = None, limits: VideoLimits | None = None
+    path: Path,
+    frames: Frames,
+    stamps_of: Nanos,
+    *,
+    table: FrameTable | None = None,
+    limits: VideoLimits | None = None,
+    exact: bool = False,
 ) -> Clip:
     """The part of a video that shows some frames.
 
@@ -68,6 +74,7 @@ def cut_clip(
         stamps_of: gives the presentation times in ns of all pictures of an MP4 file as the viewer will read them.
         table: the video's frame table; makes a piece that must be encoded anew fast to find.
         limits: what the file may demand.
+        exact: take the video's own packets over however many bytes they are.
 
     Raises:
         VideoError: the video cannot be read.
@@ -75,9 +82,8 @@ def cut_clip(
     """
     allowed = VideoLimits() if limits is None else limits
     try:
-        data, wanted, codec = _packets(path, frames, allowed)
-        nanos = _placed(stamps_of(data), wanted)
-        return Clip(data, nanos, f"The packets of the video ({codec}), not encoded anew.")
+        data, wanted, how = _packets(path, frames, allowed, exact)
+        return Clip(data, _placed(stamps_of(data), wanted), how)
     except _Unfit as error:
         cause = str(error)
     except (av.FFmpegError, OSError) as error:
@@ -96,8 +102,8 @@ def _placed(stamps: Ints, wanted: Ints) -> Ints:
     return found
 
 
-def _packets(path: Path, frames: Frames, limits: VideoLimits) -> tuple[bytes, Ints, str]:
-    """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and the codec."""
+def _packets(path: Path, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
+    """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and where they come from."""
     if (frames.pts < 0).any():
         raise _Unfit("the run does not know its presentation times")
     with open_container(path, limits) as (container, stream):
@@ -110,11 +116,21 @@ def _packets(path: Path, frames: Frames, limits: VideoLimits) -> tuple[bytes, In
         if _orientation(container, stream) != Orientation():
             raise _Unfit("the picture is stored rotated")
         chosen = _choose(container, stream, frames.pts)
-        _check_size(path, sum(packet.size for packet in chosen))
+        size = sum(packet.size for packet in chosen)
+        _check_size(path, size)
         pts = np.sort(np.array([packet.pts for packet in chosen], np.int64))
         if (np.diff(pts) <= 0).any():
             raise _Unfit("two of its packets have the same presentation time")
-        return _mux(stream, chosen, pts), np.searchsorted(pts, frames.pts), codec
+        budget = allowance(len(frames), frames.width, frames.height)
+        if size > budget and not exact:
+            small = encode_packets(stream, chosen, frames.pts, frames.duration, budget)
+            if small is not None and len(small) < size:
+                how = (
+                    f"Encoded anew as H.264 in {len(small) / 1e6:.1f} MB, because its packets take {size / 1e6:.1f} MB."
+                )
+                return small, np.arange(len(frames)), how
+        how = f"The packets of the video ({codec}), not encoded anew."
+        return _mux(stream, chosen, pts), np.searchsorted(pts, frames.pts), how
 
 
 def _check_size(path: Path, size: int) -> None:

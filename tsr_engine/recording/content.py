@@ -41,6 +41,13 @@ class Frames:
         """Ordinal of the first frame."""
         return int(self.ordinal[0])
 
+    @property
+    def duration(self) -> float:
+        """How long they are shown, s, > 0; the last one as long as those before it."""
+        n = len(self)
+        span = float(self.seconds[-1] - self.seconds[0])
+        return max(span * n / (n - 1) if n > 1 else 0.0, 1e-2 * n)
+
     def seconds_at(self, ordinals: Ints) -> Floats:
         """Presentation times of some of the frames."""
         found: Floats = self.seconds[ordinals - self.first]

@@ -1,18 +1,17 @@
-"""The one place that talks to the Rerun SDK: columns in, a ``.rrd`` file out.
+"""The one place that talks to the Rerun SDK: columns in, the bytes of a ``.rrd`` file out.
 
 The SDK takes more than a second to import, so it is imported when a recording is made.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
+from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.errors import StorageError
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recording.content import BoxRows, Frames, Moments, Series
 from tsr_engine.recording.layers import (
@@ -28,13 +27,19 @@ from tsr_engine.recording.layers import (
 if TYPE_CHECKING:
     from rerun.blueprint import Blueprint
 
-__all__ = ["Sink", "video_stamps"]
+__all__ = ["Sink", "load_sdk", "video_stamps"]
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 _LEVELS = {"rejected": "WARN", "missed": "WARN", "died": "INFO", "relabelled": "WARN"}
 _STATES = {"detected": 0x56B4E9FF, "predicted": 0xF0E442FF, "relocalised": 0xE69F00FF}
+
+
+def load_sdk() -> None:
+    """Import the SDK now; where that fails, whoever needs it next is told why."""
+    with suppress(ImportError):
+        import rerun.blueprint  # noqa: F401
 
 
 def video_stamps(data: bytes) -> Ints:
@@ -46,20 +51,20 @@ def video_stamps(data: bytes) -> Ints:
 
 
 class Sink:
-    """An open recording; a context manager. What is written is complete only after the block has ended."""
+    """An open recording, collected in memory; a context manager.
 
-    def __init__(self, path: Path, application_id: str, recording_id: str, blueprint: Blueprint) -> None:
+    The SDK can write files itself, but when the disk is full it waits for its writing thread for ever.
+    """
+
+    def __init__(self, application_id: str, recording_id: str, blueprint: Blueprint) -> None:
         import rerun as rr
 
         self._rr = rr
         self._strict = rr.strict_mode()
         rr.set_strict_mode(True)  # otherwise data of a wrong shape is dropped with a warning
-        try:
-            self._recording = rr.RecordingStream(application_id, recording_id=recording_id)
-            self._recording.save(path, default_blueprint=blueprint)
-        except (OSError, RuntimeError) as error:
-            rr.set_strict_mode(self._strict)
-            raise StorageError(f"Cannot write {path}: {error}. Choose another place or free some space.") from None
+        self._recording = rr.RecordingStream(application_id, recording_id=recording_id)
+        self._memory = self._recording.memory_recording()
+        self._recording.send_blueprint(blueprint, make_active=False, make_default=True)
 
     def __enter__(self) -> Sink:
         return self
@@ -69,6 +74,10 @@ class Sink:
     ) -> None:
         self._rr.set_strict_mode(self._strict)
         self._recording.disconnect()
+
+    def take(self) -> bytes:
+        """The whole recording as a ``.rrd`` file with its index at the end; afterwards it is empty."""
+        return bytes(self._memory.drain_as_bytes())
 
     @property
     def sdk_version(self) -> str:

@@ -1,7 +1,9 @@
-"""Pictures encoded anew, for videos whose packets a viewer cannot show."""
+"""Pictures encoded anew, for videos whose packets a viewer cannot show, or that would make a recording too large."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -9,6 +11,7 @@ from typing import Any, Final
 
 import av
 import numpy as np
+from numpy.typing import NDArray
 
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
@@ -16,10 +19,91 @@ from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import VideoLimits
 from tsr_engine.recording.content import Frames
 
-__all__ = ["encode_frames"]
+__all__ = ["FRAME_BYTES", "USUAL_FRAMES", "allowance", "encode_frames", "encode_packets"]
 
+Ints = NDArray[np.int64]
+
+FRAME_BYTES: Final = 13_500
+"""Bytes that a picture of 1280x720 may take, others by their area."""
+USUAL_FRAMES: Final = 300
+"""Frames of a usual recording: with ``FRAME_BYTES``, they and the layers of a busy street stay below 5 MB."""
+_USUAL: Final = 1280 * 720
+_AIM: Final = 0.92
+"""Share of the allowance that the encoder aims at: what it may keep in hand comes on top."""
+_IN_HAND: Final = 0.6
+"""Seconds at that rate that the encoder may spend at once, for a key frame."""
 _MICROSECONDS: Final = Fraction(1, 1_000_000)
-_OPTIONS: Final = {"preset": "veryfast", "crf": "20", "g": "30", "bf": "0", "threads": "1"}
+_EXACT: Final = {"preset": "veryfast", "crf": "20", "g": "30", "bf": "0", "threads": "1"}
+_FAST: Final = {"preset": "ultrafast", "g": "60", "bf": "0"}
+_MOST_THREADS: Final = 8
+
+
+def allowance(count: int, width: int, height: int) -> int:
+    """Bytes that ``count`` pictures of a recording may take; a short recording may be as large as the usual one."""
+    return int(FRAME_BYTES * max(count, USUAL_FRAMES) * width * height / _USUAL)
+
+
+def encode_packets(stream: Any, packets: Sequence[Any], wanted: Ints, seconds: float, budget: int) -> bytes | None:
+    """Some pictures of a stream as H.264 in an MP4 file of a given size, each at its own presentation time.
+
+    The fast way: pictures go from the decoder to the encoder as they are, and both work with several threads.
+
+    Args:
+        stream: where the packets come from.
+        packets: in decoding order, from a key frame on.
+        wanted: presentation times of the pictures, in ticks of the stream, ascending.
+        seconds: how long they last together, > 0.
+        budget: bytes that the file is to take; it may be missed by some percent.
+
+    Returns:
+        The file, its pictures in the order of ``wanted``; None: they cannot be had this way, because the decoder gives
+        other pictures or their sides are odd.
+    """
+    left = wanted.tolist()[::-1]
+    start, target = left[-1], BytesIO()
+    with av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out:
+        made: Any = None
+        for picture in _decoded(stream.codec_context, packets):
+            if not left or picture.pts != left[-1]:
+                continue  # only leads in
+            if made is None:
+                if picture.width % 2 or picture.height % 2:
+                    return None
+                made = _fast_encoder(out, picture, stream.time_base, len(left) / seconds, budget * 8 / seconds)
+            elif (picture.width, picture.height) != (made.width, made.height):
+                return None
+            left.pop()
+            plain = picture if picture.format.name == "yuv420p" else picture.reformat(format="yuv420p")
+            plain.pts, plain.time_base, plain.pict_type = picture.pts - start, stream.time_base, 0
+            out.mux(made.encode(plain))
+        if left or made is None:
+            return None
+        out.mux(made.encode(None))
+    return target.getvalue()
+
+
+def _decoded(context: Any, packets: Sequence[Any]) -> Iterator[Any]:
+    """All pictures of some packets, in the order in which they are shown."""
+    decoder: Any = av.CodecContext.create(context.codec.name, "r")
+    decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", _threads()
+    for packet in packets:
+        yield from decoder.decode(packet)
+    yield from decoder.decode(None)
+
+
+def _fast_encoder(out: Any, picture: Any, time_base: Fraction, rate: float, bits: float) -> Any:
+    rates = {"b": str(int(bits * _AIM)), "maxrate": str(int(bits * _AIM)), "bufsize": str(int(bits * _AIM * _IN_HAND))}
+    options = {**_FAST, **rates, "threads": str(_threads())}
+    made = out.add_stream("libx264", rate=max(Fraction(1), Fraction(rate).limit_denominator(1001)), options=options)
+    made.width, made.height, made.pix_fmt = picture.width, picture.height, "yuv420p"
+    made.codec_context.time_base = made.time_base = time_base
+    for name in ("color_range", "colorspace"):
+        setattr(made.codec_context, name, getattr(picture, name))
+    return made
+
+
+def _threads() -> int:
+    return min(_MOST_THREADS, len(os.sched_getaffinity(0)))
 
 
 def encode_frames(path: Path, frames: Frames, limits: VideoLimits, table: FrameTable | None) -> tuple[bytes, int]:
@@ -36,7 +120,7 @@ def encode_frames(path: Path, frames: Frames, limits: VideoLimits, table: FrameT
         open_video(path, limits=limits, table=table) as video,
         av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out,
     ):
-        stream: Any = out.add_stream("libx264", rate=30, options=_OPTIONS)
+        stream: Any = out.add_stream("libx264", rate=30, options=_options(frames, video.width, video.height))
         stream.width, stream.height = video.width + video.width % 2, video.height + video.height % 2
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = stream.time_base = _MICROSECONDS
@@ -55,3 +139,9 @@ def encode_frames(path: Path, frames: Frames, limits: VideoLimits, table: FrameT
             "that was tracked."
         )
     return target.getvalue(), count
+
+
+def _options(frames: Frames, width: int, height: int) -> dict[str, str]:
+    """Good pictures, but no more bits than the allowance."""
+    bits = int(allowance(len(frames), width, height) * 8 / frames.duration)
+    return {**_EXACT, "maxrate": str(bits), "bufsize": str(bits)}

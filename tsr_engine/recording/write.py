@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
+import threading
+import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
-from tsr_engine.errors import EvidenceError, StorageError
+from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.io.atomic import storage_error, temporary_name
+from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.recording.about import about_text
@@ -22,14 +22,10 @@ from tsr_engine.recording.blueprint import PLOTTED, Opening, make_blueprint
 from tsr_engine.recording.clip import Clip, cut_clip
 from tsr_engine.recording.content import BoxRows, Frames, Lines, Moments, Series
 from tsr_engine.recording.layers import EVENTS, LAYERS, TAU_COLOUR, VIDEO, track_entity
-from tsr_engine.recording.sink import Sink, video_stamps
+from tsr_engine.recording.sink import Sink, load_sdk, video_stamps
 from tsr_engine.recording.stored import box_layers, class_name, events, frames_of, track_lines
 
 __all__ = ["RecordingReport", "RecordingRequest", "write_recording"]
-
-_FOOTER: Final = b"RRF2FOOT"
-"""Stands at the end of a file that is whole."""
-_TAIL: Final = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +39,8 @@ class RecordingRequest:
         stop: frame after the last; unset: after the run's last.
         video: the video that was tracked; unset: no picture.
         table: its frame table, if it is at hand.
+        known: the caller has just made sure that it is the video that was tracked; a large one takes long to hash.
+        exact: take the video's own packets over, however many bytes they are.
         corrected: the annotation as people have corrected it.
         truth: ground truth.
         focus_frame: the frame that it is about; marked on the time panel.
@@ -57,6 +55,8 @@ class RecordingRequest:
     stop: int | None = None
     video: Path | None = None
     table: FrameTable | None = None
+    known: bool = False
+    exact: bool = False
     corrected: BoxRows | None = None
     truth: BoxRows | None = None
     focus_frame: int | None = None
@@ -77,6 +77,8 @@ class RecordingReport:
         first: first frame.
         stop: frame after the last.
         size: bytes.
+        picture_size: bytes of its pictures.
+        seconds: that writing it took, without loading this program.
         picture: where the picture comes from, or why there is none.
         boxes: layer -> number of boxes.
         tracks: tracks with lines.
@@ -90,6 +92,8 @@ class RecordingReport:
     first: int
     stop: int
     size: int
+    picture_size: int
+    seconds: float
     picture: str
     boxes: dict[str, int]
     tracks: tuple[int, ...]
@@ -111,6 +115,9 @@ def write_recording(
         VideoError: the video cannot be read.
         StorageError: the file cannot be written.
     """
+    began = time.perf_counter()
+    # Loading the SDK takes a second of Python; pictures are cut, and at times encoded, beside it.
+    threading.Thread(target=load_sdk, name="tsr-recording-sdk", daemon=True).start()
     with EvidenceReader(request.evidence) as reader:
         frames = frames_of(reader, request.first, request.stop)
         progress(0, 4)
@@ -124,7 +131,7 @@ def write_recording(
         moments = events(reader, frames)
         progress(2, 4)
         content = _Content(request, reader, frames, clip, picture, layers, lines, moments)
-        return _write(content, progress)
+        return _write(content, progress, began)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +156,8 @@ class _Content:
     def identity(self) -> str:
         """Digest of everything that decides what is shown: a viewer merges recordings of one name."""
         digest = hashlib.sha256(self.reader.header.identity().encode())
-        digest.update(repr((self.frames.first, len(self.frames), self.clip is None, self.title())).encode())
+        picture = None if self.clip is None else self.request.exact
+        digest.update(repr((self.frames.first, len(self.frames), picture, self.title())).encode())
         digest.update(repr((self.request.focus_frame, self.request.focus_track, dict(self.request.notes))).encode())
         for name in ("corrected", "truth"):
             rows = self.layers.get(name)
@@ -163,12 +171,12 @@ def _picture(request: RecordingRequest, reader: EvidenceReader, frames: Frames) 
     if request.video is None:
         return None, "None: the recording was made without the video."
     known = reader.header.video
-    if video_sha256(request.video) != known.sha256:
+    if not request.known and video_sha256(request.video) != known.sha256:
         raise EvidenceError(
             f"{request.video} is not the video of the run in {reader.folder}: that was {known.name} with the SHA-256 "
             f"{known.sha256[:12]}... . Name that file."
         )
-    clip = cut_clip(request.video, frames, video_stamps, table=request.table)
+    clip = cut_clip(request.video, frames, video_stamps, table=request.table, exact=request.exact)
     return clip, clip.how
 
 
@@ -177,7 +185,7 @@ def _ordered(lines: list[Lines], focus: int | None) -> list[Lines]:
     return sorted(lines, key=lambda one: (one.track_id != focus, -sum(len(v.at) for v in one.values.values())))
 
 
-def _write(content: _Content, progress: Callable[[int, int], None]) -> RecordingReport:
+def _write(content: _Content, progress: Callable[[int, int], None], began: float) -> RecordingReport:
     request, frames = content.request, content.frames
     digest = content.identity()
     application, recording = f"tsr_{digest[:12]}", digest[:32]
@@ -191,22 +199,10 @@ def _write(content: _Content, progress: Callable[[int, int], None]) -> Recording
         values,
         None if focus is None or not frames.first <= focus < frames.first + len(frames) else (focus, focus),
     )
-    part = temporary_name(request.out)
-    try:
-        request.out.parent.mkdir(parents=True, exist_ok=True)
-        if request.out.is_dir():
-            raise StorageError(f"Cannot write {request.out}: it is a folder. Name a file.")
-        with Sink(part, application, recording, make_blueprint(opening)) as sink:
-            _log(content, sink)
-            progress(3, 4)
-        _check_whole(part, request.out)
-        part.replace(request.out)
-        size = request.out.stat().st_size
-    except OSError as error:
-        raise storage_error(request.out, error) from None
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+    with atomic_bytes(request.out) as file, Sink(application, recording, make_blueprint(opening)) as sink:
+        _log(content, sink)
+        progress(3, 4)
+        size = file.write(sink.take())
     progress(4, 4)
     return RecordingReport(
         path=request.out,
@@ -216,19 +212,13 @@ def _write(content: _Content, progress: Callable[[int, int], None]) -> Recording
         first=frames.first,
         stop=frames.first + len(frames),
         size=size,
+        picture_size=0 if content.clip is None else len(content.clip.data),
+        seconds=time.perf_counter() - began,
         picture=content.picture,
         boxes={name: len(rows) for name, rows in content.layers.items()},
         tracks=tuple(one.track_id for one in content.lines),
         events=len(content.moments.frame),
     )
-
-
-def _check_whole(part: Path, out: Path) -> None:
-    """The SDK writes in a thread of its own and keeps failures to itself: a file without its end was not finished."""
-    with part.open("rb") as file:
-        file.seek(max(0, part.stat().st_size - _TAIL))
-        if _FOOTER not in file.read():
-            raise StorageError(f"Cannot write {out}: it was cut off. The disk is probably full; free some space.")
 
 
 def _log(content: _Content, sink: Sink) -> None:
