@@ -21,11 +21,11 @@ _STORED = """() => {
 
 
 def first_correction(home: Path) -> dict[str, Any]:
-    """Start the tool, open the sample drive while the engine runs on it, accept its first track, wait until that is stored.
+    """Start the tool, open the sample drive while the engine runs on it, accept its first track.
 
     Returns:
-        Seconds since the start of the command at each step; ``server_mb``: memory of the server at rest
-        after the work; ``workers_mb``: of each of its worker processes.
+        Seconds since the start of the command at each step, ``corrected`` when it is stored; ``server_mb``: memory of
+        the server at rest after the work; ``workers_mb``: of each of its worker processes.
     """
     from sample_videos import SHIPPED
 

@@ -6,9 +6,9 @@ from collections import Counter
 
 import pytest
 
-from tsr_engine.params.rows import parameter_rows
 from tsr_engine.errors import UsageError
 from tsr_engine.params import PRESETS, Params
+from tsr_engine.params.rows import parameter_rows
 
 NAMES = list(Params.names())
 

@@ -56,6 +56,8 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   let confirmed = {};
   /** @type {Pending[]} */
   let pending = [];
+  /** Made before the documents have come; checked and sent when they have. @type {Command[]} */
+  let early = [];
   /** Refused because somebody else was first; kept in the outbox until a person decides. @type {Pending[]} */
   let held = [];
   /** @type {{current: TrackDoc[], yours: TrackDoc[]}|null} */
@@ -261,10 +263,32 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     }
   }
 
+  /** @param {Command} command */
+  function edit(command) {
+    const review = store.get().review;
+    if (review === null || run === null) return false;
+    if (!ready) {
+      early = [...early, command];
+      const unsaved = early.map((one, k) => ({ op_id: `early ${k}`, command: one }));
+      store.dispatch((state) => changeReview(state, { unsaved }));
+      return true;
+    }
+    try {
+      applyCommand({ ...docsFor(review, command), ...review.docs }, command, { author: author(), time: '' });
+    } catch (thrown) {
+      if (!(thrown instanceof CommandError)) throw thrown;
+      toast(thrown.message, { tone: 'bad' });
+      return false;
+    }
+    enqueue(command);
+    return true;
+  }
+
   return {
     async open(wanted) {
       run = wanted;
       ready = false;
+      early = [];
       confirmed = {};
       pending = [];
       held = [];
@@ -277,32 +301,20 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       store.dispatch((state) => changeReview(state, { seq: annotation.seq, undo: annotation.undo, redo: annotation.redo }));
       show();
       if (kept.length) toast(`${kept.length} change${kept.length === 1 ? '' : 's'} of an earlier visit ${kept.length === 1 ? 'is' : 'are'} being saved.`);
+      const made = early;
+      early = [];
+      for (const command of made) edit(command);
       void send();
     },
     close() {
       run = null;
       ready = false;
+      early = [];
       pending = [];
       held = [];
       wake();
     },
-    edit(command) {
-      const review = store.get().review;
-      if (review === null || run === null) return false;
-      if (!ready) {
-        toast('The corrections of this run are still being loaded. Try again in a moment.');
-        return false;
-      }
-      try {
-        applyCommand({ ...docsFor(review, command), ...review.docs }, command, { author: author(), time: '' });
-      } catch (thrown) {
-        if (!(thrown instanceof CommandError)) throw thrown;
-        toast(thrown.message, { tone: 'bad' });
-        return false;
-      }
-      enqueue(command);
-      return true;
-    },
+    edit,
     undo: () => revert('undo'),
     redo: () => revert('redo'),
     hear(docs, op_id) {

@@ -152,3 +152,17 @@ test('going to another run while a request is under way sends the new run\'s edi
   await editor.settled();
   assert.ok(server.docs.m2);
 });
+
+test('an edit made before the corrections have come is shown as unsaved, and sent when they have', async () => {
+  const { editor, server, review, toasts } = await createWorld();
+  editor.close();
+  const opened = editor.open('r'.repeat(32));
+  assert.equal(editor.edit(setBox('m1', 5, 20)), true);
+  assert.equal(review().unsaved.length, 1);
+  assert.deepEqual(server.log, []);
+  await opened;
+  await editor.settled();
+  assert.deepEqual(server.log, ['set_box']);
+  assert.deepEqual([review().unsaved.length, toasts.length], [0, 0]);
+  assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
+});
