@@ -7,6 +7,12 @@ import tarfile
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# The same random examples every time: a change is judged by what it changes. TSR_EXPLORE=1 draws new ones.
+settings.register_profile("same", derandomize=True, deadline=None)
+if not os.environ.get("TSR_EXPLORE"):
+    settings.load_profile("same")
 
 
 def _data_root() -> Path | None:

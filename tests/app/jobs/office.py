@@ -60,7 +60,7 @@ class Office:
         """The process that works on a subject."""
         return holder(self.context.settings.home, self.job(subject).id)
 
-    def wait(self, what: Callable[[], Any], seconds: float = 90.0) -> Any:
+    def wait(self, what: Callable[[], Any], seconds: float = 240.0) -> Any:
         """Until something is so; its value."""
         until = time.monotonic() + seconds
         while not (found := what()):

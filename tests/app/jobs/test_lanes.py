@@ -56,7 +56,7 @@ def context(drive: Path, tmp_path: Path) -> Iterator[Context]:
     made.close()
 
 
-def wait(what: Callable[[], Any], seconds: float = 120.0) -> Any:
+def wait(what: Callable[[], Any], seconds: float = 240.0) -> Any:
     """Until something is so; its value."""
     until = time.monotonic() + seconds
     while not (found := what()):

@@ -16,6 +16,7 @@ from office import FRAMES, Office, make_office
 from same import assert_same
 
 from app.jobs.locks import is_alive
+from tests.patience import within
 
 SEED = int(os.environ.get("TSR_SEED", "0")) or random.randrange(10**6)
 
@@ -63,7 +64,7 @@ def test_a_cancelled_run_stops_and_can_go_on(office: Office, undisturbed: Path) 
     began = time.monotonic()
     office.context.runs.cancel(run_id)
     office.ended(run_id, "cancelled")
-    assert time.monotonic() - began < 4.0
+    assert time.monotonic() - began < within(4)
     assert office.run(run_id).frames_done < FRAMES
     assert not is_alive(office.context.settings.home, office.job(run_id).id)
     office.context.runs.resume(run_id)
@@ -124,7 +125,7 @@ def test_on_postgresql_a_dead_worker_is_noticed_as_fast(cluster: str, tmp_path: 
         kill(office, run_id, 0)
         began = time.monotonic()
         office.wait(lambda: office.job(run_id).crashes == 1)
-        assert time.monotonic() - began < 5.0
+        assert time.monotonic() - began < within(3)
         assert office.ended(run_id).frames_done == 2
     finally:
         office.close()
@@ -154,8 +155,8 @@ def test_a_worker_that_hangs_ends_itself_when_it_is_told_to() -> None:
         assert worker.stdout.readline() == "here\n"
         began = time.monotonic()
         worker.send_signal(signal.SIGTERM)
-        assert worker.wait(20) == 1
-        assert time.monotonic() - began < 5.0
+        assert worker.wait(within(20)) == 1
+        assert time.monotonic() - began < within(3)
 
 
 def test_a_worker_that_hangs_does_not_hold_the_server_up_and_that_is_no_crash(office: Office) -> None:
@@ -165,7 +166,7 @@ def test_a_worker_that_hangs_does_not_hold_the_server_up_and_that_is_no_crash(of
     os.kill(worker, signal.SIGSTOP)
     began = time.monotonic()
     office.close()
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < within(2)
     job = office.job(run_id)
     assert (job.state, job.crashes) == ("queued", 0)
     assert office.run(run_id).state == "queued"
