@@ -68,8 +68,8 @@ def export(
         str, typer.Option("--pictures", metavar="none|annotated|all", help="Frames that go out as pictures.")
     ] = "none",
     states: Annotated[
-        str, typer.Option("--states", help="Review states that go out, of open, accepted, needs_work, rejected.")
-    ] = "open,accepted,needs_work",
+        str, typer.Option("--states", help="Review states that go out; rejected ones never as signs.")
+    ] = "open,accepted,needs_work,rejected",
     classes: Annotated[
         str | None, typer.Option("--classes", metavar="N,N...", help="Class numbers that go out; -1: unknown.")
     ] = None,
@@ -146,8 +146,9 @@ def export(
         return
     counts = summary["counts"]
     console = out_console()
+    rejected = f" and {counts['negatives']} rejected ones" if counts["negatives"] else ""
     console.print(
-        f"{out}: {counts['tracks']} tracks, {counts['boxes']} boxes, {counts['pictures']} pictures in "
+        f"{out}: {counts['tracks']} tracks{rejected}, {counts['boxes']} boxes, {counts['pictures']} pictures in "
         f"{summary['files'] + 1} files ({summary['title']}).",
         soft_wrap=True,
     )

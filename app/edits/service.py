@@ -203,6 +203,30 @@ class EditService:
             row = self._record(session, run, author, command, before, documents)
             return row.seq, sorted(documents)
 
+    def record_first(
+        self,
+        session: Session,
+        run: Run,
+        author: str,
+        command: Mapping[str, Any],
+        documents: Mapping[str, tuple[TrackDoc, TrackDoc]],
+    ) -> int:
+        """Begin the log of a run in the transaction that stores the run: nobody else can know it yet.
+
+        Args:
+            session: of that transaction.
+            run: stored there already, complete.
+            author: who brings it.
+            command: what the log says; ``name`` is the kind of operation.
+            documents: of each touched track, untouched and as it is now; by key.
+
+        Returns:
+            Number of the operation in the log; one undo takes it back.
+        """
+        before = {key: old for key, (old, _) in documents.items()}
+        after = {key: new for key, (_, new) in documents.items()}
+        return self._record(session, run, author, command, before, after).seq
+
     def _record(
         self,
         session: Session,

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
-from typing import get_args
 from uuid import uuid4
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.edits.documents import KeyFrame, Note, Review, TrackDoc
+from app.edits.documents import KeyFrame, TrackDoc
+from app.exchange.marks import REVIEWS, new_notes
 from app.exchange.same_sign import lying_on
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import part_of
@@ -30,7 +29,6 @@ _WRITTEN_PX = 0.06
 """What formats with two decimals or percents of the picture lose, px."""
 _DRAWN_PX = 1.0
 """By how much interpolated boxes may differ from ours: what thinning lost on the way out and what rounding adds, px."""
-_REVIEWS = frozenset(get_args(Review))
 
 
 @dataclass(slots=True)
@@ -140,7 +138,7 @@ def _same(track: Track, shown: Track, size: tuple[int, int]) -> bool:
     said = _labels(track)
     if ((said != _labels(shown)) & (said >= 0)).any():
         return False
-    if track.state in _REVIEWS and track.state not in ("open", shown.state):
+    if track.state in REVIEWS and track.state not in ("open", shown.state):
         return False
     far = np.abs(track.boxes - shown.boxes).max(axis=1)
     return bool((far[track.key] <= _WRITTEN_PX).all() and (far <= _DRAWN_PX).all())
@@ -169,14 +167,7 @@ def _document(key: str, track: Track, keep: NDArray[np.bool_], present: TrackDoc
             class_id=int(labels[i]) if labels[i] != track.label and labels[i] >= 0 else None,
         )
     old = TrackDoc(key=key) if present is None else present
-    state = track.state if track.state in _REVIEWS else "open"
-    said = {(note.frame, note.text) for note in old.notes}
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    notes = tuple(
-        Note(id=uuid4().hex, frame=frame, text=text[:4000], author=author, time=now)
-        for frame, text in track.notes
-        if (frame, text[:4000]) not in said and text
-    )
+    state = track.state if track.state in REVIEWS else "open"
     return TrackDoc(
         key=key,
         revision=old.revision,
@@ -184,7 +175,7 @@ def _document(key: str, track: Track, keep: NDArray[np.bool_], present: TrackDoc
         review=old.review if state == "open" else state,  # type: ignore[arg-type]
         not_a_sign=old.not_a_sign and state in ("open", "rejected"),
         keys=keys,
-        notes=(*old.notes, *notes),
+        notes=(*old.notes, *new_notes(track.notes, author, old)),
     )
 
 

@@ -21,8 +21,8 @@ from tsr_engine.exchange.split import Split, deal
 __all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export_sources", "summary_of"]
 
 State = Literal["open", "accepted", "rejected", "needs_work"]
-DEFAULT_STATES: tuple[State, ...] = ("open", "accepted", "needs_work")
-"""Everything but what people have rejected, or judged to be no sign."""
+DEFAULT_STATES: tuple[State, ...] = ("open", "accepted", "needs_work", "rejected")
+"""All. What people have rejected, or judged to be no sign, goes out as hard negatives: never as a sign."""
 _MOST_SKIPPED = 200
 """Reasons kept in the summary; the manifest has all."""
 
@@ -43,6 +43,7 @@ class ExportRequest(Model):
     format: Annotated[str, Field(max_length=32, pattern=PLAIN)]
     pictures: Literal["none", "annotated", "all"] = "none"
     states: Annotated[list[State], Field(min_length=1, max_length=4)] = Field(list(DEFAULT_STATES))
+    """Review states that go out; ``rejected`` ones in the manifest, as what looks like a sign and is none."""
     classes: Annotated[list[Annotated[int, Field(ge=-1, le=42)]], Field(max_length=44)] | None = None
     """Class numbers, -1: unknown; null: all."""
     min_side: Annotated[float, Field(ge=0, le=10_000)] | None = None

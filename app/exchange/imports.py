@@ -22,8 +22,9 @@ from app.errors import Invalid, NotFound
 from app.events import EventBus
 from app.exchange.as_annotation import Annotated, annotate
 from app.exchange.as_run import write_run
-from app.exchange.as_truth import truth_rows
+from app.exchange.as_truth import track_numbers, truth_rows
 from app.exchange.dataset import LABELS, Source, VideoFacts, home_source, video_facts
+from app.exchange.marks import marks
 from app.exchange.tracks import run_tracks
 from app.runs.view import publish_run
 from app.settings import Settings
@@ -34,7 +35,7 @@ from app.truths.service import TruthService
 from app.videos.table import unpack
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evidence.schema import LOCK_FILE
-from tsr_engine.exchange.dataset import Dataset, Skipped, Track
+from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import format_named, switches_of
@@ -62,7 +63,8 @@ class ImportResult(Model):
         tracks: tracks that came in; of an annotation, those that are new or show something else now.
         boxes: their boxes.
         same: tracks of an annotation that the run showed already.
-        edit: number of an annotation in the run's log; one undo takes all of it back. None: nothing has changed.
+        edit: number of an annotation in the run's log, or of a run's marks (hidden, judged, notes) in its own; one undo
+            takes all of it back. None: there is nothing to take back.
         repaired: what was put right, one sentence each.
         skipped: what was left out.
     """
@@ -184,10 +186,17 @@ class ImportService:
         return source
 
     def _truth(self, video_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]) -> ImportResult:
-        rows = truth_rows(tracks)
+        signs = [track for track in tracks if track.state != REJECTED]
+        if not signs:
+            raise Invalid(f"{incoming.path.name} holds rejected tracks alone, and those are no signs.", code="nothing")
+        rows = truth_rows(signs)
         truth = self._truths.put_rows(video_id, incoming.name, rows)
-        lost = [Skipped(f"{n} notes", "ground truth has no notes")] if (n := sum(len(t.notes) for t in tracks)) else []
-        return _result("truth", truth.id, len(tracks), len(rows), dataset, lost)
+        counts = (
+            (len(tracks) - len(signs), "rejected tracks", "They are no signs, and ground truth says what is one."),
+            (sum(len(track.notes) for track in signs), "notes", "Ground truth has no notes."),
+        )
+        lost = [Skipped(f"{count} {what}", reason) for count, what, reason in counts if count]
+        return _result("truth", truth.id, len(signs), len(rows), dataset, lost)
 
     def _run(
         self, video_id: str, onto: _Onto, incoming: Incoming, dataset: Dataset, tracks: list[Track]
@@ -219,19 +228,24 @@ class ImportService:
                 started=now,
                 finished=now,
             )
+            author = incoming.author or self._settings.author
+            said = marks(tracks, track_numbers(track.uid for track in tracks), author)
+            edit = None
             with self._database.write() as session:
                 if session.get(Video, video_id) is None:
                     raise NotFound(f"There is no video {video_id[:80]!r} any more.")
                 session.add(run)
                 publish_run(session, self._events, run)
+                if said:
+                    edit = self._edits.record_first(session, run, author, _command(incoming), said)
                 part.rename(folder)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
             shutil.rmtree(folder, ignore_errors=True)
             raise
-        return _result(
-            "run", run_id, len(tracks), sum(len(track.frames) for track in tracks), dataset, _lost_in_run(tracks)
-        )
+        boxes = sum(len(track.frames) for track in tracks)
+        told = _result("run", run_id, len(tracks), boxes, dataset, _lost_in_run(tracks))
+        return told.model_copy(update={"edit": edit})
 
     def _annotation(
         self, source: Source, run_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]
@@ -251,8 +265,7 @@ class ImportService:
             found = annotate(tracks, shown, present, author, size)
             return found.documents
 
-        command = {"name": "import", "file": incoming.path.name, "format": incoming.format or "found out"}
-        seq, stored = self._edits.put_documents(run_id, author, command, make)
+        seq, stored = self._edits.put_documents(run_id, author, _command(incoming), make)
         told = _result("annotation", run_id, len(stored), found.boxes, dataset, found.skipped)
         return told.model_copy(update={"same": found.same, "edit": seq, "repaired": [*told.repaired, *found.repaired]})
 
@@ -289,21 +302,15 @@ def _result(
     )
 
 
+def _command(incoming: Incoming) -> dict[str, str]:
+    """What the log of a run says of an import."""
+    return {"name": "import", "file": incoming.path.name, "format": incoming.format or "found out"}
+
+
 def _lost_in_run(tracks: Iterable[Track]) -> list[Skipped]:
-    counts: dict[str, int] = {"hidden": 0, "ignored": 0, "notes": 0, "judged": 0}
-    for track in tracks:
-        counts["hidden"] += int(track.occluded.sum())
-        counts["ignored"] += 0 if track.ignore is None else int(track.ignore.sum())
-        counts["notes"] += len(track.notes)
-        counts["judged"] += track.state not in ("open", "truth")
-    words = {
-        "hidden": "marks 'occluded'",
-        "ignored": "marks 'ignore'",
-        "notes": "notes",
-        "judged": "verdicts on tracks",
-    }
-    reason = "A run holds what a tracker found. Import the file as annotation to keep them."
-    return [Skipped(f"{count} {words[name]}", reason) for name, count in counts.items() if count]
+    count = sum(0 if track.ignore is None else int(track.ignore.sum()) for track in tracks)
+    reason = "A run has no regions to ignore; they came in as ordinary boxes. Import the file as ground truth."
+    return [Skipped(f"{count} marks 'ignore'", reason)] if count else []
 
 
 def _is_locked(path: Path) -> bool:

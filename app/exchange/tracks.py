@@ -86,7 +86,11 @@ def _edited(
             mine &= piece.frames[place] == shown.frame if len(piece.frames) else False
             score[mine] = piece.score[place[mine]]
     as_found = found is not None and np.array_equal(shown.frame, found.frames) and bool(engine.all())
-    changed = not as_found or bool(document.keys) or document.class_id is not None
+    # An import brings marks of hidden signs along; that alone is nobody's word about a box.
+    keys = [
+        key for key in document.keys.values() if origin != "imported" or key.box is not None or key.class_id is not None
+    ]
+    changed = not as_found or bool(keys) or document.class_id is not None
     human = not document.segments and document.key.startswith("h")
     return Track(
         uid=document.key,

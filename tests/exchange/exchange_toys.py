@@ -79,7 +79,7 @@ def a_dataset(*tracks: Track, **video: object) -> Dataset:
         tracks = (
             a_track("m1", range(10, 40), state="accepted", notes=((12, "lamp? <b>&\n\ttwo lines"), (30, "ö"))),
             a_track("m2", [*range(20, 30), *range(33, 43)], label=1, occluded=held, score=np.linspace(0.1, 0.9, 20)),
-            a_track("h3", range(80, 100), label=-1, source="human", state="rejected"),
+            a_track("h3", range(80, 100), label=-1, source="human", state="needs_work"),
         )
     return Dataset(CLASS_NAMES, (a_video(tracks, **video),))
 

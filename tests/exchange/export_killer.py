@@ -8,7 +8,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import signal
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +19,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from exchange_toys import a_dataset, a_track
 
 from tsr_engine.errors import StorageError
+from tsr_engine.exchange import publish
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.registry import FORMATS
 
@@ -50,19 +54,12 @@ def step_of(folder: Path, at: int, act: Callable[[], None]) -> None:
         if event in STEPS or event == "ctypes.dlsym":
             step()
 
-    real = os.fsync
-
-    def fsync(handle: int) -> None:
-        step()
-        real(handle)
-        step()
-
-    os.fsync = fsync
+    os.fsync = lambda _: step()
     sys.addaudithook(hook)
 
 
 def child(folder: Path, zipped: bool, at: int, mode: str) -> int:
-    """One export in a child; its exit code: 0 went through, 9 was killed, 7 failed with a sentence, 1 else."""
+    """One export in a child; its exit code: 0 went through, -9 was killed, 7 failed with a sentence, 1 else."""
     pid = os.fork()
     if pid:
         return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
@@ -73,7 +70,7 @@ def child(folder: Path, zipped: bool, at: int, mode: str) -> int:
         def act() -> None:
             nonlocal armed
             if mode == "kill":
-                os._exit(9)
+                os.kill(os.getpid(), signal.SIGKILL)
             if armed:
                 armed = False
                 raise OSError(28, "No space left on device")
@@ -91,30 +88,69 @@ def ordeal(folder: Path, zipped: bool, mode: str) -> dict[str, object]:
     """Every step in turn, until an export gets through them all."""
     out = folder / "out"
 
-    def again() -> str:
-        export_dataset(OLD, FORMATS["cvat-video"], out, zipped=zipped)
+    def write(data: Dataset) -> str:
+        export_dataset(data, FORMATS["cvat-video"], out, zipped=zipped)
         return state(out)
 
-    export_dataset(NEW, FORMATS["cvat-video"], out, zipped=zipped)
-    new, old = state(out), again()
+    new, old = write(NEW), write(OLD)
     codes: list[int] = []
     kept = replaced = rubbish = 0
-    while codes[-1:] != [0] if mode == "kill" else codes[-8:] != [0] * 8:
+    while codes[-1:] != [0] if mode == "kill" else codes[-5:] != [0] * 5:
         codes.append(child(folder, zipped, len(codes) + 1, mode))
         found = state(out)
         if found not in (old, new):
             sys.exit(f"step {len(codes)}: what stands there is neither the old nor the new export")
         kept, replaced = kept + (found == old), replaced + (found == new)
-        rubbish += len(list(folder.iterdir())) > 1
-        if again() != old or [path.name for path in folder.iterdir()] != ["out"]:
+        left = len(list(folder.iterdir())) > 1
+        rubbish += left
+        # The next export begins with this; every fourth time a whole one, and where it has to be.
+        publish.sweep(out)
+        if found == new or (left and rubbish % 4 == 0):
+            write(OLD)
+        if state(out) != old or [path.name for path in folder.iterdir()] != ["out"]:
             sys.exit(f"step {len(codes)}: the next export left {sorted(path.name for path in folder.iterdir())}")
     return {"old": kept, "new": replaced, "rubbish": rubbish, "codes": codes}
 
 
+def moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int]:
+    """Killed by another process at moments spread over the time that an export takes, whatever it does then."""
+    out = folder / "out"
+    big = a_dataset(*(a_track(f"m{k}", range(k, k + 30)) for k in range(30)))
+    export_dataset(big, FORMATS["yolo"], out, zipped=zipped)
+    new = state(out)
+    export_dataset(OLD, FORMATS["yolo"], out, zipped=zipped)
+    old = state(out)
+    took, killed = 0.0, 0
+    for turn in range(count + 1):
+        began = time.monotonic()
+        pid = os.fork()
+        if not pid:
+            export_dataset(big, FORMATS["yolo"], out, zipped=zipped)
+            os._exit(0)
+        if turn:  # the first one shows how long it takes
+            time.sleep(took * (turn - 0.5) / count)
+            os.kill(pid, signal.SIGKILL)
+        code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        took = took or time.monotonic() - began
+        killed += code == -signal.SIGKILL
+        if state(out) != (new if code == 0 else old) and (code == 0 or state(out) != new):
+            sys.exit(f"moment {turn}: what stands there is neither the old nor the new export")
+        publish.sweep(out)
+        if [path.name for path in folder.iterdir()] != ["out"]:
+            sys.exit(f"moment {turn}: left {sorted(path.name for path in folder.iterdir())}")
+        if state(out) == new:
+            export_dataset(OLD, FORMATS["yolo"], out, zipped=zipped)
+    return {"killed": killed, "moments": count}
+
+
 def main() -> None:
-    """Print a report for folders and ZIP files, killed and failing."""
-    reports = {}
+    """Print a report for folders and ZIP files, killed at each step, failing at each step, and killed at any moment."""
+    os.fsync = lambda _: None  # a killed process loses nothing that it has written
+    reports: dict[str, object] = {}
     for kind in ("folder", "zip"):
+        folder = Path(sys.argv[1]) / f"{kind}-moments"
+        folder.mkdir()
+        reports[f"{kind}-moments"] = moments(folder, kind == "zip")
         for mode in ("kill", "fail"):
             folder = Path(sys.argv[1]) / f"{kind}-{mode}"
             folder.mkdir()

@@ -163,7 +163,7 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
         root = ET.parse(tmp_path / "own" / side / "annotations.xml").getroot()
         found = {a.text for a in root.iter("attribute") if a.get("name") == "uid" and a.text}
         assert found == {uid for (video, uid), on in split.items() if on == side and video == "a" * 64}
-    foreign = a_video(name="elsewhere.mp4")
+    foreign = a_video(name="elsewhere.mp4", sha="c" * 64)
     with pytest.raises(ImportFormatError, match="none in a folder called elsewhere"):
         read_dataset(tmp_path / "two.zip", target_of(Dataset(CLASS_NAMES, (foreign,))))
 

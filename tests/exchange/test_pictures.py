@@ -17,7 +17,8 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.labels import CLASS_NAMES
-from tsr_engine.exchange.pictures import frame_in_name, prefixes, safe_stem, stream_frames, wanted_frames
+from tsr_engine.exchange.names import prefixes, safe_stem
+from tsr_engine.exchange.pictures import frame_in_name, stream_frames, wanted_frames
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
@@ -103,7 +104,9 @@ def test_which_frames_are_wanted() -> None:
         ("frame_000010", 10),
         ("images/train/frame_000010.png", 10),
         ("drive_frame_000010.jpg", 10),
-        ("drive-2_frame_000010.jpg", 10),
+        ("drive-aaaaaaaa_frame_000010.jpg", 10),
+        ("drive-bbbbbbbb_frame_000010.jpg", None),
+        ("drive-aaaa_frame_000010.jpg", None),
         ("other_frame_000010.jpg", None),
         ("000123.jpg", 123),
         ("img00123.png", 123),
@@ -117,12 +120,13 @@ def test_names_lead_back_to_frames(name: str, frame: int | None) -> None:
 
 def test_names_of_several_videos_differ() -> None:
     names = ["drive.mp4", "a/Drive.mov", "ä b.mp4", "...", "x" * 200 + ".mp4"]
-    data = Dataset(CLASS_NAMES, tuple(a_video(name=name) for name in names))
+    data = [a_video(name=name, sha=str(place) * 64) for place, name in enumerate(names, start=1)]
     made = prefixes(data)
-    assert made[:4] == ["drive-1_", "Drive-2_", "b_", "video_"]
+    assert made[:4] == ["drive-11111111_", "Drive-22222222_", "b_", "video_"]
+    assert prefixes(data[::-1]) == made[::-1], "names do not depend on the order"
     assert len({prefix.casefold() for prefix in made}) == 5
     assert len(safe_stem(names[-1])) == 60
-    assert prefixes(a_dataset()) == [""]
+    assert prefixes(a_dataset().videos) == [""]
 
 
 @pytest.mark.parametrize("format", ["cvat-images", "datumaro"])

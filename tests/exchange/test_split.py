@@ -31,7 +31,7 @@ _spans = st.lists(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(_spans, st.integers(0, 5), st.sampled_from(["sign", "video"]))
 def test_no_frame_and_no_sign_is_on_two_sides(spans: list[list[tuple[int, int]]], seed: int, rule: str) -> None:
     data = _drives(spans)

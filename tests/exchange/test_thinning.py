@@ -45,7 +45,7 @@ def _worst(track: Track, key: np.ndarray) -> float:
     return worst
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(_tracks(), st.sampled_from([0.25, 0.5, 2.0, 30.0, 500.0]))
 def test_every_edge_of_every_frame_is_within_the_bound(track: Track, thin_px: float) -> None:
     key = key_frames(track, thin_px)
@@ -74,7 +74,7 @@ def _fewest(track: Track, thin_px: float) -> int:
     return count[-1] + 1
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(_tracks(), st.sampled_from([0.5, 5.0, 50.0]))
 def test_no_choice_of_key_frames_is_smaller(track: Track, thin_px: float) -> None:
     fewest = _fewest(track, thin_px)

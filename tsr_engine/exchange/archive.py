@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.zip_writer import ZipWriter
 from tsr_engine.io.pictures import SUFFIXES
 
 __all__ = ["ArchiveLimits", "files_below", "pack", "unpack"]
@@ -46,10 +47,6 @@ _MAGIC = (
     b"\xfd7zXZ\x00",
     b"\x28\xb5\x2f\xfd",
 )
-_STORED = SUFFIXES - {".ppm", ".pgm", ".bmp"}
-_TINY = 256
-"""Bytes of a file that is not worth compressing: setting up a compressor takes longer than writing it."""
-_EPOCH = (1980, 1, 1, 0, 0, 0)
 _FREE_RATIO = 1 << 20
 """Bytes of an entry that may unfold at any ratio: a file of zeros is no attack."""
 
@@ -111,33 +108,14 @@ def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: 
 
     Args:
         folder: all its files go in, with names relative to it.
-        target: an open file.
+        target: an open, empty file.
         progress: called after each megabyte; raises to stop.
     """
-    done = 0
-    with zipfile.ZipFile(target, "w", allowZip64=True) as archive:
-        for name in files_below(folder):
-            entry = zipfile.ZipInfo(name, _EPOCH)
-            entry.create_system = 3
-            entry.external_attr = (stat.S_IFREG | 0o644) << 16
-            path = f"{folder}/{name}"
-            size = os.stat(path).st_size  # noqa: PTH116 - Path objects take longer than the work on 100,000 files
-            stored = size < _TINY or name[name.rfind(".") :].lower() in _STORED
-            entry.compress_type = zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED
-            with open(path, "rb", buffering=0) as stream:  # noqa: PTH123
-                if size <= _CHUNK:
-                    archive.writestr(entry, stream.read())
-                    done += size
-                else:
-                    entry.file_size = size
-                    with archive.open(entry, "w") as out:
-                        while chunk := stream.read(_CHUNK):
-                            out.write(chunk)
-                            done += len(chunk)
-                            progress()
-            if done >= _CHUNK:
-                done = 0
-                progress()
+    archive = ZipWriter(target, progress)
+    for name in files_below(folder):
+        with (folder / name).open("rb", buffering=0) as stream:
+            archive.take(name, stream, os.fstat(stream.fileno()).st_size)
+    archive.close()
 
 
 def files_below(folder: Path) -> list[str]:

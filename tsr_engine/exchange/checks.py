@@ -167,13 +167,14 @@ class Intake:
             uid: the track.
             state: taken as ``open`` where it is none of the states.
             source: as in ``Track``.
-            notes: frame and text.
+            notes: frame and text; a frame outside of the video becomes its nearest one.
             until: the last key frame's box holds up to this frame, inclusive; -1: it does not.
         """
         rows = self._tracks.setdefault(uid, TrackRows())
         rows.state = state if state in _STATES else "open"
         rows.source = source
-        rows.notes.extend(notes)
+        last = self.target.video.frames - 1
+        rows.notes.extend((min(max(frame, 0), last), text) for frame, text in notes)
         rows.until = max(rows.until, until)
 
     def frame(self, frame: float | str, file: str, line: int | str | None = None, *, origin: int = 0) -> int:

@@ -21,6 +21,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
+from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.rounding import rounded
 
@@ -30,36 +31,35 @@ _DECIMALS = 4
 _TRUTH = ("false", "true")
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels, _, _ = used_labels(dataset)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
-    (folder / "annotations").mkdir()
     done = boxes = 0
     for subset in subsets_in(lists, options):
-        with (folder / "annotations" / f"instances_{subset}.json").open("w", encoding="utf-8", newline="") as out:
-            out.write('{"info":{},"licenses":[{"id":0,"name":"","url":""}],\n"categories":[')
+        with out.text(f"annotations/instances_{subset}.json") as file:
+            file.write('{"info":{},"licenses":[{"id":0,"name":"","url":""}],\n"categories":[')
             categories = [{"id": at, "name": name, "supercategory": ""} for at, name in enumerate(labels, start=1)]
-            out.write(",\n".join(map(_dump, categories)) + '],\n"images":[')
+            file.write(",\n".join(map(_dump, categories)) + '],\n"images":[')
             comma = "\n"
             for part in lists:
                 about = f'{_dump(part.video.name)},"video_sha256":{_dump(part.video.sha256)}'
                 for frame, _ in part.listed(subset):
-                    out.write(comma + _image(part, frame, suffix, about))
+                    file.write(comma + _image(part, frame, suffix, about))
                     comma = ",\n"
                     done += 1
                     options.progress(done, total)
-            out.write('],\n"annotations":[')
+            file.write('],\n"annotations":[')
             comma = "\n"
             for part in lists:
                 for text in _annotations(part, subset, labels, boxes):
-                    out.write(comma + text)
+                    file.write(comma + text)
                     comma = ",\n"
                     boxes += 1
-            out.write("]}\n")
+            file.write("]}\n")
     pictures = write_files(
-        lists, folder, options, lambda part, frame, subset: f"images/{subset}/{part.stem(frame)}.{suffix}"
+        lists, out, options, lambda part, frame, subset: f"images/{subset}/{part.stem(frame)}.{suffix}"
     )
     return [], {"origin": 0, "first_category": 1, "decimals": _DECIMALS, "pictures": pictures}
 
@@ -81,8 +81,9 @@ def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
 
 def _annotations(part: PictureList, subset: str, labels: list[str], before: int) -> Iterator[str]:
     """The text of each annotation; ``before`` have been written in the files before."""
-    rows = part.rows
-    numbers = {name: at for at, name in enumerate(labels, start=1)}
+    rows = part.rows.plain()
+    places = {name: at for at, name in enumerate(labels, start=1)}
+    numbers = {label: places[label_name(labels, label)] for label in set(rows.label)}
     heads = [
         _dump(
             {
@@ -92,22 +93,22 @@ def _annotations(part: PictureList, subset: str, labels: list[str], before: int)
                 **({"note": notes_to_text(info.notes)} if info.notes else {}),
             }
         )[1:]
-        for info in rows.tracks
+        for info in part.rows.tracks
     ]
-    edges = rounded(rows.boxes, _DECIMALS, part.video.width, part.video.height)
+    edges = rounded(part.rows.boxes, _DECIMALS, part.video.width, part.video.height)
     edges[:, 2:] = np.round(edges[:, 2:] - edges[:, :2], _DECIMALS)
     boxes = edges.tolist()
     for frame, at in part.listed(subset):
         for k in range(at.start, at.stop):
             before += 1
-            score = float(rows.score[k])
+            score = rows.score[k]
             yield (
                 f'{{"id":{before},"image_id":{part.first_frame + frame + 1},'
-                f'"category_id":{numbers[label_name(labels, int(rows.label[k]))]},'
+                f'"category_id":{numbers[rows.label[k]]},'
                 f'"bbox":[{",".join(map(repr, boxes[k]))}],'
-                f'"area":{round(boxes[k][2] * boxes[k][3], 4)},"segmentation":[],"iscrowd":{int(rows.ignore[k])},'
-                f'"attributes":{{"occluded":{_TRUTH[int(rows.occluded[k])]},"rotation":0.0,'
-                f'"track_id":{part.first_track + int(rows.track[k]) + 1},"keyframe":{_TRUTH[int(rows.key[k])]},'
+                f'"area":{round(boxes[k][2] * boxes[k][3], 4)},"segmentation":[],"iscrowd":{rows.ignore[k]:d},'
+                f'"attributes":{{"occluded":{_TRUTH[rows.occluded[k]]},"rotation":0.0,'
+                f'"track_id":{part.first_track + rows.track[k] + 1},"keyframe":{_TRUTH[rows.key[k]]},'
                 + (f'"score":{score:.9g},' if score == score else "")
                 + heads[rows.track[k]]
                 + "}"

@@ -7,15 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tsr_engine.exchange.checks import Intake, read_json, refuse
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.json_stream import OPENED, members
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_lists import PictureNames
 
 __all__ = ["coco_files", "read_coco"]
 
+_LISTS = frozenset({"categories", "images", "annotations"})
+_IMAGE = ("id", "file_name", "frame", "width", "height", "video_sha256")
 _TRUE = (True, 1, "true", "True", "1")
 
 
@@ -45,27 +49,24 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
     files = coco_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as COCO again.")
-    contents = [(file.name, read_json(file)) for file in files]
     loose = LooseBoxes(intake, files[0].name)
+    pictures = PictureNames(path if path.is_dir() else path.parent, target.video)
     others = 0
     images: dict[Any, _Image | None] = {}
     names: dict[Any, str] = {}
-    for file, content in contents:
-        if isinstance(content, dict):
-            reader = _File(
-                content, file, intake, loose, PictureNames(path if path.is_dir() else path.parent, target.video)
-            )
-            reader.read()
-            others += reader.others
-            images |= reader.images
-            names |= reader.categories
-        elif not isinstance(content, list):
-            raise refuse(file, None, "must be an object with images, categories and annotations, or a list of results.")
-    for file, content in contents:
-        if isinstance(content, list):
-            results = _Results(file, intake, loose, images, names, PictureNames(path.parent, target.video))
-            results.read(content)
-            others += results.others
+    lists: list[Path] = []
+    for file in files:
+        reader = _File(file, intake, loose, pictures)
+        if not reader.read():
+            lists.append(file)
+            continue
+        others += reader.others
+        images |= reader.images
+        names |= reader.categories
+    for file in lists:
+        results = _Results(file, intake, loose, images, names, pictures)
+        results.read()
+        others += results.others
     if others:
         intake.skip(f"{others} pictures", f"They are of another video than {target.video.name}.")
     loose.settle()
@@ -75,44 +76,84 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
 class _File:
     """One file with images, categories and annotations."""
 
-    def __init__(
-        self, content: dict[str, Any], file: str, intake: Intake, loose: LooseBoxes, pictures: PictureNames
-    ) -> None:
-        self._content = content
-        self._name = file
+    def __init__(self, path: Path, intake: Intake, loose: LooseBoxes, pictures: PictureNames) -> None:
+        self._path = path
+        self._name = path.name
         self._intake = intake
         self._loose = loose
         self._pictures = pictures
+        self._listed: list[dict[str, Any]] = []
+        self._hashes: dict[Any, Any] = {}
+        self._seen: set[Any] = set()
         self.images: dict[Any, _Image | None] = {}
         self.categories: dict[Any, str] = {}
         self.others = 0
 
-    def read(self) -> None:
-        for number, category in enumerate(self._list("categories"), start=1):
-            where = f"category {number}"
-            key = _key(category.get("id"), self._name, where)
-            if key in self.categories:
-                raise refuse(self._name, where, f"its id {key} is there twice. Give each category its own.")
-            self.categories[key] = str(category.get("name", ""))
-        images = self._list("images")
-        about = self._chosen_video(images)
-        for number, image in enumerate(images, start=1):
-            self._image(image, f"image {number}", about)
-        seen: set[Any] = set()
-        for number, note in enumerate(self._list("annotations", "images"), start=1):
-            self._annotation(note, f"annotation {number}", seen)
+    def read(self) -> bool:
+        """Take all annotations, one in memory at a time; False: it is a list of results.
 
-    def _list(self, name: str, instead: str = "") -> list[dict[str, Any]]:
-        found = self._content.get(name, [] if instead else None)
-        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
-            raise refuse(self._name, None, f"must have {name}, a list of objects. Export as COCO again.")
-        return found
+        Images and categories come first in most files. Where they do not, the file is read once more.
+        """
+        there: set[str] = set()
+        late = False
+        for key, place, value in members(self._path):
+            if key == "":
+                if place is None:
+                    raise refuse(
+                        self._name,
+                        None,
+                        "must be an object with images, categories and annotations, or a list of results.",
+                    )
+                return False
+            if key != "images" and self._listed:
+                self._take_images()
+            if key not in _LISTS:
+                continue
+            if place is None or (place and not isinstance(value, dict)):
+                raise self._no_list(key)
+            there.add(key)
+            if key == "annotations" and place == OPENED:
+                late = not {"images", "categories"} <= there
+            if place and (key != "annotations" or not late):
+                self._entry(key, place, value)
+        self._take_images()
+        for key in ("categories", "images"):
+            if key not in there:
+                raise self._no_list(key)
+        if late:
+            for key, place, value in members(self._path):
+                if key == "annotations" and place:
+                    self._entry(key, place, value)
+        return True
 
-    def _chosen_video(self, images: list[dict[str, Any]]) -> str:
-        """Hash of the video whose images count, where the images tell of several; else empty."""
-        told = {str(image.get("video_sha256", "")) for image in images}
+    def _no_list(self, key: str) -> ImportFormatError:
+        return refuse(self._name, None, f"must have {key}, a list of objects. Export as COCO again.")
+
+    def _entry(self, key: str, place: int, entry: dict[str, Any]) -> None:
+        if key == "images":
+            # The few keys that count, and one text for all equal hashes: there can be 100,000 of these.
+            image = {name: entry[name] for name in _IMAGE if name in entry}
+            if "video_sha256" in image and isinstance(image["video_sha256"], str):
+                image["video_sha256"] = self._hashes.setdefault(image["video_sha256"], image["video_sha256"])
+            self._listed.append(image)
+        elif key == "annotations":
+            self._annotation(entry, f"annotation {place}", self._seen)
+        else:
+            where = f"category {place}"
+            number = _key(entry.get("id"), self._name, where)
+            if number in self.categories:
+                raise refuse(self._name, where, f"its id {number} is there twice. Give each category its own.")
+            self.categories[number] = str(entry.get("name", ""))
+
+    def _take_images(self) -> None:
+        """Find the frames of the images, once all of them are known."""
+        told = {str(image.get("video_sha256", "")) for image in self._listed}
         own = self._intake.target.video.sha256
-        return own if len(told) > 1 and own in told and own else ""
+        # The hash of the video whose images count, where the images tell of several.
+        about = own if len(told) > 1 and own in told and own else ""
+        for number, image in enumerate(self._listed, start=1):
+            self._image(image, f"image {number}", about)
+        self._listed.clear()
 
     def _image(self, image: dict[str, Any], where: str, about: str) -> None:
         key = _key(image.get("id"), self._name, where)
@@ -192,14 +233,15 @@ class _Results:
 
     def __init__(
         self,
-        file: str,
+        path: Path,
         intake: Intake,
         loose: LooseBoxes,
         images: dict[Any, _Image | None],
         names: dict[Any, str],
         pictures: PictureNames,
     ) -> None:
-        self._name = file
+        self._path = path
+        self._name = path.name
         self._intake = intake
         self._loose = loose
         self._images = images
@@ -208,14 +250,18 @@ class _Results:
         self._first = int(intake.target.switches.get("first_id", "1"))
         self.others = 0
 
-    def read(self, content: list[Any]) -> None:
+    def read(self) -> None:
+        """Take all results, one in memory at a time."""
         alone = not self._images
-        for number, result in enumerate(content, start=1):
-            where = f"result {number}"
+        number = 0
+        for _, place, result in members(self._path):
+            if not place:
+                continue
+            number, where = place, f"result {place}"
             if not isinstance(result, dict):
                 raise refuse(self._name, where, "must be an object. Correct it.")
             self._result(result, where, alone)
-        if alone and content:
+        if alone and number:
             self._intake.repair(
                 f"{self._name}: comes without images and categories; image and category ids were taken as frames and "
                 f"class numbers, counted from {self._first} (first_id)."

@@ -8,9 +8,11 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.beside import is_called
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import DatasetVideo, Track
-from tsr_engine.exchange.pictures import safe_stem
+from tsr_engine.exchange.names import safe_stem
+from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted, text
 
 __all__ = [
@@ -152,21 +154,22 @@ def find_files(path: Path, video: DatasetVideo) -> list[tuple[Path, str]]:
             return [(path / name, name)]
     parts = sorted(path.glob("*/annotations.xml"))
     if len(parts) > 1:
-        stem = safe_stem(video.name)
-        parts = [part for part in parts if _is_about(part.parent.name, stem)]
+        parts = [part for part in parts if _is_about(path, part.parent.name, video)]
         if not parts:
             raise ImportFormatError(
-                f"{path.name}: has annotations of several videos, none in a folder called {stem}. Import one of them."
+                f"{path.name}: has annotations of several videos, none in a folder called {safe_stem(video.name)}. "
+                "Import one of them."
             )
     if not parts:
         raise ImportFormatError(f"{path.name}: has no annotations.xml. Export as CVAT 1.1 again.")
     return [(part, f"{part.parent.name}/{part.name}") for part in parts]
 
 
-def _is_about(folder: str, stem: str) -> bool:
-    subset = folder.rsplit("_", 1)
-    known = ("train", "val", "test")
-    return folder == stem or folder in known or (len(subset) == 2 and subset[0] == stem and subset[1] in known)
+def _is_about(path: Path, folder: str, video: DatasetVideo) -> bool:
+    if folder in SUBSETS or is_called(path, video, folder):
+        return True
+    name, _, subset = folder.rpartition("_")
+    return subset in SUBSETS and is_called(path, video, name)
 
 
 def sniff_mode(path: Path) -> str | None:

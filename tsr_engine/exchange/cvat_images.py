@@ -27,14 +27,11 @@ from tsr_engine.exchange.cvat import (
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.names import prefixes
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.pictures import (
-    WrittenPicture,
-    frame_in_name,
-    prefixes,
-    wanted_frames,
-    write_pictures,
-)
+from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.picture_lists import PictureNames
+from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
@@ -45,7 +42,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 2
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels, ignore, _ = used_labels(dataset)
     suffix = options.switches.get("image", "jpg")
     gathered = [rows_by_frame(video, only=_chosen(video, options)) for video in dataset.videos]
@@ -54,11 +51,11 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
         for video, rows in zip(dataset.videos, gathered, strict=True)
     ]
     total = sum(len(frames) for frames in listed)
-    names = prefixes(dataset)
+    names = prefixes(dataset.videos)
     done = 0
-    with (folder / "annotations.xml").open("w", encoding="utf-8", newline="") as out:
+    with out.text("annotations.xml") as file:
         single = dataset.videos[0] if len(dataset.videos) == 1 else None
-        out.writelines(
+        file.writelines(
             header(
                 name=Path(single.name).stem if single else "drives",
                 size=total,
@@ -75,24 +72,24 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
             boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height).tolist() if len(rows) else []
             for frame in frames.tolist():
                 subset = f' subset="{subsets[side[frame]]}"' if options.split else ""
-                out.write(
+                file.write(
                     f' <image id="{done}" name={quoted(f"{prefix}frame_{frame:06d}.{suffix}")}{subset} '
                     f'width="{video.width}" height="{video.height}">\n'
                 )
                 place = places.get(frame)
                 if place is not None:
-                    out.writelines(
+                    file.writelines(
                         _box(rows, k, boxes[k], heads, dataset.labels) for k in range(place.start, place.stop)
                     )
-                out.write(" </image>\n")
+                file.write(" </image>\n")
                 done += 1
                 options.progress(done, total)
-        out.write("</annotations>\n")
+        file.write("</annotations>\n")
     pictures: list[WrittenPicture] = []
     if options.pictures != "none":
         for place_of, (video, frames, prefix) in enumerate(zip(dataset.videos, listed, names, strict=True)):
             files = [f"images/{prefix}frame_{frame:06d}.{suffix}" for frame in frames.tolist()]
-            for picture in write_pictures(video, place_of, frames, folder, files):
+            for picture in write_pictures(video, place_of, frames, out, files):
                 pictures.append(picture)
                 options.progress(len(pictures), total)
     return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
@@ -134,6 +131,7 @@ def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: 
 def _read(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
     files = find_files(path, target.video)
+    pictures = PictureNames(path if path.is_dir() else path.parent, target.video)
     for file, name in files:
         other = tags = shapes = 0
         for node in elements(file, "annotations", ("track", "image"), name=name):
@@ -141,7 +139,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
                 raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it as that.")
             tags += sum(child.tag == "tag" for child in node.children)
             shapes += sum(child.tag in SHAPES for child in node.children)
-            other += not _read_image(node, name, intake)
+            other += not _read_image(node, name, intake, pictures)
         for count, what, reason in (
             (other, "pictures", f"Their names are of another video than {target.video.name}."),
             (tags, "tags", "They are about whole pictures."),
@@ -152,13 +150,12 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     return intake.finish(files[0][1])
 
 
-def _read_image(node: Node, file: str, intake: Intake) -> bool:
+def _read_image(node: Node, file: str, intake: Intake, pictures: PictureNames) -> bool:
     """Takes the boxes of one picture; False: it is of another video."""
-    video = intake.target.video
     name = attribute(node, "name", file)
-    ordinal = frame_in_name(name, video)
+    ordinal = pictures.frame(name)
     if ordinal is None:
-        if "_frame_" in name:
+        if pictures.is_other(name):
             return False
         raise refuse(file, node.line, f"the picture {name[:80]!r} has no frame number. Call it frame_000010.jpg.")
     if not any(child.tag == "box" for child in node.children):

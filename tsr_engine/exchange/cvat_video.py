@@ -30,8 +30,10 @@ from tsr_engine.exchange.cvat import (
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.pictures import WrittenPicture, frames_of, safe_stem, wanted_frames, write_pictures
+from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.pictures import WrittenPicture, frames_of, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.thinning import key_frames
@@ -43,7 +45,7 @@ _DECIMALS = 2
 _ROUNDING = 0.5 * 10**-_DECIMALS
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels, ignore, changes = used_labels(dataset)
     extra = [*(["ignore"] if ignore else []), *(["frame_label"] if changes else [])]
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
@@ -55,10 +57,8 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     for place, video in enumerate(dataset.videos):
         for subset in subsets:
             name = folders[place, subset]
-            home = folder / name if name else folder
-            home.mkdir(parents=True, exist_ok=True)
-            with (home / "annotations.xml").open("w", encoding="utf-8", newline="") as out:
-                out.writelines(
+            with out.text(f"{name}/annotations.xml" if name else "annotations.xml") as file:
+                file.writelines(
                     header(
                         name=Path(video.name).stem,
                         size=video.frames,
@@ -72,29 +72,27 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
                 for track in video.tracks():
                     if subset_of(video, track.uid, options.split) != subset:
                         continue
-                    keys += _write_track(out, number, track, video, dataset.labels, options)
+                    keys += _write_track(file, number, track, video, dataset.labels, options)
                     number, done = number + 1, done + 1
                     options.progress(done, total)
-                out.write("</annotations>\n")
+                file.write("</annotations>\n")
             parts.append({"folder": name, "video": place, "subset": subset, "tracks": number})
         prefix = next(folders[place, subset] for subset in subsets)
-        pictures += _pictures(video, place, folder, prefix if len(subsets) == 1 else _stem(folders, place), options)
+        pictures += _pictures(video, place, out, prefix if len(subsets) == 1 else _stem(folders, place), options)
     told = {"origin": 0, "decimals": _DECIMALS, "key_frames": keys, "parts": parts, "pictures": pictures}
     return [], told
 
 
 def _folders(dataset: Dataset, subsets: list[str]) -> dict[tuple[int, str], str]:
     """Folder of each video and subset; CVAT holds one video in one file, so several need a folder each."""
-    out: dict[tuple[int, str], str] = {}
-    stems = [safe_stem(video.name) for video in dataset.videos]
-    for place, stem in enumerate(stems):
-        own = stem if stems.count(stem) == 1 else f"{stem}-{place + 1}"
+    found: dict[tuple[int, str], str] = {}
+    for place, own in enumerate(video_names(dataset.videos)):
         for subset in subsets:
             if len(dataset.videos) == 1:
-                out[place, subset] = "" if len(subsets) == 1 else subset
+                found[place, subset] = "" if len(subsets) == 1 else subset
             else:
-                out[place, subset] = own if len(subsets) == 1 else f"{own}_{subset}"
-    return out
+                found[place, subset] = own if len(subsets) == 1 else f"{own}_{subset}"
+    return found
 
 
 def _stem(folders: dict[tuple[int, str], str], place: int) -> str:
@@ -104,14 +102,14 @@ def _stem(folders: dict[tuple[int, str], str], place: int) -> str:
 
 
 def _pictures(
-    video: DatasetVideo, place: int, folder: Path, home: str, options: ExportOptions
+    video: DatasetVideo, place: int, out: Outlet, home: str, options: ExportOptions
 ) -> Iterator[WrittenPicture]:
     if options.pictures == "none":
         return
     frames = wanted_frames(video, frames_of(video), options.pictures)
     base = f"{home}/images" if home else "images"
     names = [f"{base}/frame_{frame:06d}.{options.switches.get('image', 'png')}" for frame in frames.tolist()]
-    for count, picture in enumerate(write_pictures(video, place, frames, folder, names)):
+    for count, picture in enumerate(write_pictures(video, place, frames, out, names)):
         options.progress(count + 1, len(frames))
         yield picture
 

@@ -15,7 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Dataset", "DatasetVideo", "Skipped", "Track"]
+__all__ = ["REJECTED", "Dataset", "DatasetVideo", "Skipped", "Track"]
+
+REJECTED = "rejected"
+"""Review state of a track that is no sign: it teaches what fools the engine, and is never written as a sign."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +67,13 @@ class DatasetVideo:
         rate: announced frames a second, exact; None: not known.
         times: presentation time of each frame in s, shape (frames,); None: not known.
         constant_rate: True: all frames lie ``1 / rate`` apart.
-        tracks: makes a new pass over the tracks, in an order that does not change.
+        tracks: makes a new pass over the tracks, in an order that does not change. Of an import, and of a data set
+            that is to be exported, with those that people have rejected; what a format's writer gets has none.
         path: the file, where pictures are wanted.
         first: first frame that was looked at; frames outside ``first <= frame < stop`` say nothing about signs.
         stop: frame after the last that was looked at.
         provenance: for the manifest: run, engine, models, parameters, edit revision.
+        negatives: what a format's writer must not take for signs: the tracks that people have rejected.
     """
 
     name: str
@@ -84,6 +89,7 @@ class DatasetVideo:
     first: int = 0
     stop: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    negatives: tuple[Track, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

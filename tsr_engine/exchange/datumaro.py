@@ -13,12 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, read_json, refuse
+from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.names import prefixes
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.pictures import WrittenPicture, frame_in_name, prefixes, wanted_frames, write_pictures
+from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.picture_lists import PictureNames
+from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
@@ -30,7 +34,7 @@ _IMAGE = 2
 """Datumaro's number for still pictures."""
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels, _, _ = used_labels(dataset)
     numbers = {name: place for place, name in enumerate(labels)}
     suffix = options.switches.get("image", "jpg")
@@ -48,23 +52,22 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     ]
     sides = [subsets_of_frames(video, options.split) for video in dataset.videos]
     total = sum(len(frames) for frames in listed)
-    names = prefixes(dataset)
-    (folder / "annotations").mkdir()
+    names = prefixes(dataset.videos)
     done = 0
     for subset in sides[0][0] if sides else ["default"]:
-        with (folder / "annotations" / f"{subset}.json").open("w", encoding="utf-8", newline="") as out:
-            out.write(_head(labels))
+        with out.text(f"annotations/{subset}.json") as file:
+            file.write(_head(labels))
             comma = ""
             for place, video in enumerate(dataset.videos):
                 kinds, side = sides[place]
                 frames = listed[place][side[listed[place]] == kinds.index(subset)] if subset in kinds else []
                 items = _items(video, gathered[place], frames, names[place], suffix, offsets[place], numbers, labels)
                 for item in items:
-                    out.write(comma + item)
+                    file.write(comma + item)
                     comma = ",\n"
                     done += 1
                     options.progress(done, total)
-            out.write("\n]}\n")
+            file.write("\n]}\n")
     pictures: list[WrittenPicture] = []
     if options.pictures != "none":
         for place, video in enumerate(dataset.videos):
@@ -73,7 +76,7 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
                 f"images/{kinds[side[frame]]}/{names[place]}frame_{frame:06d}.{suffix}"
                 for frame in listed[place].tolist()
             ]
-            for picture in write_pictures(video, place, listed[place], folder, files):
+            for picture in write_pictures(video, place, listed[place], out, files):
                 pictures.append(picture)
                 options.progress(len(pictures), total)
     return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
@@ -152,23 +155,30 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     files = _files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
+    pictures = PictureNames(path if path.is_dir() else path.parent, target.video)
     other = shapes = 0
     for file in files:
-        content = read_json(file)
-        if not isinstance(content, dict) or not isinstance(content.get("items"), list):
-            raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
-        names = _label_names(content, file.name)
-        for place, item in enumerate(content["items"]):
-            where = f"item {place + 1}"
+        content = heads(file, ("categories",))
+        names = _label_names(content, file.name) if content else []
+        listed = False
+        for key, place, item in members(file):
+            listed |= key == "items" and place is not None
+            if key != "items" or not place:
+                continue
+            if not content:
+                _label_names(content, file.name)
+            where = f"item {place}"
             if not isinstance(item, dict) or not isinstance(item.get("annotations", []), list):
                 raise refuse(file.name, where, "must be an object with a list of annotations. Correct it.")
-            frame = _frame(item, file.name, where, intake)
+            frame = _frame(item, file.name, where, intake, pictures)
             if frame is None:
                 other += 1
                 continue
             scale = _scale(item, file.name, where, intake)
             for count, note in enumerate(item.get("annotations", [])):
                 shapes += not _annotation(note, names, frame, scale, intake, file.name, f"{where}, box {count + 1}")
+        if not listed:
+            raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
     if other:
         intake.skip(f"{other} pictures", f"Their names are of another video than {target.video.name}.")
     if shapes:
@@ -190,13 +200,13 @@ def _label_names(content: dict[str, Any], file: str) -> list[str]:
         raise refuse(file, None, "has no categories.label.labels with names. Export as Datumaro again.") from None
 
 
-def _frame(item: dict[str, Any], file: str, where: str, intake: Intake) -> int | None:
+def _frame(item: dict[str, Any], file: str, where: str, intake: Intake, pictures: PictureNames) -> int | None:
     """Ordinal of an item; None: of another video."""
     attr = item.get("attr")
     image = item.get("image")
     name = str(item.get("id") or (image.get("path", "") if isinstance(image, dict) else ""))
-    found = frame_in_name(name, intake.target.video)
-    if found is None and "_frame_" in name:
+    found = pictures.frame(name)
+    if found is None and pictures.is_other(name):
         return None
     if isinstance(attr, dict) and "frame" in attr:
         return intake.frame(attr["frame"], file, where)

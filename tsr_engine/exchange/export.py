@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tsr_engine.errors import ExportError, StorageError
-from tsr_engine.exchange.archive import pack
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.filters import inside_pictures
 from tsr_engine.exchange.formats import ExportOptions, Format
-from tsr_engine.exchange.manifest import MANIFEST, Manifest, describe, hash_files, survey
+from tsr_engine.exchange.manifest import MANIFEST, Manifest, describe, survey
+from tsr_engine.exchange.negatives import signs_alone
+from tsr_engine.exchange.outlet import FolderOutlet, Outlet, ZipOutlet
 from tsr_engine.exchange.publish import fsync_tree, publish, workshop
 from tsr_engine.exchange.registry import switches_of
 from tsr_engine.exchange.split import check_leaks
@@ -39,7 +41,8 @@ def export_dataset(
     leaves at most a hidden sibling, which the next export to the same name removes.
 
     Args:
-        dataset: what to write; its tracks are read a few times.
+        dataset: what to write; its tracks are read a few times. Those that people have rejected are written into the
+            manifest, and where a format has a place of its own for them there, but never as signs.
         format: must be one that writes.
         out: the folder, or with ``zipped`` the file; an older export there is replaced, anything else is not.
         options: unset: no pictures, defaults. Missing switches take their defaults.
@@ -55,29 +58,36 @@ def export_dataset(
         StorageError: no room or no permission, or ``out`` is something else than an export.
     """
     options = ExportOptions() if options is None else options
-    if format.write is None:
+    write = format.write
+    if write is None:
         raise ExportError(f"{format.title} is read only. Choose another format.")
     if format.needs_pictures and options.pictures == "none":
         raise ExportError(f"{format.title} consists of pictures. Export with pictures.")
     options = replace(options, switches=switches_of(format, dict(options.switches), reading=False))
     _check_place(out, zipped)
     found = survey(dataset, options)
+    signs = signs_alone(inside_pictures(dataset), found.negatives)
     check_leaks(dataset, options.split, whole_frames=format.name not in CROPS)
     try:
         with workshop(out) as shop:
-            folder = shop / "export"
-            folder.mkdir()
-            skipped, extra = format.write(inside_pictures(dataset), folder, options)
-            everything = [*dataset.skipped, *found.skipped, *skipped]
-            manifest = describe(
-                dataset, format, options, found, everything, extra, hash_files(folder), {} if about is None else about
-            )
-            manifest.write(folder)
-            made = folder
+
+            def write_into(outlet: Outlet) -> Manifest:
+                skipped, extra = write(signs, outlet, options)
+                everything = [*dataset.skipped, *found.skipped, *skipped]
+                manifest = describe(signs, format, options, found, everything, extra, outlet.files, about or {})
+                outlet.put(MANIFEST, manifest.encoded())
+                return manifest
+
             if zipped:
                 made = shop / "export.zip"
                 with made.open("xb") as stream:
-                    pack(folder, stream, lambda: options.progress(found.tracks, found.tracks))
+                    pulse = partial(options.progress, found.tracks, found.tracks)
+                    with ZipOutlet(stream, shop, pulse) as archive:
+                        manifest = write_into(archive)
+            else:
+                made = shop / "export"
+                made.mkdir()
+                manifest = write_into(FolderOutlet(made))
             fsync_tree(made)
             publish(made, out)
     except OSError as error:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 
-__all__ = ["Filters", "filtered", "inside_picture", "inside_pictures", "part_of"]
+__all__ = ["Filters", "filtered", "inside_picture", "inside_pictures", "only_tracks", "part_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +87,12 @@ def filtered(dataset: Dataset, filters: Filters) -> Dataset:
         videos.append(part)
         skipped += _held_back(video, part, filters)
     return replace(dataset, videos=tuple(videos), skipped=tuple(skipped))
+
+
+def only_tracks(video: DatasetVideo, wanted: Callable[[Track], bool]) -> DatasetVideo:
+    """The video with some of its tracks only, in each pass anew."""
+    tracks = video.tracks
+    return replace(video, tracks=lambda: filter(wanted, tracks()))
 
 
 def inside_picture(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.outlet import Outlet
 
 __all__ = ["ExportOptions", "Format", "ImportTarget", "Switch", "Writer"]
 
@@ -70,9 +71,9 @@ class ImportTarget:
 
 
 class Writer(Protocol):
-    """Writes a data set into an empty folder and says what it left out, and what the manifest should know."""
+    """Writes the files of a data set and says what it left out, and what the manifest should know."""
 
-    def __call__(self, dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    def __call__(self, dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
         """Raises ``ExportError`` with one sentence where the format cannot hold the data (variable frame rate...)."""
         ...
 

@@ -10,19 +10,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from tsr_engine.exchange.beside import is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.linking import LINK_SWITCH, LooseBoxes
-from tsr_engine.exchange.picture_lists import (
-    PictureList,
-    PictureNames,
-    is_wrapper,
-    picture_lists,
-    subsets_in,
-    told_by_manifest,
-    write_files,
-)
+from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.picture_lists import PictureList, PictureNames, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.whole_pixels import whole_pixels
 
 __all__ = ["FORMAT"]
@@ -31,19 +25,15 @@ TRUTH = "gt.txt"
 LIST = "pictures.txt"
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     suffix = options.switches.get("image", "jpg")
     corners = options.switches.get("corners", "inclusive")
     lists = picture_lists(dataset, options)
     total = sum(len(part.frames) for part in lists)
     done = ignored = unknown = 0
     for subset in subsets_in(lists, options):
-        home = folder / subset if options.split else folder
-        home.mkdir(exist_ok=True)
-        with (
-            (home / TRUTH).open("w", encoding="ascii", newline="") as truth,
-            (home / LIST).open("w", encoding="ascii", newline="") as listed,
-        ):
+        home = f"{subset}/" if options.split else ""
+        with out.text(home + TRUTH, encoding="ascii") as truth, out.text(home + LIST, encoding="ascii") as listed:
             for part in lists:
                 rows = part.rows
                 boxes = whole_pixels(rows.boxes, part.video.width, part.video.height)
@@ -65,7 +55,7 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
                     options.progress(done, total)
     pictures = write_files(
         lists,
-        folder,
+        out,
         options,
         lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
     )

@@ -13,9 +13,7 @@ where a crop was cut out; only folders with ``crops.csv`` are read.
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import cv2
 import numpy as np
@@ -24,12 +22,12 @@ from numpy.typing import NDArray
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.gtsrb_reader import OWN, SIDE, read_crops, sniff_crops
+from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.pictures import encode, picture_sha256, stream_frames
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
-from tsr_engine.exchange.sidecar import COLUMNS, side_cells
+from tsr_engine.exchange.sidecar import COLUMNS, SideText, csv_text
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.whole_pixels import whole_pixels
-from tsr_engine.io.atomic import storage_error
 
 __all__ = ["BORDER", "FORMAT", "LEAST_BORDER", "crop_with_border"]
 
@@ -74,13 +72,12 @@ def border_of(side: int) -> int:
     return max(LEAST_BORDER, int(BORDER * side + 0.5))
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    writer = _Writer(dataset, folder, options)
-    with (folder / SIDE).open("w", encoding="utf-8", newline="", errors="replace") as side:
-        table = csv.writer(side, lineterminator="\n")
-        table.writerow([*OWN, *COLUMNS])
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+    writer = _Writer(dataset, out, options)
+    with out.text(SIDE, errors="replace") as side:
+        side.write(csv_text([*OWN, *COLUMNS]) + "\n")
         for video in dataset.videos:
-            writer.write_video(video, table)
+            writer.write_video(video, side)
     writer.write_tables()
     skipped = [
         Skipped(f"{count} {what}", reason)
@@ -103,8 +100,8 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
 class _Writer:
     """Cuts out one frame after the other; tables are written when all crops are."""
 
-    def __init__(self, dataset: Dataset, folder: Path, options: ExportOptions) -> None:
-        self._folder = folder
+    def __init__(self, dataset: Dataset, out: Outlet, options: ExportOptions) -> None:
+        self._out = out
         self._options = options
         self._suffix = options.switches.get("picture", "ppm")
         self._most = _PER_TRACK if options.switches.get("per_track", "all") != "all" else None
@@ -113,14 +110,14 @@ class _Writer:
         self._total = sum(len(track.frames) for video in dataset.videos for track in video.tracks())
         self.crops = self.without_class = self.ignored = self.thinned = 0
 
-    def write_video(self, video: DatasetVideo, table: Any) -> None:
+    def write_video(self, video: DatasetVideo, side: TextIO) -> None:
         rows = rows_by_frame(video, only=self._wanted(video))
         chosen = self._choose(rows)
         numbers = [self._number(info.label) for info in rows.tracks]
         subsets = [subset_of(video, info.uid, self._options.split) or "" for info in rows.tracks]
         boxes = whole_pixels(rows.boxes, video.width, video.height)
         running = [0] * len(rows.tracks)
-        first: set[int] = set()
+        told = SideText(rows)
         places = {frame: at for frame, at in rows.by_frame() if chosen[at].any()}
         frames = np.array(list(places), dtype=np.int64)
         for frame in stream_frames(video, frames):
@@ -136,16 +133,15 @@ class _Writer:
                 crop, roi = crop_with_border(frame.picture, (x1, y1, x2, y2))
                 path = self._put(subsets[number], rows.tracks[number].label, name, crop, roi)
                 own = [path, video.name, video.sha256, frame.ordinal, x1 - roi[0], y1 - roi[1], digest]
-                table.writerow([*own, *side_cells(rows, k, first)])
+                side.write(f"{csv_text(own)},{told(k)}\n")
                 self.crops += 1
                 self._options.progress(self.crops, max(self._total, self.crops))
 
     def write_tables(self) -> None:
         """One table a class and subset, ordered by track, then time."""
         for (subset, label), lines in sorted(self._tables.items()):
-            home = self._home(subset, label)
             text = "".join(line for _, line in sorted(lines))
-            (home / f"GT-{label:05d}.csv").write_text(_HEADER + text, encoding="ascii", newline="")
+            self._out.put(f"{self._home(subset, label)}/GT-{label:05d}.csv", (_HEADER + text).encode("ascii"))
 
     def _wanted(self, video: DatasetVideo) -> set[str]:
         wanted: set[str] = set()
@@ -177,23 +173,16 @@ class _Writer:
         self._next_track[label] = number + 1
         return number
 
-    def _home(self, subset: str, label: int) -> Path:
-        home = self._folder / subset if self._options.split else self._folder
-        return home / f"{label:05d}"
+    def _home(self, subset: str, label: int) -> str:
+        return (f"{subset}/" if self._options.split else "") + f"{label:05d}"
 
     def _put(self, subset: str, label: int, name: str, crop: NDArray[np.uint8], roi: tuple[int, int, int, int]) -> str:
-        home = self._home(subset, label)
+        path = f"{self._home(subset, label)}/{name}"
+        self._out.put(path, encode(crop, f".{self._suffix}"))
         lines = self._tables.setdefault((subset, label), [])
-        path = home / name
-        try:
-            if not lines:
-                home.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(encode(crop, path.suffix))
-        except OSError as error:
-            raise storage_error(path, error) from None
         height, width = crop.shape[:2]
         lines.append((name, f"{name};{width};{height};{';'.join(map(str, roi))};{label}\n"))
-        return path.relative_to(self._folder).as_posix()
+        return path
 
 
 FORMAT = Format(

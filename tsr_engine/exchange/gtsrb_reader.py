@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
-from tsr_engine.exchange.picture_lists import is_wrapper
 from tsr_engine.exchange.sidecar import read_side
 
 __all__ = ["OWN", "SIDE", "read_crops", "sniff_crops"]

@@ -19,7 +19,9 @@ from tsr_engine.exchange.checks import Intake, read_json, refuse
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.names import is_name_of, safe_stem, video_names
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
+from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.thinning import key_frames, runs_of
 from tsr_engine.exchange.xml import quoted
@@ -31,7 +33,7 @@ _DECIMALS = 6
 _FILES = ("tasks.json", *(f"tasks_{name}.json" for name in SUBSETS))
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     if options.pictures != "none":
         raise ExportError("Label Studio shows the video itself. Export without pictures.")
     for video in dataset.videos:
@@ -44,32 +46,31 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     done = keys = lost_scores = occluded = 0
     for subset in subsets:
         name = "tasks.json" if subset is None else f"tasks_{subset}.json"
-        with (folder / name).open("w", encoding="utf-8", newline="") as out:
-            out.write("[")
-            for place, video in enumerate(dataset.videos):
+        with out.text(name) as file:
+            file.write("[")
+            for place, (video, called) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True)):
                 rate = _constant_rate(video)
-                out.write(("," if place else "") + "\n" + _task_head(video, rate, subset, options))
+                file.write(("," if place else "") + "\n" + _task_head(video, called, rate, subset, options))
                 comma = ""
                 for track in video.tracks():
                     if subset is not None and subset_of(video, track.uid, options.split) != subset:
                         continue
                     region, count = _region(track, video, rate, dataset.labels, options)
-                    out.write(f"{comma}\n{region}")
+                    file.write(f"{comma}\n{region}")
                     comma = ","
                     keys += count
                     lost_scores += int(np.isfinite(track.score).sum())
                     occluded += int(track.occluded.sum())
                     done += 1
                     options.progress(done, total)
-                out.write("]}]}")
-            out.write("\n]\n")
+                file.write("]}]}")
+            file.write("\n]\n")
     tags = "".join(f"<Label value={quoted(name)}/>" for name in labels)
-    (folder / "label_config.xml").write_text(
+    config = (
         f'<View><Labels name="videoLabels" toName="video">{tags}</Labels>'
-        '<Video name="video" value="$video" framerate="$fps"/><VideoRectangle name="box" toName="video"/></View>\n',
-        encoding="utf-8",
-        newline="",
+        '<Video name="video" value="$video" framerate="$fps"/><VideoRectangle name="box" toName="video"/></View>\n'
     )
+    out.put("label_config.xml", config.encode())
     skipped = [
         Skipped(f"{lost_scores} scores", "Label Studio has one score a region; it is the mean of the track.")
         if lost_scores
@@ -96,8 +97,10 @@ def _constant_rate(video: DatasetVideo) -> float:
     return float(video.rate)
 
 
-def _task_head(video: DatasetVideo, rate: float, subset: str | None, options: ExportOptions) -> str:
-    data: dict[str, Any] = {"video": video.name, "fps": rate, "sha256": video.sha256}
+def _task_head(video: DatasetVideo, called: str, rate: float, subset: str | None, options: ExportOptions) -> str:
+    # Label Studio finds a video by this name alone, so two of one name must be told apart.
+    file = video.name if called == safe_stem(video.name) else called + Path(video.name).suffix
+    data: dict[str, Any] = {"video": file, "fps": rate, "sha256": video.sha256}
     if subset is not None:
         data["subset"] = subset
     kind = options.switches.get("as", "predictions")
@@ -218,8 +221,8 @@ def _is_about(task: dict[str, Any], video: DatasetVideo) -> bool:
     if digest and video.sha256:
         return bool(digest == video.sha256)
     wanted = Path(video.name).stem.casefold()
-    names = (Path(str(value)).stem.casefold() for value in data.values())
-    return any(name == wanted or name.endswith(f"-{wanted}") for name in names)
+    names = [Path(str(value)).stem.casefold() for value in data.values()]
+    return any(name == wanted or name.endswith(f"-{wanted}") or is_name_of(name, video) for name in names)
 
 
 def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> None:

@@ -9,9 +9,12 @@ from pathlib import Path
 
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
+from tsr_engine.exchange.beside import told_beside
 from tsr_engine.exchange.checks import check_track
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import Format, ImportTarget
+from tsr_engine.exchange.manifest import MANIFEST
+from tsr_engine.exchange.negatives import with_negatives
 from tsr_engine.exchange.registry import FORMATS, switches_of
 from tsr_engine.io.atomic import storage_error
 
@@ -88,6 +91,10 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
         raise UsageError(f"{chosen.title} is written only, not read. Choose another format.")
     target = replace(target, switches=switches_of(chosen, dict(target.switches), reading=True))
     dataset = chosen.read(place, target)
+    told = told_beside(place) if place.is_dir() else None
+    entry = None if told is None else told.entry(target.video)
+    if entry is not None and len(dataset.videos) == 1:
+        dataset = with_negatives(dataset, entry, target, MANIFEST)
     _check(dataset, target, name)
     return dataset
 

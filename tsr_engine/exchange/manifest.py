@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,20 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError, ImportFormatError
-from tsr_engine.exchange.archive import files_below
 from tsr_engine.exchange.checks import check_track, read_json
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.filters import inside_picture
 from tsr_engine.exchange.formats import ExportOptions, Format
+from tsr_engine.exchange.names import video_names
+from tsr_engine.exchange.negatives import stated
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
 from tsr_engine.exchange.split import Split, subset_of
 from tsr_engine.version import __version__
 
-__all__ = ["MANIFEST", "Manifest", "Survey", "describe", "hash_files", "read_manifest", "survey"]
+__all__ = ["MANIFEST", "VERSION", "Manifest", "Survey", "describe", "read_manifest", "survey"]
 
 MANIFEST = "manifest.json"
 VERSION = 1
-_CHUNK = 1 << 20
+"""Of the layout; readers pass over keys that they do not know."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +34,10 @@ class Survey:
     """What one pass over the tracks found.
 
     Attributes:
-        tracks: number of tracks that go out.
+        tracks: number of tracks that go out as signs.
         boxes: number of their boxes.
-        annotated: per video, frames with a box.
+        negatives: per video, the rejected tracks that go out, cut at the edges of the picture.
+        annotated: per video, frames with a box of a sign.
         counts: subset -> class name -> ``{"tracks": n, "boxes": n}``.
         skipped: tracks on no side of the split, boxes outside of the picture.
         repaired: boxes that were cut at the edge of the picture.
@@ -44,6 +45,7 @@ class Survey:
 
     tracks: int
     boxes: int
+    negatives: list[tuple[Track, ...]]
     annotated: list[NDArray[np.int64]]
     counts: dict[str, dict[str, dict[str, int]]]
     skipped: list[Skipped]
@@ -72,13 +74,13 @@ class Manifest:
 
     @property
     def counts(self) -> dict[str, Any]:
-        """Number of videos, tracks and boxes, and the counts of each class in each subset."""
+        """Number of videos, tracks, boxes and rejected tracks, and the counts of each class in each subset."""
         return dict(self.content["counts"])
 
-    def write(self, folder: Path) -> None:
-        """Write ``manifest.json`` into a folder: keys sorted, one line for each key of the top level."""
+    def encoded(self) -> bytes:
+        """The content of ``manifest.json``: keys sorted, one line for each key of the top level."""
         lines = [f"{json.dumps(key)}: {_dump(value)}" for key, value in sorted(self.content.items())]
-        (folder / MANIFEST).write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8", newline="")
+        return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
 
 
 def survey(dataset: Dataset, options: ExportOptions) -> Survey:
@@ -89,10 +91,12 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
     """
     counts: dict[str, dict[str, dict[str, int]]] = {}
     annotated: list[NDArray[np.int64]] = []
+    negatives: list[tuple[Track, ...]] = []
     tracks = boxes = left_out = cut = outside = 0
     for video in dataset.videos:
         shown = np.zeros(video.frames, dtype=np.bool_)
         seen: set[str] = set()
+        rejected: list[Track] = []
         for given in video.tracks():
             track = given
             check_track(track, video, dataset.labels)
@@ -109,6 +113,9 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
             if inside is None:
                 continue
             track = inside
+            if track.state == REJECTED:
+                rejected.append(track)
+                continue
             tracks, boxes = tracks + 1, boxes + len(track.frames)
             shown[track.frames] = True
             name = dataset.labels[track.label] if track.label >= 0 else ""
@@ -116,10 +123,11 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
             entry["tracks"] += 1
             entry["boxes"] += len(track.frames)
         annotated.append(np.flatnonzero(shown).astype(np.int64))
+        negatives.append(tuple(rejected))
     skipped = [Skipped(f"{left_out} tracks", "They are on no side of the split.")] if left_out else []
     skipped += [Skipped(f"{outside} boxes", "They lie outside of the picture.")] if outside else []
     repaired = [f"Boxes that reached over the edge of the picture were cut there: {cut}."] if cut else []
-    return Survey(tracks, boxes, annotated, counts, skipped, repaired)
+    return Survey(tracks, boxes, negatives, annotated, counts, skipped, repaired)
 
 
 def describe(
@@ -135,7 +143,7 @@ def describe(
     """Put the manifest together.
 
     Args:
-        dataset: what went out.
+        dataset: what went out; its videos hold their negatives.
         format: in which format.
         options: with which options.
         found: counts.
@@ -170,12 +178,14 @@ def describe(
             "videos": len(dataset.videos),
             "tracks": found.tracks,
             "boxes": found.boxes,
+            "negatives": sum(map(len, found.negatives)),
             "pictures": len(pictures),
             "classes": found.counts,
         },
         "videos": [
-            _video(video, wanted_frames(video, found.annotated[place], kind), by_video.get(place, {}))
-            for place, video in enumerate(dataset.videos)
+            _video(video, called, wanted_frames(video, found.annotated[place], kind), by_video.get(place, {}))
+            | ({"negatives": [stated(track, dataset.labels) for track in video.negatives]} if video.negatives else {})
+            for place, (video, called) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True))
         ],
         "skipped": [{"what": item.what, "reason": item.reason} for item in skipped],
         "repaired": [*dataset.repaired, *found.repaired],
@@ -183,23 +193,6 @@ def describe(
         "files": files,
     }
     return Manifest(content)
-
-
-def hash_files(folder: Path) -> list[dict[str, Any]]:
-    """Name, size and SHA-256 of every file in a folder but the manifest, sorted by name."""
-    out: list[dict[str, Any]] = []
-    for name in files_below(folder):
-        if name == MANIFEST:
-            continue
-        digest = hashlib.sha256()
-        size = 0
-        # Unbuffered, and by plain names: there can be a file for each of 100,000 frames.
-        with open(f"{folder}/{name}", "rb", buffering=0) as stream:  # noqa: PTH123
-            while chunk := stream.read(_CHUNK):
-                digest.update(chunk)
-                size += len(chunk)
-        out.append({"name": name, "size": size, "sha256": digest.hexdigest()})
-    return out
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -217,7 +210,9 @@ def read_manifest(folder: Path) -> Manifest:
     return Manifest(content)
 
 
-def _video(video: DatasetVideo, frames: NDArray[np.int64], pictures: Mapping[int, WrittenPicture]) -> dict[str, Any]:
+def _video(
+    video: DatasetVideo, called: str, frames: NDArray[np.int64], pictures: Mapping[int, WrittenPicture]
+) -> dict[str, Any]:
     """One video with its frame table, as columns: rows would be ten times as large."""
     table: dict[str, Any] = {"frame": frames.tolist()}
     if video.times is not None:
@@ -228,6 +223,7 @@ def _video(video: DatasetVideo, frames: NDArray[np.int64], pictures: Mapping[int
         table["picture_sha256"] = [None if row is None else row.sha256 for row in rows]
     return {
         "name": video.name,
+        "called": called,
         "sha256": video.sha256,
         "width": video.width,
         "height": video.height,

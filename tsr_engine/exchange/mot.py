@@ -7,7 +7,6 @@ from 1, as MOTChallenge says. Source: motchallenge.net, instructions; ``format-m
 from __future__ import annotations
 
 import csv
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,11 @@ from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.mot_reader import NAMES, SIDE, SIDE_COLUMNS, read_mot, sniff_mot
+from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
-from tsr_engine.exchange.pictures import WrittenPicture, safe_stem, wanted_frames, write_pictures
+from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import SUBSETS, subset_of, subsets_of_frames
@@ -30,7 +31,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 2
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels, _, _ = used_labels(dataset)
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else [""]
     origin = int(options.switches.get("origin", "0"))
@@ -39,17 +40,17 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     skipped: list[Skipped] = []
     sequences: list[dict[str, Any]] = []
     done = 0
-    for place, (video, stem) in enumerate(zip(dataset.videos, _stems(dataset), strict=True)):
+    for place, (video, stem) in enumerate(zip(dataset.videos, _folders(dataset), strict=True)):
         if video.rate is None:
             skipped.append(Skipped(f"{video.name}: frame rate", "It is not known; seqinfo.ini must have one, so 25."))
         for subset in subsets:
             name = "/".join(part for part in (subset, stem) if part)
-            home = folder / name if name else folder
-            (home / "gt").mkdir(parents=True, exist_ok=True)
             only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) == (subset or "default")}
             rows = rows_by_frame(video, only=only)
-            _write_sequence(home, video, rows, labels, origin, name or safe_stem(video.name), options)
-            pictures += _pictures(video, place, rows, subset, name, folder, options)
+            _write_sequence(
+                out, f"{name}/" if name else "", video, rows, labels, origin, name or safe_stem(video.name), options
+            )
+            pictures += _pictures(video, place, rows, subset, name, out, options)
             sequences.append({"folder": name, "video": place, "tracks": len(rows.tracks)})
             done += len(rows.tracks)
             options.progress(done, total)
@@ -64,17 +65,14 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     return skipped, told
 
 
-def _stems(dataset: Dataset) -> list[str]:
+def _folders(dataset: Dataset) -> list[str]:
     """Folder of each video; a single one needs none."""
-    if len(dataset.videos) == 1:
-        return [""]
-    stems = [safe_stem(video.name) for video in dataset.videos]
-    folded = [stem.casefold() for stem in stems]
-    return [stem if folded.count(stem.casefold()) == 1 else f"{stem}-{n}" for n, stem in enumerate(stems, start=1)]
+    return [""] if len(dataset.videos) == 1 else video_names(dataset.videos)
 
 
 def _write_sequence(
-    home: Path,
+    out: Outlet,
+    home: str,
     video: DatasetVideo,
     rows: FrameRows,
     labels: list[str],
@@ -89,8 +87,8 @@ def _write_sequence(
     edges[:, 2:] -= edges[:, :2]
     edges[:, :2] += origin
     with (
-        (home / "gt" / "gt.txt").open("w", encoding="ascii", newline="") as truth,
-        (home / "gt" / SIDE).open("w", encoding="utf-8", newline="", errors="replace") as side,
+        out.text(f"{home}gt/gt.txt", encoding="ascii") as truth,
+        out.text(f"{home}gt/{SIDE}", errors="replace") as side,
     ):
         scored = np.isfinite(rows.score)
         detections: list[str] = []
@@ -108,10 +106,9 @@ def _write_sequence(
         table.writerow(SIDE_COLUMNS)
         for number, info in enumerate(rows.tracks):
             table.writerow([track[number], info.uid, info.state, info.source, notes_to_text(info.notes)])
-    (home / "gt" / NAMES).write_text("".join(f"{one_line(label)}\n" for label in labels), encoding="utf-8", newline="")
+    out.put(f"{home}gt/{NAMES}", "".join(f"{one_line(label)}\n" for label in labels).encode())
     if detections:
-        (home / "det").mkdir()
-        (home / "det" / "det.txt").write_text("".join(detections), encoding="ascii", newline="")
+        out.put(f"{home}det/det.txt", "".join(detections).encode("ascii"))
     rate = round(video.rate) if video.rate is not None else 25
     about = {
         "name": one_line(name),
@@ -123,7 +120,7 @@ def _write_sequence(
         "imExt": f".{options.switches.get('image', 'jpg')}",
     }
     lines = ["[Sequence]\n", *(f"{key}={value}\n" for key, value in about.items())]
-    (home / "seqinfo.ini").write_text("".join(lines), encoding="utf-8", newline="")
+    out.put(f"{home}seqinfo.ini", "".join(lines).encode())
 
 
 def one_line(name: str) -> str:
@@ -137,7 +134,7 @@ def _pictures(
     rows: FrameRows,
     subset: str,
     name: str,
-    folder: Path,
+    out: Outlet,
     options: ExportOptions,
 ) -> list[WrittenPicture]:
     if options.pictures == "none":
@@ -149,7 +146,7 @@ def _pictures(
     base = f"{name}/img1" if name else "img1"
     suffix = options.switches.get("image", "jpg")
     files = [f"{base}/{frame + 1:06d}.{suffix}" for frame in frames.tolist()]
-    return list(write_pictures(video, place, frames, folder, files))
+    return list(write_pictures(video, place, frames, out, files))
 
 
 FORMAT = Format(

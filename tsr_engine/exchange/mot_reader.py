@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.beside import is_called, is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.picture_lists import is_wrapper, name_in_export, told_by_manifest
 from tsr_engine.exchange.sidecar import read_rows, real
 
 __all__ = ["NAMES", "SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
@@ -79,8 +80,7 @@ def _sequences(path: Path, target: ImportTarget) -> list[_Sequence]:
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
         raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
-    stem = name_in_export(path, target.video).casefold()
-    own = [part for part in parts if part.parent.parent.name.casefold() == stem] or [
+    own = [part for part in parts if is_called(path, target.video, part.parent.parent.name)] or [
         part for part in parts if part.parent.parent.parent == path and part.parent.parent.name in _SUBSETS
     ]
     if not own and len(parts) == 1:
@@ -88,7 +88,8 @@ def _sequences(path: Path, target: ImportTarget) -> list[_Sequence]:
     if not own:
         names = ", ".join(part.parent.parent.name for part in parts[:5])
         raise ImportFormatError(
-            f"{path.name}: has {len(parts)} sequences ({names}), none called {stem}. Import the folder of one of them."
+            f"{path.name}: has {len(parts)} sequences ({names}), none called "
+            f"{safe_stem(target.video.name)}. Import the folder of one of them."
         )
     return [_Sequence(part.parent.parent, part) for part in own]
 

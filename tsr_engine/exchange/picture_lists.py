@@ -9,18 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.beside import prefix_in_export
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ExportOptions, Switch
-from tsr_engine.exchange.manifest import MANIFEST, Manifest, read_manifest
-from tsr_engine.exchange.pictures import (
-    WrittenPicture,
-    frame_in_name,
-    prefixes,
-    safe_stem,
-    wanted_frames,
-    write_pictures,
-)
+from tsr_engine.exchange.names import prefixes
+from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.pictures import WrittenPicture, frame_in_name, wanted_frames, write_pictures
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
 
@@ -28,15 +22,11 @@ __all__ = [
     "IMAGE_SWITCH",
     "PictureList",
     "PictureNames",
-    "is_wrapper",
-    "name_in_export",
     "picture_lists",
     "subsets_in",
-    "told_by_manifest",
     "write_files",
 ]
 
-_INNER = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
 IMAGE_SWITCH = Switch("image", ("jpg", "png"), "Format of the pictures, where they go out.")
 
 
@@ -88,7 +78,7 @@ def picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: float |
     """
     out: list[PictureList] = []
     tracks = frames_before = 0
-    for place, (video, prefix) in enumerate(zip(dataset.videos, prefixes(dataset), strict=True)):
+    for place, (video, prefix) in enumerate(zip(dataset.videos, prefixes(dataset.videos), strict=True)):
         only = None
         if options.split:
             only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) is not None}
@@ -112,15 +102,15 @@ def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
 
 
 def write_files(
-    lists: list[PictureList], folder: Path, options: ExportOptions, name: Callable[[PictureList, int, str], str]
+    lists: list[PictureList], out: Outlet, options: ExportOptions, name: Callable[[PictureList, int, str], str]
 ) -> list[WrittenPicture]:
     """Write the pictures of all listed frames; none where none are wanted.
 
     Args:
         lists: of all videos.
-        folder: the export.
+        out: the export.
         options: tells whether, and is told the progress.
-        name: file of a frame in a subset, relative to ``folder``.
+        name: file of a frame in a subset.
     """
     if options.pictures == "none":
         return []
@@ -128,7 +118,7 @@ def write_files(
     written: list[WrittenPicture] = []
     for part in lists:
         names = [name(part, frame, side) for frame, side in zip(part.frames.tolist(), part.subset, strict=True)]
-        for picture in write_pictures(part.video, part.place, part.frames, folder, names):
+        for picture in write_pictures(part.video, part.place, part.frames, out, names):
             written.append(picture)
             options.progress(len(written), total)
     return written
@@ -143,7 +133,7 @@ class PictureNames:
     def __init__(self, folder: Path, video: DatasetVideo) -> None:
         """Take the folder of the import and the video that it is laid onto."""
         self._video = video
-        self._prefix = _prefix_of(folder, video)
+        self._prefix = prefix_in_export(folder, video)
         self.others = 0
 
     def frame(self, name: str) -> int | None:
@@ -162,53 +152,3 @@ class PictureNames:
     def is_other(self, name: str) -> bool:
         """Whether a name without frame is of another video, rather than of none."""
         return bool(self._prefix) or "_frame_" in name
-
-
-def name_in_export(folder: Path, video: DatasetVideo) -> str:
-    """What the files of a video are called in an export with one file or folder a video."""
-    return _prefix_of(folder, video).removesuffix("_") or safe_stem(video.name)
-
-
-def is_wrapper(path: Path) -> bool:
-    """Whether a folder has nothing but one more folder, as archives often do; what counts begins there."""
-    inside = [entry for entry in path.iterdir() if not entry.name.startswith(".")] if path.is_dir() else []
-    return len(inside) == 1 and inside[0].is_dir() and inside[0].name not in ("train", "val", "valid", "test")
-
-
-def told_by_manifest(folder: Path, key: str) -> str:
-    """What our manifest beside a file says of its format; empty: there is none, or it says nothing."""
-    manifest = _manifest(folder)
-    told = manifest.content.get("format") if manifest is not None else None
-    return str(told.get(key, "")) if isinstance(told, dict) else ""
-
-
-def _manifest(folder: Path) -> Manifest | None:
-    place = folder
-    while not (place / MANIFEST).is_file():
-        # Only up from folders that lie within an export, never into what happens to be around it.
-        if place.name not in _INNER:
-            return None
-        place = place.parent
-    try:
-        return read_manifest(place)
-    except ImportFormatError:
-        return None
-
-
-def _prefix_of(folder: Path, video: DatasetVideo) -> str:
-    """What names of the video's pictures begin with, if a manifest tells of several videos."""
-    manifest = _manifest(folder)
-    listed = manifest.content.get("videos") if manifest is not None else None
-    if not isinstance(listed, list) or len(listed) < 2 or not all(isinstance(entry, dict) for entry in listed):
-        return ""
-    videos = tuple(
-        DatasetVideo(str(e.get("name", "")), str(e.get("sha256", "")), 1, 1, 1, None, None, True, lambda: iter(()))
-        for e in listed
-    )
-    for same in (
-        [v.sha256 == video.sha256 != "" for v in videos],
-        [v.name == video.name for v in videos],
-    ):
-        if any(same):
-            return prefixes(Dataset((), videos))[same.index(True)]
-    return ""

@@ -6,15 +6,15 @@ import hashlib
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo
-from tsr_engine.io.atomic import storage_error
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.names import is_name_of
+from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.io.video import Frame, open_video
 
 __all__ = [
@@ -23,8 +23,6 @@ __all__ = [
     "frame_in_name",
     "frames_of",
     "picture_sha256",
-    "prefixes",
-    "safe_stem",
     "stream_frames",
     "wanted_frames",
     "write_pictures",
@@ -33,7 +31,6 @@ __all__ = [
 JPEG_QUALITY = 95
 _NAME = re.compile(r"(?:(?P<video>.+)_)?frame_(?P<frame>\d{1,9})", re.ASCII)
 _DIGITS = re.compile(r"(\d{1,9})\Z", re.ASCII)
-_UNSAFE = re.compile(r"[^A-Za-z0-9.-]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,23 +50,6 @@ class WrittenPicture:
     sha256: str
 
 
-def safe_stem(name: str) -> str:
-    """A video's name as part of file names: letters, digits, dots and dashes, at most 60, never empty."""
-    return _UNSAFE.sub("-", Path(name).stem).strip("-.")[:60] or "video"
-
-
-def prefixes(dataset: Dataset) -> list[str]:
-    """What picture names of each video begin with: nothing for a single video, else its own name and ``_``."""
-    if len(dataset.videos) == 1:
-        return [""]
-    stems = [safe_stem(video.name) for video in dataset.videos]
-    out: list[str] = []
-    for place, stem in enumerate(stems):
-        twin = [other.casefold() for other in stems].count(stem.casefold()) > 1
-        out.append(f"{stem}-{place + 1}_" if twin else f"{stem}_")
-    return out
-
-
 def frame_in_name(name: str, video: DatasetVideo) -> int | None:
     """The frame number in the name of a picture; ``frame_000010.jpg`` and any name that ends in a number have one.
 
@@ -77,11 +57,13 @@ def frame_in_name(name: str, video: DatasetVideo) -> int | None:
         None: the name has no number, or is ``OTHER_frame_000010`` of another video.
     """
     stem = name.replace("\\", "/").rsplit("/", 1)[-1]
-    stem = stem.rsplit(".", 1)[0] if "." in stem else stem
+    # A name without suffix may have dots of its own.
     ours = _NAME.fullmatch(stem)
+    stem = stem.rsplit(".", 1)[0] if "." in stem else stem
+    ours = ours or _NAME.fullmatch(stem)
     if ours:
         of = ours["video"]
-        if of is not None and re.sub(r"-\d+\Z", "", of) != safe_stem(video.name) and of != safe_stem(video.name):
+        if of is not None and not is_name_of(of, video):
             return None
         return int(ours["frame"])
     digits = _DIGITS.search(stem)
@@ -92,13 +74,15 @@ def wanted_frames(video: DatasetVideo, annotated: NDArray[np.int64], pictures: s
     """Ordinals of the frames whose pictures go out, ascending.
 
     Args:
-        video: the video.
+        video: the video; what people have rejected in it counts as annotated: its pictures teach what is no sign.
         annotated: frames with a box.
         pictures: ``none``, ``annotated`` or ``all`` (all that were looked at).
     """
     if pictures == "all":
         return np.arange(video.first, video.stop or video.frames, dtype=np.int64)
-    return np.unique(annotated) if pictures == "annotated" else np.zeros(0, dtype=np.int64)
+    if pictures != "annotated":
+        return np.zeros(0, dtype=np.int64)
+    return np.unique(np.concatenate([annotated, *(track.frames for track in video.negatives)])).astype(np.int64)
 
 
 def stream_frames(video: DatasetVideo, frames: NDArray[np.int64]) -> Iterator[Frame]:
@@ -151,7 +135,7 @@ def encode(picture: NDArray[np.uint8], suffix: str) -> bytes:
 
 
 def write_pictures(
-    video: DatasetVideo, place: int, frames: NDArray[np.int64], folder: Path, names: Sequence[str]
+    video: DatasetVideo, place: int, frames: NDArray[np.int64], out: Outlet, names: Sequence[str]
 ) -> Iterator[WrittenPicture]:
     """Write frames of a video; yields after each file, so that the caller can tell progress or stop.
 
@@ -159,24 +143,16 @@ def write_pictures(
         video: needs its ``path``.
         place: place of the video in the data set.
         frames: ordinals, ascending.
-        folder: the export.
-        names: of the file of each frame, relative to ``folder``, with slashes; the suffix says the format.
+        out: the export.
+        names: of the file of each frame, with slashes; the suffix says the format.
 
     Raises:
         ExportError: the video's file is not known.
         VideoError: it cannot be decoded.
-        StorageError: a file cannot be written.
+        OSError: a file cannot be written.
     """
-    made: set[Path] = set()
     for frame, name in zip(stream_frames(video, frames), names, strict=True):
-        path = folder / name
-        try:
-            if path.parent not in made:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                made.add(path.parent)
-            path.write_bytes(encode(frame.picture, path.suffix))
-        except OSError as error:
-            raise storage_error(path, error) from None
+        out.put(name, encode(frame.picture, name[name.rindex(".") :]))
         yield WrittenPicture(place, frame.ordinal, name, picture_sha256(frame))
 
 

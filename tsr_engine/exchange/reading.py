@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from tsr_engine.errors import ImportFormatError
 
-__all__ = ["MAX_JSON_BYTES", "place_of", "read_json", "read_text", "refuse"]
+__all__ = ["MAX_JSON_BYTES", "open_text", "place_of", "read_json", "read_text", "refuse"]
 
 MAX_JSON_BYTES = 512 << 20
 """Largest text that is read into memory."""
@@ -42,6 +44,24 @@ def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
         line = content.count(b"\n", 0, error.start) + 1
         bad = content[error.start]
         raise refuse(path.name, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
+
+
+@contextmanager
+def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
+    """The same as a stream, whose lines end as they do in the file.
+
+    Raises:
+        ImportFormatError: as ``read_text``, when the place is reached.
+    """
+    size = path.stat().st_size
+    if size > limit:
+        raise refuse(path.name, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+    with path.open(encoding="utf-8-sig", newline="") as stream:
+        try:
+            yield stream
+        except UnicodeDecodeError:
+            read_text(path, limit=limit)  # says in which line
+            raise
 
 
 def read_json(path: Path, *, limit: int = MAX_JSON_BYTES) -> Any:

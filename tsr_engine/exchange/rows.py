@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.thinning import key_frames
 
-__all__ = ["FrameRows", "TrackInfo", "rows_by_frame"]
+__all__ = ["FrameRows", "PlainRows", "TrackInfo", "rows_by_frame"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,17 @@ class FrameRows:
         """Frames with a box, ascending."""
         return np.unique(self.frame)
 
+    def plain(self) -> PlainRows:
+        """The columns as lists: a loop over rows in Python is several times as fast as over arrays."""
+        return PlainRows(
+            self.track.tolist(),
+            self.label.tolist(),
+            self.key.tolist(),
+            self.occluded.tolist(),
+            self.score.tolist(),
+            self.ignore.tolist(),
+        )
+
     def by_frame(self) -> Iterator[tuple[int, slice]]:
         """Each frame with a box, and where its rows lie."""
         if not len(self):
@@ -68,6 +79,17 @@ class FrameRows:
         bounds = np.concatenate(([0], np.flatnonzero(np.diff(self.frame)) + 1, [len(self)])).tolist()
         for at, end in pairwise(bounds):
             yield int(self.frame[at]), slice(at, end)
+
+
+class PlainRows(NamedTuple):
+    """Columns of ``FrameRows`` as lists."""
+
+    track: list[int]
+    label: list[int]
+    key: list[bool]
+    occluded: list[bool]
+    score: list[float]
+    ignore: list[bool]
 
 
 def rows_by_frame(

@@ -8,12 +8,14 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
-from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
+from tsr_engine.exchange.reading import open_text
 from tsr_engine.exchange.rows import FrameRows
 
-__all__ = ["COLUMNS", "SideRow", "read_rows", "read_side", "real", "side_cells"]
+__all__ = ["COLUMNS", "SideRow", "SideText", "csv_text", "read_rows", "read_side", "real"]
 
 COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
 """Columns about the track of a box; a format puts its own before. ``note`` stands at a track's first box only."""
@@ -41,29 +43,37 @@ class SideRow:
         )
 
 
-def side_cells(rows: FrameRows, k: int, first: set[int]) -> list[str]:
-    """Cells of ``COLUMNS`` for a row.
+class SideText:
+    """The cells of ``COLUMNS`` for each row of a table, as text; what is about a track is put together once."""
 
-    Args:
-        rows: all boxes.
-        k: which.
-        first: tracks that have had their first row; grows.
-    """
-    number = int(rows.track[k])
-    info = rows.tracks[number]
-    score = float(rows.score[k])
-    note = "" if number in first else notes_to_text(info.notes)
-    first.add(number)
-    return [
-        info.uid,
-        str(int(rows.key[k])),
-        str(int(rows.occluded[k])),
-        str(int(rows.ignore[k])),
-        f"{score:.9g}" if score == score else "",
-        info.state,
-        info.source,
-        note,
-    ]
+    def __init__(self, rows: FrameRows) -> None:
+        """Take all rows."""
+        self._rows = rows.plain()
+        self._first: set[int] = set()
+        self._uids = [csv_text([info.uid]) for info in rows.tracks]
+        self._ends = [csv_text([info.state, info.source]) for info in rows.tracks]
+        self._notes = [csv_text([notes_to_text(info.notes)]) if info.notes else "" for info in rows.tracks]
+
+    def __call__(self, k: int) -> str:
+        """The cells of row ``k``; a track's note stands in the row of it that is asked for first."""
+        rows = self._rows
+        track, score = rows.track[k], rows.score[k]
+        note = "" if track in self._first else self._notes[track]
+        self._first.add(track)
+        value = f"{score:.9g}" if score == score else ""
+        return (
+            f"{self._uids[track]},{rows.key[k]:d},{rows.occluded[k]:d},{rows.ignore[k]:d},{value},{self._ends[track]},"
+            f"{note}"
+        )
+
+
+def csv_text(cells: Sequence[object]) -> str:
+    """Cells of a CSV, quoted where it takes that, without the end of the line."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerow(cells)
+    text = out.getvalue()[:-1]
+    # The only cell of a line is quoted where it is empty.
+    return "" if text == '""' and len(cells) == 1 else text
 
 
 def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Iterator[tuple[int, dict[str, str]]]:
@@ -72,7 +82,12 @@ def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Ite
     Raises:
         ImportFormatError: another encoding, a needed column is missing, or a row with too many or too few cells.
     """
-    table = csv.reader(io.StringIO(read_text(path), newline=""), delimiter=delimiter, strict=True)
+    with open_text(path) as stream:
+        yield from _rows_of(stream, path.name, needed, delimiter)
+
+
+def _rows_of(stream: TextIO, file: str, needed: Sequence[str], delimiter: str) -> Iterator[tuple[int, dict[str, str]]]:
+    table = csv.reader(stream, delimiter=delimiter, strict=True)
     header: list[str] | None = None
     before = 0
     try:
@@ -84,19 +99,19 @@ def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Ite
                 header = [cell.strip().lower() for cell in cells]
                 missing = [name for name in needed if name not in header]
                 if missing:
-                    raise refuse(path.name, line, f"the header must have {', '.join(needed)}; missing: {missing[0]}.")
+                    raise refuse(file, line, f"the header must have {', '.join(needed)}; missing: {missing[0]}.")
                 if len(set(header)) != len(header):
-                    raise refuse(path.name, line, "the header has a name twice. Give each column its own.")
+                    raise refuse(file, line, "the header has a name twice. Give each column its own.")
                 continue
             if len(cells) != len(header):
                 raise refuse(
-                    path.name, line, f"must have {len(header)} cells as the header has. Got {len(cells)}. Correct it."
+                    file, line, f"must have {len(header)} cells as the header has. Got {len(cells)}. Correct it."
                 )
             yield line, dict(zip(header, cells, strict=True))
     except csv.Error as error:
-        raise refuse(path.name, table.line_num, f"is no CSV: {error}. Export it again.") from None
+        raise refuse(file, table.line_num, f"is no CSV: {error}. Export it again.") from None
     if header is None:
-        raise refuse(path.name, 1, "is empty; must have a header. Export it again.")
+        raise refuse(file, 1, "is empty; must have a header. Export it again.")
 
 
 def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError, UsageError
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo
+from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
 
 __all__ = ["SUBSETS", "Split", "check_leaks", "deal", "subset_of", "subsets_of_frames", "video_key"]
 
@@ -85,13 +85,17 @@ def deal(dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "
         raise UsageError(f"A split must be by sign, track or video. Got {rule!r}.")
     wanted = {name: share / total for name, share in wanted.items() if share > 0}
     members, weights = _groups(dataset, rule)
+    alone = [key for group, weight in zip(members, weights, strict=True) if not weight for key in group]
+    members = [group for group, weight in zip(members, weights, strict=True) if weight]
+    weights = [weight for weight in weights if weight]
     if len(weights) < len(wanted):
         raise ExportError(
             f"The signs form {len(weights)} groups that must each stay whole, too few for {' / '.join(wanted)}. "
             + ("Use more videos." if rule == "video" else "Use more videos, or fewer subsets.")
         )
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))
-    sides: dict[tuple[str, str], str] = {}
+    # What shares a frame with no sign is there to be learned from.
+    sides: dict[tuple[str, str], str] = dict.fromkeys(alone, next(iter(wanted)))
     for group, side in zip(order, _cut([weights[g] for g in order], wanted), strict=True):
         sides.update(dict.fromkeys(members[group], side))
     return Split(sides, rule, seed, wanted, len(weights))
@@ -139,7 +143,7 @@ def subsets_of_frames(video: DatasetVideo, split: Mapping[tuple[str, str], str])
         return [WHOLE], np.zeros(video.frames, dtype=np.int8)
     names = [name for name in SUBSETS if name in set(split.values())]
     side = np.full(video.frames, -1, dtype=np.int8)
-    for track in video.tracks():
+    for track in (*video.negatives, *video.tracks()):
         subset = subset_of(video, track.uid, split)
         if subset is not None:
             side[track.frames] = names.index(subset)
@@ -177,7 +181,8 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
                 keys.append(key)
                 parent.append(number)
                 boxes.append(0)
-            boxes[number] += len(track.frames)
+            # What is no sign goes where the signs of its frames go, and does not count for the shares.
+            boxes[number] += 0 if track.state == REJECTED else len(track.frames)
             if rule == "sign":
                 for other in np.unique(shown[track.frames]).tolist():
                     if other >= 0:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,10 @@ from tsr_engine.evidence.reader import RESULT_HEADER
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
-from tsr_engine.exchange.pictures import safe_stem
+from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.tracks_csv_reader import read_tracks_csv, sniff_tracks_csv
@@ -36,16 +36,13 @@ _FORMULA = re.compile(r"[=+\-@\t\r]")
 def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[list[tuple[str, str]]]:
     """For each video its files: subset (``default`` without split) and name."""
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
-    stems = [safe_stem(video.name) for video in dataset.videos]
-    folded = [stem.casefold() for stem in stems]
-    out: list[list[tuple[str, str]]] = []
-    for place, stem in enumerate(stems):
-        own = stem if folded.count(stem.casefold()) == 1 else f"{stem}-{place + 1}"
-        out.append([(subset, (f"{subset}/" if options.split else "") + own + suffix) for subset in subsets])
-    return out
+    return [
+        [(subset, (f"{subset}/" if options.split else "") + name + suffix) for subset in subsets]
+        for name in video_names(dataset.videos)
+    ]
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     layout = options.switches.get("layout", "full")
     guard = options.switches.get("formulas", "plain") == "quoted"
     header = {"full": [*_RESULTS, *_MORE], "results": _RESULTS, "truth": list(_TRUTH)}[layout]
@@ -53,12 +50,10 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     done = 0
     for video, files in zip(dataset.videos, file_names(dataset, options, ".csv"), strict=True):
         for subset, name in files:
-            path = folder / name
-            path.parent.mkdir(exist_ok=True)
             only = {track.uid for track in video.tracks() if subset_of(video, track.uid, options.split) == subset}
             rows = rows_by_frame(video, only=only)
-            with path.open("w", encoding="utf-8", newline="", errors="replace") as out:
-                table = csv.writer(out, lineterminator="\n")
+            with out.text(name, errors="replace") as file:
+                table = csv.writer(file, lineterminator="\n")
                 table.writerow(header)
                 _write_rows(table, rows, dataset.labels, layout, guard)
             done += len(rows.tracks)

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.beside import is_called, told_by_manifest
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
+from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.picture_lists import name_in_export, told_by_manifest
 from tsr_engine.exchange.sidecar import read_rows
 from tsr_engine.exchange.split import SUBSETS
 
@@ -57,12 +58,17 @@ def own_files(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
     if path.is_file():
         return [path]
     inside = sorted(file for file in path.rglob(f"*{suffix}") if file.is_file() and file.name != MANIFEST)
-    stem = name_in_export(path, video).casefold()
-    found = [file for file in inside if file.stem.casefold() in (stem, Path(video.name).stem.casefold())]
+    own = Path(video.name).stem.casefold()
+    found = [file for file in inside if is_called(path, video, file.stem)]
+    found = found or [file for file in inside if file.stem.casefold() == own]
     if not found and (len(inside) == 1 or len({file.name for file in inside}) == 1):
         found = inside
     if not found:
-        what = f"has {len(inside)} {suffix} files, none called {stem}{suffix}" if inside else f"has no {suffix} file"
+        what = (
+            f"has {len(inside)} {suffix} files, none called {safe_stem(video.name)}{suffix}"
+            if inside
+            else f"has no {suffix} file"
+        )
         raise ImportFormatError(f"{path.name}: {what}. Import one of them.")
     return found
 

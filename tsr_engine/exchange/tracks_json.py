@@ -5,15 +5,16 @@
     {"format": "tsr-tracks", "version": 1, "video": {...}, "classes": ["stop", ...],
      "tracks": [{"id": "m7", "class": "stop", "state": "open", "source": "engine", "notes": [[12, "lamp?"]],
                  "boxes": [{"frame": 10, "box": [x1, y1, x2, y2], "score": 0.9, "key": true}, ...]}],
-     "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}]}
+     "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}],
+     "negatives": [{"id": "m9", ...}]}
 
+``negatives`` are as ``tracks``, but what people have rejected: they look like signs and are none.
 Edges are px from 0, frames count from 0. A bare list of tracks or of detections is read too.
 """
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.checks import SIZE_SWITCH
@@ -21,6 +22,7 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name
 from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.tracks_csv import file_names
 from tsr_engine.exchange.tracks_json_reader import read_tracks_json, sniff_tracks_json
@@ -28,24 +30,24 @@ from tsr_engine.exchange.tracks_json_reader import read_tracks_json, sniff_track
 __all__ = ["FORMAT"]
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
     for video, files in zip(dataset.videos, file_names(dataset, options, ".json"), strict=True):
         for subset, name in files:
-            path = folder / name
-            path.parent.mkdir(exist_ok=True)
-            with path.open("w", encoding="utf-8", newline="") as out:
-                out.write(_head(video, dataset.labels))
+            with out.text(name) as file:
+                file.write(_head(video, dataset.labels))
                 comma = "\n"
                 for track in video.tracks():
                     if subset_of(video, track.uid, options.split) != subset:
                         continue
-                    out.write(comma + _track(track, dataset.labels))
+                    file.write(comma + _track(track, dataset.labels))
                     comma = ",\n"
                     done += 1
                     options.progress(done, total)
-                out.write("]}\n")
+                held = [t for t in video.negatives if subset_of(video, t.uid, options.split) == subset]
+                texts = ",\n".join(_track(track, dataset.labels) for track in held)
+                file.write(f'],\n"negatives":[\n{texts}]}}\n' if held else "]}\n")
     return [], {"origin": 0}
 
 

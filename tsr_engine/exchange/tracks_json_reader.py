@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tsr_engine.exchange.checks import Intake, read_json, refuse
-from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.dataset import REJECTED, Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.split import SUBSETS
@@ -23,6 +24,8 @@ _IDS = ("id", "track_id", "uid", "track")
 _CLASSES = ("class", "label", "class_name", "category", "class_id")
 _SCORES = ("score", "confidence", "conf")
 _VERSION = 1
+_HEADS = frozenset({"format", "version", "video", "classes"})
+_LISTS = {"tracks": "track", "detections": "detection", "negatives": "negative", "": "entry"}
 
 
 def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
@@ -35,7 +38,7 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
     files = own_files(path, target.video, ".json")
     loose = LooseBoxes(intake, files[0].name)
     for file in files:
-        _File(file.name, intake, loose).read(read_json(file))
+        _File(file, intake, loose).read()
     loose.settle()
     return intake.finish(files[0].name)
 
@@ -43,8 +46,9 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
 class _File:
     """One file."""
 
-    def __init__(self, name: str, intake: Intake, loose: LooseBoxes) -> None:
-        self._name = name
+    def __init__(self, path: Path, intake: Intake, loose: LooseBoxes) -> None:
+        self._path = path
+        self._name = path.name
         self._intake = intake
         self._loose = loose
         self._origin = int(intake.target.switches.get("first_frame", "0"))
@@ -52,52 +56,45 @@ class _File:
         self._classes: list[str] | None = None
         self._seen: set[str] = set()
 
-    def read(self, content: Any) -> None:
-        """Take all tracks and detections."""
-        if isinstance(content, list):
-            for number, entry in enumerate(content, start=1):
-                where = f"entry {number}"
-                self._object(entry, where)
-                if "boxes" in entry:
-                    self._track(entry, where)
+    def read(self) -> None:
+        """Take all tracks and detections, one in memory at a time."""
+        self._about(heads(self._path, _HEADS))
+        known = False
+        for key, place, value in members(self._path):
+            if key not in _LISTS or (key == "" and place is None):
+                continue
+            known = True
+            if place is None:
+                raise refuse(self._name, key, "must be a list. Correct it.")
+            if place:
+                where = f"{_LISTS[key]} {place}"
+                self._object(value, where)
+                if key in ("tracks", "negatives") or (key == "" and "boxes" in value):
+                    self._track(value, where, rejected=key == "negatives")
                 else:
-                    self._box(entry, where, None)
-            return
-        if not isinstance(content, dict) or not ({"tracks", "detections"} & set(content)):
+                    self._box(value, where, None)
+        if not known:
             raise refuse(self._name, None, "must be an object with tracks or detections, or a list of either.")
-        version = content.get("version", _VERSION)
-        if content.get("format") == "tsr-tracks" and version != _VERSION:
-            raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
-        self._about(content)
-        for number, entry in enumerate(self._list(content, "tracks"), start=1):
-            self._object(entry, f"track {number}")
-            self._track(entry, f"track {number}")
-        for number, entry in enumerate(self._list(content, "detections"), start=1):
-            self._object(entry, f"detection {number}")
-            self._box(entry, f"detection {number}", None)
 
-    def _about(self, content: Mapping[str, Any]) -> None:
-        video = content.get("video")
+    def _about(self, found: Mapping[str, Any]) -> None:
+        version = found.get("version", _VERSION)
+        if found.get("format") == "tsr-tracks" and version != _VERSION:
+            raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
+        video = found.get("video")
         if isinstance(video, dict) and "width" in video and "height" in video:
             width, height = (self._number(video[side], side, "video") for side in ("width", "height"))
             self._scale = self._intake.scale(width, height, self._name, "video")
-        classes = content.get("classes")
+        classes = found.get("classes")
         if classes is not None:
             if not isinstance(classes, list) or not all(isinstance(name, str) for name in classes):
                 raise refuse(self._name, "classes", "must be a list of names. Correct it.")
             self._classes = classes
 
-    def _list(self, content: Mapping[str, Any], name: str) -> list[Any]:
-        found = content.get(name, [])
-        if not isinstance(found, list):
-            raise refuse(self._name, name, "must be a list. Correct it.")
-        return found
-
     def _object(self, entry: Any, where: str) -> None:
         if not isinstance(entry, dict):
             raise refuse(self._name, where, f"must be an object. Got {str(entry)[:40]!r}.")
 
-    def _track(self, track: Mapping[str, Any], where: str) -> None:
+    def _track(self, track: Mapping[str, Any], where: str, *, rejected: bool) -> None:
         uid = self._id(track, where)
         if not uid:
             raise refuse(self._name, where, "must have an id. Give the track a name.")
@@ -105,14 +102,16 @@ class _File:
             raise refuse(self._name, where, f"a second track is called {uid[:60]!r}. Give each its own id.")
         self._seen.add(uid)
         label = self._label(track, where, -1)
-        boxes = self._list(track, "boxes")
+        boxes = track.get("boxes", [])
+        if not isinstance(boxes, list):
+            raise refuse(self._name, where, "boxes must be a list. Correct it.")
         for number, box in enumerate(boxes, start=1):
             self._object(box, f"{where}, box {number}")
             self._box(box, f"{where}, box {number}", (uid, label))
         if boxes and uid in self._intake:
             self._intake.describe(
                 uid,
-                state=str(track.get("state", "open")),
+                state=REJECTED if rejected else str(track.get("state", "open")),
                 source=str(track.get("source", "imported")),
                 notes=self._notes(track, where),
             )

@@ -6,25 +6,25 @@ of each label file. Source: docs.ultralytics.com, datasets/detect; ``ultralytics
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
+from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import (
     IMAGE_SWITCH,
     PictureList,
-    is_wrapper,
     picture_lists,
     subsets_in,
     write_files,
 )
-from tsr_engine.exchange.sidecar import COLUMNS, side_cells
+from tsr_engine.exchange.sidecar import COLUMNS, SideText, csv_text
 from tsr_engine.exchange.yaml_names import quoted_name
 from tsr_engine.exchange.yolo_reader import SIDE, SIDE_OWN, label_files, read_yolo
 
@@ -33,7 +33,7 @@ __all__ = ["FORMAT"]
 _DECIMALS = 8
 
 
-def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
+def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels, _, _ = used_labels(dataset)
     suffix = options.switches.get("image", "jpg")
     with_ignored = options.switches.get("ignored", "leave-out") == "box"
@@ -41,29 +41,26 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     subsets = ["train"] if not options.split else subsets_in(lists, options)
     total = sum(len(part.frames) for part in lists)
     done = left_out = 0
-    with (folder / SIDE).open("w", encoding="utf-8", newline="", errors="replace") as side:
-        table = csv.writer(side, lineterminator="\n")
-        table.writerow([*SIDE_OWN, *COLUMNS])
+    with out.text(SIDE, errors="replace") as side:
+        side.write(csv_text([*SIDE_OWN, *COLUMNS]) + "\n")
         for subset in subsets:
-            home = folder / "labels" / subset
-            home.mkdir(parents=True)
             for part in lists:
                 lines = _lines(part, labels)
-                first: set[int] = set()
+                told = SideText(part.rows)
+                ignore = [False] * len(part.rows) if with_ignored else part.rows.ignore.tolist()
                 for frame, at in part.listed(subset if options.split else "default"):
-                    chosen = [k for k in range(at.start, at.stop) if with_ignored or not part.rows.ignore[k]]
+                    chosen = [k for k in range(at.start, at.stop) if not ignore[k]]
                     left_out += at.stop - at.start - len(chosen)
-                    name = f"{part.stem(frame)}.txt"
-                    (home / name).write_text("".join(lines[k] for k in chosen), encoding="ascii", newline="")
+                    name = f"labels/{subset}/{part.stem(frame)}.txt"
+                    out.put(name, "".join(lines[k] for k in chosen).encode("ascii"))
                     for place, k in enumerate(chosen, start=1):
-                        own = [f"labels/{subset}/{name}", str(place), lines[k].rstrip("\n")]
-                        table.writerow([*own, *side_cells(part.rows, k, first)])
+                        side.write(f"{name},{place},{lines[k][:-1]},{told(k)}\n")
                     done += 1
                     options.progress(done, total)
-    _write_yaml(folder, subsets, labels)
+    _write_yaml(out, subsets, labels)
     pictures = write_files(
         lists,
-        folder,
+        out,
         options,
         lambda part, frame, subset: f"images/{subset if options.split else 'train'}/{part.stem(frame)}.{suffix}",
     )
@@ -75,7 +72,7 @@ def _write(dataset: Dataset, folder: Path, options: ExportOptions) -> tuple[list
     return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDE, "pictures": pictures}
 
 
-def _write_yaml(folder: Path, subsets: list[str], labels: list[str]) -> None:
+def _write_yaml(out: Outlet, subsets: list[str], labels: list[str]) -> None:
     """No ``path``: without it Ultralytics starts at the file's own folder, a dot would be the current one."""
     val = "val" if "val" in subsets else subsets[-1]
     lines = [f"train: images/{'train' if 'train' in subsets else subsets[0]}\n"]
@@ -86,7 +83,7 @@ def _write_yaml(folder: Path, subsets: list[str], labels: list[str]) -> None:
         lines.append("test: images/test\n")
     lines.append("names:\n")
     lines += [f"  {place}: {quoted_name(name)}\n" for place, name in enumerate(labels)]
-    (folder / "data.yaml").write_text("".join(lines), encoding="utf-8", newline="")
+    out.put("data.yaml", "".join(lines).encode())
 
 
 def _lines(part: PictureList, labels: list[str]) -> list[str]:

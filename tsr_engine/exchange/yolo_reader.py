@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from tsr_engine.exchange.archive import files_below
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -40,11 +41,13 @@ class _Row:
     rest: tuple[float, ...]
 
 
-def label_files(path: Path) -> list[Path]:
-    """The label files of a folder, sorted; those below ``labels`` if there is one."""
-    found = [f for f in path.rglob("*.txt") if f.is_file() and f.name.lower() not in _NO_LABELS]
-    inside = [f for f in found if {"labels", "obj_train_data"} & set(f.relative_to(path).parts[:-1])]
-    return sorted(inside or found)
+def label_files(path: Path) -> list[str]:
+    """Names of the label files of a folder, relative to it, sorted; those below ``labels`` if there is one."""
+    # Plain names: a folder can hold 100,000 of these.
+    named = [(name, name.split("/")) for name in files_below(path)]
+    found = [(n, parts) for n, parts in named if n.endswith(".txt") and parts[-1].lower() not in _NO_LABELS]
+    inside = [name for name, parts in found if not {"labels", "obj_train_data"}.isdisjoint(parts[:-1])]
+    return inside or [name for name, _ in found]
 
 
 def read_yolo(path: Path, target: ImportTarget) -> Dataset:
@@ -62,14 +65,14 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     names, named_by = _class_names(path)
     pictures = PictureNames(path, target.video)
     rows: list[_Row] = []
-    for file in files:
-        name = file.relative_to(path).as_posix()
-        frame = pictures.frame(file.name)
+    for name in files:
+        last = name.rpartition("/")[2]
+        frame = pictures.frame(last)
         if frame is None:
-            if not pictures.is_other(file.name):
+            if not pictures.is_other(last):
                 raise refuse(name, None, "its name has no frame number. Call it frame_000010.txt.")
             continue
-        lines = read_text(file)
+        lines = read_text(path / name)
         if lines.strip():
             ordinal = intake.frame(frame, name)
             rows += _rows(lines, name, ordinal, names, named_by, intake)

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.archive import unpack
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
@@ -145,6 +145,9 @@ def _reviewed(tracks: Iterator[Track], content: Mapping[str, Any]) -> Iterator[T
     Formats that carry none give back open tracks. Where the export was limited to accepted ones, that is what they are.
     """
     asked = content.get("asked", {}).get("states")
+    # Exports that tell rejected tracks apart have none among the others, whatever state these came back with.
+    if "negatives" in content.get("counts", {}) and isinstance(asked, list) and len(asked) > 1:
+        asked = [state for state in asked if state != REJECTED]
     only = str(asked[0]) if isinstance(asked, Sequence) and len(asked) == 1 and asked[0] in _REVIEWED else None
     for track in tracks:
         yield replace(track, state=only) if only is not None and track.state == "open" else track

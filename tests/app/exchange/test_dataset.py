@@ -17,7 +17,8 @@ from app.storage.models import Run
 from tsr_engine.errors import InputError
 
 
-def test_an_untouched_run_goes_out_as_the_engine_left_it(desk: Desk) -> None:
+def test_an_untouched_run_goes_out_as_the_engine_left_it(untouched: Desk) -> None:
+    desk = untouched
     video = desk.dataset().videos[0]
     assert (video.frames, video.first, video.stop, video.rate, video.constant_rate) == (75, 0, 75, 25, True)
     assert video.times is not None
@@ -88,7 +89,8 @@ def test_merged_and_split_tracks_keep_their_scores(desk: Desk) -> None:
     assert "m2" not in desk.tracks()
 
 
-def test_a_pass_can_be_made_again(desk: Desk) -> None:
+def test_a_pass_can_be_made_again(untouched: Desk) -> None:
+    desk = untouched
     video = desk.dataset().videos[0]
     assert [t.uid for t in video.tracks()] == [t.uid for t in video.tracks()]
 

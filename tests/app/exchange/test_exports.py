@@ -45,8 +45,8 @@ def rubbish(desk: Desk) -> list[Path]:
     return sorted(folder.rglob("*")) if folder.is_dir() else []
 
 
-def test_the_formats_are_listed_with_their_options(desk: Desk) -> None:
-    found = {each["name"]: each for each in desk.get("/api/formats")["formats"]}
+def test_the_formats_are_listed_with_their_options(untouched: Desk) -> None:
+    found = {each["name"]: each for each in untouched.get("/api/formats")["formats"]}
     assert list(found) == list(FORMATS)
     cvat = found["cvat-video"]
     assert cvat["can_export"]
@@ -60,8 +60,9 @@ def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:
     artefact = desk.export(name="my signs")
     assert (artefact["state"], artefact["kind"], artefact["run_id"]) == ("complete", "export", desk.run_id)
     assert artefact["name"] == "my signs.zip"
-    assert artefact["summary"]["counts"]["tracks"] == 2, "the rejected one stays here"
-    assert artefact["summary"]["skipped_count"] == 1
+    counts = artefact["summary"]["counts"]
+    assert (counts["tracks"], counts["negatives"]) == (2, 1), "the rejected one is no sign"
+    assert artefact["summary"]["skipped_count"] == 0
     content = desk.download(artefact)
     assert len(content) == artefact["size"]
     manifest = manifest_of(content)
@@ -70,12 +71,14 @@ def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:
     assert video["provenance"]["edit_revision"] == 9
     assert video["provenance"]["run"]["id"] == desk.run_id
     assert video["provenance"]["parameters"]["gate"]["tau"] > 0
-    assert "rejected" in manifest["skipped"][0]["reason"]
+    assert [entry["id"] for entry in video["negatives"]] == ["m2"]
+    assert b">m2<" not in unzipped(content)["annotations.xml"]
     assert manifest["asked"]["format"] == "cvat-video"
     assert [path.name for path in rubbish(desk)] == [artefact["id"], "export.zip"]
 
 
-def test_parts_of_the_file_are_parts_of_the_same_bytes(desk: Desk) -> None:
+def test_parts_of_the_file_are_parts_of_the_same_bytes(untouched: Desk) -> None:
+    desk = untouched
     artefact = desk.export()
     whole = desk.download(artefact)
     url = f"/api/artefacts/{artefact['id']}/download"
@@ -89,7 +92,10 @@ def test_parts_of_the_file_are_parts_of_the_same_bytes(desk: Desk) -> None:
 def test_filters_and_options_reach_the_file(desk: Desk) -> None:
     desk.correct()
     rejected = desk.export(states=["rejected"])
-    assert rejected["summary"]["counts"]["tracks"] == 1
+    counts = rejected["summary"]["counts"]
+    assert (counts["tracks"], counts["negatives"]) == (0, 1)
+    without = desk.export(states=["open", "accepted", "needs_work"])
+    assert "rejected" in manifest_of(desk.download(without))["skipped"][0]["reason"]
     drawn = desk.export(classes=[1])
     assert b"hdrawn01" in unzipped(desk.download(drawn))["annotations.xml"]
     assert b"m1" not in unzipped(desk.download(drawn))["annotations.xml"]
@@ -97,7 +103,8 @@ def test_filters_and_options_reach_the_file(desk: Desk) -> None:
     assert part["summary"]["counts"]["boxes"] <= 3 * 3
 
 
-def test_pictures_and_split_go_along(desk: Desk) -> None:
+def test_pictures_and_split_go_along(untouched: Desk) -> None:
+    desk = untouched
     artefact = desk.export(format="yolo", pictures="annotated", split={"train": 1.0, "val": 0.0}, stop=40)
     assert artefact["state"] == "complete", artefact["error"]
     names = unzipped(desk.download(artefact))
@@ -122,15 +129,18 @@ def test_pictures_and_split_go_along(desk: Desk) -> None:
         ({"thin_px": -1}, 422, "thin_px"),
     ],
 )
-def test_what_cannot_be_exported_is_told_at_once(desk: Desk, request_: Any, status: int, words: str) -> None:
+def test_what_cannot_be_exported_is_told_at_once(untouched: Desk, request_: Any, status: int, words: str) -> None:
+    desk = untouched
+    before = desk.get("/api/artefacts")["artefacts"]
     asked = {"runs": [desk.run_id], "format": "cvat-video", **request_}
     answer = desk.server.client.post("/api/exports", json=asked)
     assert answer.status_code == status, answer.text
     assert words in answer.json()["error"]["message"]
-    assert desk.get("/api/artefacts")["artefacts"] == []
+    assert desk.get("/api/artefacts")["artefacts"] == before
 
 
-def test_two_runs_of_one_video_are_refused(desk: Desk) -> None:
+def test_two_runs_of_one_video_are_refused(untouched: Desk) -> None:
+    desk = untouched
     answer = desk.server.client.post("/api/exports", json={"runs": [desk.run_id, desk.run_id], "format": "cvat-video"})
     assert answer.status_code == 422
     assert "one run a video" in answer.json()["error"]["message"]

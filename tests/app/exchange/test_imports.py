@@ -17,10 +17,10 @@ from app.exchange.imports import ImportService
 from app.storage.models import Run, Truth
 
 
-@pytest.fixture
-def annotations(desk: Desk) -> bytes:
-    """Our run as a CVAT file."""
-    return unzipped(desk.download(desk.export()))["annotations.xml"]
+@pytest.fixture(scope="module")
+def annotations(untouched: Desk) -> bytes:
+    """The run as a CVAT file, before anybody has corrected it; the same in every copy."""
+    return unzipped(untouched.download(untouched.export()))["annotations.xml"]
 
 
 def state(desk: Desk) -> tuple[int, int, int, list[str]]:
@@ -85,6 +85,39 @@ def test_a_file_becomes_a_run_that_every_screen_can_show(desk: Desk, annotations
     assert answer.status_code == 200, "it is reviewed like any run"
     assert desk.server.client.delete(f"/api/runs/{run_id}").status_code == 204
     assert not (desk.home / "runs" / run_id).exists()
+
+
+def test_an_imported_run_keeps_what_people_said_of_its_tracks(desk: Desk) -> None:
+    """Hidden stretches, verdicts and notes are the first operation of its log; boxes to ignore cannot be held."""
+    desk.correct()
+    content = desk.download(desk.export(format="tracks-json"))
+    found = desk.bring_in(content, "run", name="theirs")
+    wanted = {key: visible(track, 320, 240) for key, track in desk.tracks().items()}
+    numbered = dict(zip(("m1", "m2", "hdrawn01"), ("m1", "m2", "m3"), strict=True))
+    there = desk.tracks(found["id"])
+    assert set(there) == set(numbered.values())
+    for key, number in numbered.items():
+        assert_same_track(there[number], wanted[key])
+        assert there[number].notes == wanted[key].notes
+        assert there[number].state == wanted[key].state
+        assert there[number].source == "imported", "that it is hidden is nobody's word about a box"
+    assert there["m1"].occluded.any()
+    assert (there["m2"].state, found["skipped"]) == ("rejected", [])
+    log = desk.get(f"/api/runs/{found['id']}/edits")["edits"]
+    assert [(entry["name"], entry["seq"]) for entry in log] == [("import", found["edit"])]
+    undo = desk.get(f"/api/runs/{found['id']}/annotation?author={log[0]['author']}")["undo"]
+    body = {"op_id": "undo-import-1", "author": log[0]["author"], "command": {"name": "undo", "op_id": undo["op_id"]}}
+    desk.post(f"/api/runs/{found['id']}/edits", body)
+    bare = desk.tracks(found["id"])
+    assert not any(track.occluded.any() or track.notes or track.state != "open" for track in bare.values())
+
+
+def test_boxes_to_ignore_are_told_of_and_a_run_without_marks_has_no_log(desk: Desk) -> None:
+    rows = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n3,1,10,10,30,30,14,1,1\n4,1,11,10,31,30,14,1,0\n"
+    found = desk.bring_in(rows.encode(), "run", name="plain.csv", format="tracks-csv")
+    assert [item["what"] for item in found["skipped"]] == ["1 marks 'ignore'"]
+    assert found["edit"] is None
+    assert desk.get(f"/api/runs/{found['id']}/edits")["edits"] == []
 
 
 def test_corrections_made_elsewhere_come_back_in_one_operation(desk: Desk, annotations: bytes) -> None:
@@ -163,19 +196,13 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
 }
 
 
-@pytest.fixture(scope="module")
-def good(untouched: Desk) -> bytes:
-    """A file that is as it should be."""
-    return unzipped(untouched.download(untouched.export()))["annotations.xml"]
-
-
 @pytest.mark.parametrize("name", list(REFUSED))
-def test_what_breaks_a_rule_changes_nothing(untouched: Desk, good: bytes, name: str) -> None:
+def test_what_breaks_a_rule_changes_nothing(untouched: Desk, annotations: bytes, name: str) -> None:
     desk = untouched
     change, query, words = REFUSED[name]
     before = state(desk)
     for kind in ("truth", "run", "annotation"):
-        answer = desk.try_import(change(good), kind, **{"name": "bad.xml", **query})
+        answer = desk.try_import(change(annotations), kind, **{"name": "bad.xml", **query})
         assert answer.status_code == 422, answer.text
         error = answer.json()["error"]
         assert words in error["message"]
@@ -183,7 +210,8 @@ def test_what_breaks_a_rule_changes_nothing(untouched: Desk, good: bytes, name: 
         assert state(desk) == before
 
 
-def test_an_annotation_needs_a_run_of_this_video(desk: Desk, annotations: bytes) -> None:
+def test_an_annotation_needs_a_run_of_this_video(untouched: Desk, annotations: bytes) -> None:
+    desk = untouched
     url = f"/api/videos/{desk.video_id}/imports"
     for query, status in (({"as": "annotation"}, 422), ({"as": "annotation", "run": "0" * 32}, 404)):
         answer = desk.server.client.post(url, params=query, content=annotations)
@@ -192,7 +220,8 @@ def test_an_annotation_needs_a_run_of_this_video(desk: Desk, annotations: bytes)
     assert answer.status_code == 404
 
 
-def test_a_name_that_is_mapped_is_that_class(desk: Desk, annotations: bytes) -> None:
+def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes) -> None:
+    desk = untouched
     theirs = annotations.replace(b'"stop"', b'"Stopschild"').replace(b">stop<", b">Stopschild<")
     assert any("Stopschild" in sentence for sentence in desk.bring_in(theirs, "truth", name="x")["repaired"])
     mapped = desk.bring_in(theirs, "run", name="y", label_map=json.dumps({"Stopschild": 14}))
@@ -200,7 +229,8 @@ def test_a_name_that_is_mapped_is_that_class(desk: Desk, annotations: bytes) -> 
     assert {track.label for track in desk.tracks(mapped["id"]).values()} == {14}
 
 
-def test_a_body_over_the_limit_is_refused(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_body_over_the_limit_is_refused(untouched: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = untouched
     settings = desk.server.context.settings.model_copy(update={"upload_max_mb": 1})
     monkeypatch.setattr(type(desk.server.context), "settings", settings, raising=False)
     before = state(desk)
@@ -209,7 +239,8 @@ def test_a_body_over_the_limit_is_refused(desk: Desk, monkeypatch: pytest.Monkey
     assert state(desk) == before
 
 
-def test_more_than_a_common_body_is_taken(desk: Desk, annotations: bytes) -> None:
+def test_more_than_a_common_body_is_taken(untouched: Desk, annotations: bytes) -> None:
+    desk = untouched
     padded = annotations + b"\n" * (desk.server.settings.body_max_kb * 1024 + 10)
     assert desk.bring_in(padded, "truth", name="padded.xml")["tracks"] == 2
 
@@ -228,7 +259,8 @@ def test_a_full_disk_while_a_run_is_written_leaves_nothing(
     assert state(desk) == before
 
 
-def test_what_a_killed_import_has_left_is_swept(desk: Desk) -> None:
+def test_what_a_killed_import_has_left_is_swept(untouched: Desk) -> None:
+    desk = untouched
     imports: ImportService = desk.server.context.imports
     left = [desk.home / "runs" / ".import-1", imports.new_part()]
     left[0].mkdir()
@@ -238,7 +270,8 @@ def test_what_a_killed_import_has_left_is_swept(desk: Desk) -> None:
     assert (desk.home / "runs" / desk.run_id).is_dir()
 
 
-def test_an_import_that_is_going_on_is_not_swept(desk: Desk) -> None:
+def test_an_import_that_is_going_on_is_not_swept(untouched: Desk) -> None:
+    desk = untouched
     import fcntl
 
     folder = desk.home / "runs" / ".import-2"

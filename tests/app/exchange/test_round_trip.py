@@ -105,7 +105,10 @@ def test_a_corrected_drive_comes_back_as_it_was(drive: Desk, name: str) -> None:
     assert len(by_place) == len(found)
     for track in wanted.values():
         twin = min(found.values(), key=lambda other: distance(track, other))
-        assert_same_track(without_marks(twin), without_marks(track), loss.px)
+        if loss.hidden:
+            assert_same_track(twin, track, loss.px)
+        else:
+            assert_same_track(without_marks(twin), without_marks(track), loss.px)
     again = drive.bring_in(content, "annotation", name=file)
     if loss.names and loss.px < 1 and loss.hidden:
         assert (again["same"], again["tracks"]) == (len(wanted), 0)
@@ -132,7 +135,7 @@ def distance(a: Track, b: Track) -> float:
 
 
 def without_marks(track: Track) -> Track:
-    """A run has no marks 'occluded'."""
+    """For formats that have no marks 'occluded'."""
     from dataclasses import replace
 
     return replace(track, occluded=np.zeros_like(track.occluded))

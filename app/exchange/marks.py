@@ -1,0 +1,65 @@
+"""What a file says of its tracks besides boxes and classes, as documents over an imported run.
+
+The evidence of a run is what a tracker found. That a sign is hidden, what somebody wrote about it and what people have
+judged are people's word: they become the first operation in the log of the run, which one undo takes back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
+from typing import get_args
+from uuid import uuid4
+
+import numpy as np
+
+from app.edits.documents import KeyFrame, Note, Review, TrackDoc, engine_doc
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["REVIEWS", "marks", "new_notes"]
+
+REVIEWS = frozenset(get_args(Review))
+_LONGEST = 4000
+
+
+def marks(tracks: Iterable[Track], numbers: Mapping[str, int], author: str) -> dict[str, tuple[TrackDoc, TrackDoc]]:
+    """The documents of the tracks that have marks: untouched, and with them; by key.
+
+    Args:
+        tracks: as they come in.
+        numbers: number of each in the evidence, by name.
+        author: of the notes.
+    """
+    found: dict[str, tuple[TrackDoc, TrackDoc]] = {}
+    for track in tracks:
+        bare = engine_doc(numbers[track.uid], int(track.frames[0]), int(track.frames[-1]))
+        state = track.state if track.state in REVIEWS else "open"
+        said = bare.model_copy(
+            update={"review": state, "keys": _hidden(track), "notes": new_notes(track.notes, author, bare)}
+        )
+        if not said.same(bare):
+            found[bare.key] = bare, said
+    return found
+
+
+def new_notes(notes: Iterable[tuple[int, str]], author: str, present: TrackDoc) -> tuple[Note, ...]:
+    """Notes of a file that a track does not have yet."""
+    known = {(note.frame, note.text) for note in present.notes}
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    out: list[Note] = []
+    for frame, given in notes:
+        # What is no letter in any script cannot be stored.
+        text = given.encode("utf-8", "replace").decode()[:_LONGEST]
+        if text and (frame, text) not in known:
+            known.add((frame, text))
+            out.append(Note(id=uuid4().hex, frame=frame, text=text, author=author, time=now))
+    return tuple(out)
+
+
+def _hidden(track: Track) -> dict[str, KeyFrame]:
+    """Key frames without a box, where a sign becomes hidden and where it is seen again."""
+    changes = np.flatnonzero(np.diff(track.occluded, prepend=np.False_))
+    return {
+        str(frame): KeyFrame(occluded=hidden)
+        for frame, hidden in zip(track.frames[changes].tolist(), track.occluded[changes].tolist(), strict=True)
+    }

@@ -1,0 +1,296 @@
+"""The list of what other people's files get wrong: each is refused, or repaired, with file, place and rule."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pytest
+from exchange_toys import a_dataset, a_track, a_video, target_of, tracks_of
+
+from tsr_engine.errors import ExportError, ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+
+Files = Mapping[str, str | bytes]
+
+
+@dataclass(frozen=True)
+class Bad:
+    """One wrong file.
+
+    Attributes:
+        format: whose files these are.
+        files: of the archive.
+        says: what the sentence must say, in this order: the file, the place in it, the rule.
+        switches: options of the import.
+    """
+
+    format: str
+    files: Files
+    says: tuple[str, ...]
+    switches: Mapping[str, str] = field(default_factory=dict)
+
+
+def cvat(box: str = 'frame="10"', before: str = "", label: str = "stop") -> dict[str, str | bytes]:
+    """An annotations.xml whose box stands in line 4."""
+    edges = 'xtl="10" ytl="10" xbr="30" ybr="30"'
+    for given in re.findall(r'(x..|y..)="', box):
+        edges = re.sub(rf'{given}="[^"]*" ?', "", edges)
+    return {
+        "annotations.xml": f'<?xml version="1.0" encoding="utf-8"?>{before}\n<annotations>\n'
+        f'<track id="0" label="{label}">\n<box {box} keyframe="1" outside="0" occluded="0" {edges}/>\n</track>\n'
+        "</annotations>\n"
+    }
+
+
+def coco(**changes: object) -> dict[str, str | bytes]:
+    """An instances file with one box in frame 10."""
+    content = {
+        "images": [{"id": 1, "file_name": "frame_000010.jpg", "width": 640, "height": 360}],
+        "categories": [{"id": 1, "name": "stop"}],
+        "annotations": [{"id": 1, "image_id": 1, "category_id": 1, "bbox": [10, 10, 20, 20]}],
+    }
+    return {"annotations/instances_default.json": json.dumps({**content, **changes})}
+
+
+def yolo(*lines: str, encoding: str = "utf-8") -> dict[str, str | bytes]:
+    """Labels of frame 10."""
+    text = "\n".join(lines) + "\n"
+    return {"data.yaml": "names:\n  0: stop\n  1: yield\n", "labels/train/frame_000010.txt": text.encode(encoding)}
+
+
+def mot(*lines: str) -> dict[str, str | bytes]:
+    """Rows of ground truth."""
+    return {"gt/gt.txt": "\n".join(lines) + "\n", "gt/labels.txt": "stop\nyield\n"}
+
+
+def voc(corners: tuple[object, ...] = (10, 10, 30, 30), name: str = "frame_000010") -> dict[str, str | bytes]:
+    """One picture whose object stands in line 2."""
+    xmin, ymin, xmax, ymax = corners
+    return {
+        f"Annotations/{name}.xml": f"<annotation><filename>{name}.jpg</filename>\n<object><name>stop</name>"
+        f"<bndbox><xmin>{xmin}</xmin><ymin>{ymin}</ymin><xmax>{xmax}</xmax><ymax>{ymax}</ymax></bndbox></object>\n"
+        "</annotation>\n"
+    }
+
+
+def label_studio(frame: int = 11, width: float = 10.0) -> dict[str, str | bytes]:
+    """One region with one key frame."""
+    key = {"frame": frame, "x": 10, "y": 10, "width": width, "height": 10, "enabled": False}
+    region = {"id": "a", "type": "videorectangle", "value": {"labels": ["stop"], "sequence": [key]}}
+    return {"tasks.json": json.dumps([{"data": {"video": "drive.mp4"}, "annotations": [{"result": [region]}]}])}
+
+
+def packed(files: Files) -> bytes:
+    """A ZIP archive."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+LAUGHS = '\n<!DOCTYPE a [<!ENTITY b "ha"><!ENTITY c "&b;&b;&b;&b;">]>'
+OUTSIDE = '\n<!DOCTYPE a SYSTEM "file:///etc/passwd">'
+TRACK = {"id": "m1", "boxes": [{"frame": 1, "box": [1, 1, 9, 9]}]}
+REFUSED: dict[str, Bad] = {
+    "xml entities": Bad("cvat-video", cvat(before=LAUGHS), ("annotations.xml", "line 2", "DOCTYPE or entity")),
+    "xml external reference": Bad(
+        "cvat-video", cvat(before=OUTSIDE), ("annotations.xml", "line 2", "DOCTYPE or entity")
+    ),
+    "xml entities, by picture": Bad(
+        "voc",
+        {"Annotations/frame_000010.xml": '<!DOCTYPE a [<!ENTITY b "x">]><annotation>&b;</annotation>'},
+        ("frame_000010.xml", "line 1", "DOCTYPE or entity"),
+    ),
+    "zip slip": Bad("cvat-video", {**cvat(), "../../evil.sh": "x"}, ("bad.zip", "evil.sh", "leads out of its folder")),
+    "zip slip, absolute": Bad("cvat-video", {**cvat(), "/etc/evil": "x"}, ("bad.zip", "etc/evil", "absolute name")),
+    "zip bomb": Bad(
+        "cvat-video", {"annotations.xml": bytes(4 << 20)}, ("bad.zip", "annotations.xml", "more than 250 times")
+    ),
+    "nested archive": Bad(
+        "cvat-video", {"more.zip": packed(cvat())}, ("bad.zip", "more.zip", "an archive within the archive")
+    ),
+    "nested archive under another name": Bad(
+        "cvat-video",
+        {"annotations.xml": packed(cvat())},
+        ("bad.zip", "annotations.xml", "an archive within the archive"),
+    ),
+    "encoding: latin-1": Bad(
+        "yolo", yolo("0 0.5 0.5 0.1 0.1", "# größe", encoding="latin-1"), ("frame_000010.txt", "line 2", "not UTF-8")
+    ),
+    "encoding: utf-16": Bad(
+        "coco",
+        {"annotations/a.json": next(iter(coco().values())).encode("utf-16")},  # type: ignore[union-attr]
+        ("a.json", "line 1", "UTF-16; must be UTF-8"),
+    ),
+    "encoding: none that exists": Bad(
+        "cvat-video",
+        {"annotations.xml": '<?xml version="1.0" encoding="klingon"?><annotations/>'},
+        ("annotations.xml", "line 1", "UTF-8"),
+    ),
+    "nan in xml": Bad("cvat-video", cvat('frame="10" xtl="nan"'), ("annotations.xml", "line 4", "four finite numbers")),
+    "nan in json": Bad(
+        "coco",
+        {"annotations/a.json": '{"images": [], "categories": [],\n"annotations": [{"bbox": [NaN, 1, 2, 3]}]}'},
+        ("a.json", "line 2", "NaN is no JSON number"),
+    ),
+    "nan in text": Bad("yolo", yolo("0 nan 0.5 0.1 0.1"), ("frame_000010.txt", "line 1", "finite numbers")),
+    "infinite box": Bad("mot", mot("1,1,10,10,inf,5,1,1,1"), ("gt.txt", "line 1", "four finite numbers")),
+    "negative box in xml": Bad(
+        "cvat-video", cvat('frame="10" xbr="5"'), ("annotations.xml", "line 4", "positive width and height")
+    ),
+    "negative box in json": Bad(
+        "coco",
+        coco(annotations=[{"id": 1, "image_id": 1, "category_id": 1, "bbox": [10, 10, -5, 20]}]),
+        ("instances_default.json", "annotation 1", "positive width and height"),
+    ),
+    "negative box in text": Bad("yolo", yolo("0 0.5 0.5 -0.1 0.1"), ("frame_000010.txt", "line 1", "0 to 1")),
+    "negative box of a region": Bad(
+        "label-studio", label_studio(width=-1), ("tasks.json", "region 1, key frame 1", "positive width and height")
+    ),
+    "frame out of range in xml": Bad(
+        "cvat-video", cvat('frame="3000"'), ("annotations.xml", "line 4", "frame 3000 must be in 0 to 99")
+    ),
+    "frame out of range in a name": Bad("voc", voc(name="frame_003000"), ("frame_003000.xml", "0 to 99")),
+    "frame out of range in rows": Bad(
+        "tracks-csv",
+        {"drive.csv": "frame,track_id,x1,y1,x2,y2\n1,1,1,1,9,9\n100,1,1,1,9,9\n"},
+        ("drive.csv", "line 3", "frame 100 must be in 0 to 99"),
+    ),
+    "unknown class number": Bad(
+        "yolo",
+        yolo("7 0.5 0.5 0.1 0.1"),
+        ("frame_000010.txt", "line 1", "class 7 is none of the 2 classes in data.yaml"),
+    ),
+    "unknown class id": Bad(
+        "coco",
+        coco(annotations=[{"id": 1, "image_id": 1, "category_id": 9, "bbox": [1, 1, 5, 5]}]),
+        ("instances_default.json", "annotation 1", "id of no category"),
+    ),
+    "duplicate category": Bad(
+        "coco",
+        coco(categories=[{"id": 1, "name": "stop"}, {"id": 1, "name": "yield"}]),
+        ("instances_default.json", "category 2", "id 1 is there twice"),
+    ),
+    "duplicate picture": Bad(
+        "coco",
+        coco(images=[{"id": 1, "file_name": "frame_000010.jpg"}, {"id": 1, "file_name": "frame_000011.jpg"}]),
+        ("instances_default.json", "image 2", "id 1 is there twice"),
+    ),
+    "duplicate track": Bad(
+        "tracks-json", {"drive.json": json.dumps({"tracks": [TRACK, TRACK]})}, ("drive.json", "track 2", "called 'm1'")
+    ),
+    "duplicate box": Bad(
+        "mot",
+        mot("1,1,10,10,5,5,1,1,1", "1,1,50,10,5,5,1,1,1"),
+        ("gt.txt", "line 2", "second, different box in frame 0"),
+    ),
+    "duplicate key": Bad(
+        "coco", {"annotations/a.json": '{"images": [],\n"images": []}'}, ("a.json", "line 2", "'images' twice")
+    ),
+    "six columns that are neither": Bad(
+        "yolo",
+        yolo("0 0.5 0.5 0.1 0.1 0.5", "0 0.2 0.2 0.1 0.1 7.0"),
+        ("frame_000010.txt", "line 2", "sixth column must be"),
+    ),
+    "frame 0 where frames count from 1": Bad(
+        "mot", mot("0,1,10,10,5,5,1,1,1"), ("gt.txt", "line 1", "1 to 100", "whether the file counts from 0 or 1")
+    ),
+    "class 0 where classes count from 1": Bad(
+        "mot", mot("1,1,10,10,5,5,1,0,1"), ("gt.txt", "line 1", "class 0 must be 1 to 2", "first_class=0")
+    ),
+    "frame 0 of a region": Bad("label-studio", label_studio(frame=0), ("tasks.json", "key frame 1", "1 to 100")),
+    "corner 0 where pixels count from 1": Bad(
+        "voc", voc((0, 10, 30, 30)), ("frame_000010.xml", "line 2", "cannot count from 1"), {"coordinates": "devkit"}
+    ),
+}
+
+REPAIRED: dict[str, Bad] = {
+    "unknown class name": Bad(
+        "cvat-video", cvat(label="Stopschild"), ("'Stopschild'", "none of the 43 classes", "annotations.xml, line 3")
+    ),
+    "six columns": Bad(
+        "yolo", yolo("0 0.5 0.5 0.1 0.1 3"), ("labels/train/frame_000010.txt, line 1", "5 columns", "track ids")
+    ),
+    "duplicate row": Bad(
+        "mot", mot("1,1,10,10,5,5,1,1,1", "1,1,10,10,5,5,1,1,1"), ("twice were taken once", "gt.txt, line 2")
+    ),
+    "pixels that look like the devkit's": Bad("voc", voc(), ("whole numbers from 1 on", "lowered by 1")),
+    "box over the edge": Bad("cvat-video", cvat('frame="10" xtl="-4"'), ("cut there: 1", "annotations.xml, line 4")),
+}
+
+
+def _zip(folder: Path, files: Files) -> Path:
+    path = folder / "bad.zip"
+    path.write_bytes(packed(files))
+    return path
+
+
+@pytest.mark.parametrize("name", list(REFUSED))
+def test_it_is_refused_with_file_place_and_rule(tmp_path: Path, name: str) -> None:
+    bad = REFUSED[name]
+    target = target_of(a_dataset(), switches=bad.switches)
+    with pytest.raises(ImportFormatError) as caught:
+        read_dataset(_zip(tmp_path, bad.files), target, FORMATS[bad.format], scratch=tmp_path)
+    at = 0
+    for part in bad.says:
+        at = str(caught.value).find(part, at)
+        assert at >= 0, (part, str(caught.value))
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.zip"], "what was unpacked is gone"
+
+
+@pytest.mark.parametrize("name", list(REPAIRED))
+def test_it_is_repaired_and_told(tmp_path: Path, name: str) -> None:
+    bad = REPAIRED[name]
+    back = read_dataset(_zip(tmp_path, bad.files), target_of(a_dataset()), FORMATS[bad.format])
+    assert any(all(part in sentence for part in bad.says) for sentence in back.repaired), back.repaired
+    assert sum(len(track.frames) for track in tracks_of(back).values()) >= 1
+
+
+def test_the_good_files_of_this_table_are_good(tmp_path: Path) -> None:
+    """Each of the files above is wrong in the one thing that it is there for."""
+    rows = mot("1,1,10,10,5,5,1,1,1")
+    for name, files in {
+        "cvat-video": cvat(),
+        "coco": coco(),
+        "yolo": yolo("0 0.5 0.5 0.1 0.1"),
+        "mot": rows,
+        "voc": voc((10.5, 10, 30, 30)),
+        "label-studio": label_studio(),
+        "tracks-json": {"drive.json": json.dumps({"tracks": [TRACK]})},
+    }.items():
+        back = read_dataset(_zip(tmp_path, files), target_of(a_dataset()), FORMATS[name])
+        told = [sentence for sentence in back.repaired if "linked" not in sentence and "corners" not in sentence]
+        assert (len(tracks_of(back)), told, back.skipped) == (1, [], ()), name
+
+
+def test_a_video_of_variable_rate_and_label_studio(tmp_path: Path) -> None:
+    shaky = replace(a_video([a_track()]), constant_rate=False)
+    data = Dataset(CLASS_NAMES, (shaky,))
+    with pytest.raises(ExportError, match=r"drive\.mp4 has a variable frame rate.*Convert it"):
+        export_dataset(data, FORMATS["label-studio"], tmp_path / "out", zipped=False)
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "tasks.json").write_text(str(label_studio()["tasks.json"]))
+    with pytest.raises(ImportFormatError, match=r"tasks\.json: counts frames by time.*variable frame rate"):
+        read_dataset(tmp_path / "tasks.json", target_of(data), FORMATS["label-studio"])
+
+
+def test_a_list_of_entries_over_the_limit_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    path = _zip(tmp_path, {f"{k}": "" for k in range(3)})
+    content = bytearray(path.read_bytes())
+    at = content.rindex(b"PK\x05\x06")
+    content[at + 8 : at + 12] = (60_000).to_bytes(2, "little") * 2
+    content[at + 12 : at + 16] = (1 << 30).to_bytes(4, "little")
+    path.write_bytes(content)
+    with pytest.raises(ImportFormatError, match=r"bad\.zip: has 60000 entries in a list of 1073741824 bytes"):
+        read_dataset(path, target_of(a_dataset()))

@@ -1,0 +1,117 @@
+"""What a manifest of ours beside, or above, a file tells a reader of it.
+
+Only what a reader needs is kept of it: a manifest lists every frame and every file of its export.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.json_stream import members
+from tsr_engine.exchange.manifest import MANIFEST, VERSION
+from tsr_engine.exchange.names import is_name_of, video_names
+
+__all__ = ["Told", "is_called", "is_wrapper", "prefix_in_export", "told_beside", "told_by_manifest"]
+
+_INNER = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
+
+
+class Told:
+    """The part of a manifest that readers need.
+
+    Attributes:
+        format: what it says of the format.
+        videos: its videos, without frame tables.
+    """
+
+    def __init__(self, format: Mapping[str, Any], videos: tuple[Mapping[str, Any], ...]) -> None:
+        self.format = format
+        self.videos = videos
+
+    def entry(self, video: DatasetVideo) -> Mapping[str, Any] | None:
+        """What it says of a video: the one with its hash, else the only one of its name; None: nothing."""
+        for same in (
+            [entry for entry in self.videos if video.sha256 and entry.get("sha256") == video.sha256],
+            [entry for entry in self.videos if entry.get("name") == video.name],
+        ):
+            if len(same) == 1:
+                return same[0]
+        return None
+
+    def name_of(self, video: DatasetVideo) -> str:
+        """What the video is called in the names of the export; empty: it has none of that video."""
+        entry = self.entry(video)
+        if entry is None:
+            return ""
+        if "called" in entry:
+            return str(entry["called"])
+        # Exports that were made before names were written down.
+        return video_names([_bare(other) for other in self.videos])[self.videos.index(entry)]
+
+
+def told_beside(folder: Path) -> Told | None:
+    """The manifest of the export that a folder belongs to; None: there is none, or it is not one of ours."""
+    place = folder
+    while not (place / MANIFEST).is_file():
+        # Only up from folders that lie within an export, never into what happens to be around it.
+        if place.name not in _INNER:
+            return None
+        place = place.parent
+    path = place / MANIFEST
+    found = path.stat()
+    return _told(path, found.st_mtime_ns, found.st_size)
+
+
+def told_by_manifest(folder: Path, key: str) -> str:
+    """What our manifest beside a file says of its format; empty: there is none, or it says nothing."""
+    told = told_beside(folder)
+    return "" if told is None else str(told.format.get(key, ""))
+
+
+def prefix_in_export(folder: Path, video: DatasetVideo) -> str:
+    """What names of the video's pictures begin with, if a manifest tells of several videos; else empty."""
+    told = told_beside(folder)
+    name = told.name_of(video) if told is not None and len(told.videos) > 1 else ""
+    return f"{name}_" if name else ""
+
+
+def is_called(folder: Path, video: DatasetVideo, name: str) -> bool:
+    """Whether a file or folder of an import is named after a video: as our manifest says, else by its own name."""
+    told = told_beside(folder)
+    said = told.name_of(video) if told is not None else ""
+    return name.casefold() == said.casefold() if said else is_name_of(name, video)
+
+
+def is_wrapper(path: Path) -> bool:
+    """Whether a folder has nothing but one more folder, as archives often do; what counts begins there."""
+    inside = [entry for entry in path.iterdir() if not entry.name.startswith(".")] if path.is_dir() else []
+    return len(inside) == 1 and inside[0].is_dir() and inside[0].name not in ("train", "val", "valid", "test")
+
+
+@lru_cache(maxsize=8)
+def _told(path: Path, _changed: int, _size: int) -> Told | None:
+    about: Mapping[str, Any] = {}
+    videos: list[Mapping[str, Any]] = []
+    version: Any = None
+    try:
+        for key, _, value in members(path):
+            if key == "manifest":
+                version = value
+            elif key == "format" and isinstance(value, dict):
+                about = value
+            elif key == "videos" and isinstance(value, dict):
+                value.pop("frame_table", None)
+                videos.append(value)
+    except ImportFormatError:
+        return None
+    return Told(about, tuple(videos)) if version == VERSION else None
+
+
+def _bare(entry: Mapping[str, Any]) -> DatasetVideo:
+    name, digest = str(entry.get("name", "")), str(entry.get("sha256", ""))
+    return DatasetVideo(name, digest, 1, 1, 1, None, None, True, lambda: iter(()))

@@ -1,0 +1,196 @@
+"""JSON files read piece by piece: of a list, one element at a time is in memory, however long the list is."""
+
+from __future__ import annotations
+
+import codecs
+import json
+import re
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, refuse
+
+__all__ = ["OPENED", "heads", "members"]
+
+OPENED = 0
+"""The place that is told when a list begins; its elements count from 1."""
+_CHUNK = 4 << 20
+_AFTER = frozenset(" \t\n\r,:]}")
+_SPACE = re.compile(r"[ \t\n\r]*")
+
+
+def members(
+    path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES
+) -> Iterator[tuple[str, int | None, Any]]:
+    """The members of the object in a file, or the elements of the list.
+
+    Yields ``(key, None, value)`` for a value that is no list; for a list first ``(key, 0, None)``, then ``(key, n,
+    element)`` for each element. A file that is no object counts as one whose only key is empty.
+
+    Args:
+        path: UTF-8, with or without byte order mark.
+        name: of the file, for messages; unset: that of ``path``.
+        limit: most bytes.
+
+    Raises:
+        ImportFormatError: not JSON, another encoding, NaN or infinities, a key twice, too large or nested too deeply;
+            says the line.
+    """
+    file = path.name if name is None else name
+    size = path.stat().st_size
+    if size > limit:
+        raise refuse(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+    with path.open("rb") as stream:
+        text = _Text(stream, file)
+        first = text.peek()
+        if first == "{":
+            yield from _object(text)
+        else:
+            yield from _value(text, "")
+        if text.peek():
+            raise text.broken("there is more behind its end")
+
+
+def heads(path: Path, wanted: Collection[str]) -> dict[str, Any]:
+    """The wanted members of the object in a file, lists whole; reads only as far as it takes to find them all.
+
+    Raises:
+        ImportFormatError: as ``members``.
+    """
+    found: dict[str, Any] = {}
+    for key, place, value in members(path):
+        if key in wanted:
+            if not place:
+                found[key] = value if place is None else []
+            else:
+                found[key].append(value)
+        elif len(found) == len(wanted):
+            break
+    return found
+
+
+def _object(text: _Text) -> Iterator[tuple[str, int | None, Any]]:
+    text.skip("{")
+    seen: set[str] = set()
+    if text.peek() == "}":
+        text.skip("}")
+        return
+    while True:
+        if text.peek() != '"':
+            raise text.broken("a key in double quotes is missing")
+        key = text.take()
+        if key in seen:
+            raise refuse(text.file, text.line, f"has {key[:60]!r} twice. Export it again.")
+        seen.add(key)
+        text.skip(":")
+        yield from _value(text, key)
+        if text.peek() == "}":
+            text.skip("}")
+            return
+        text.skip(",")
+
+
+def _value(text: _Text, key: str) -> Iterator[tuple[str, int | None, Any]]:
+    if text.peek() != "[":
+        yield key, None, text.take()
+        return
+    text.skip("[")
+    yield key, OPENED, None
+    place = 0
+    if text.peek() == "]":
+        text.skip("]")
+        return
+    while True:
+        place += 1
+        yield key, place, text.take()
+        if text.peek() == "]":
+            text.skip("]")
+            return
+        text.skip(",")
+
+
+class _Text:
+    """The part of the file that is being looked at."""
+
+    def __init__(self, stream: BinaryIO, file: str) -> None:
+        self.file = file
+        self._stream = stream
+        self._decoder = codecs.getincrementaldecoder("utf-8-sig")()
+        self._buffer = ""
+        self._at = 0
+        self._before = 1
+        """Line of the buffer's first letter."""
+        self._newlines = 0
+        self._end = False
+        self._json = json.JSONDecoder(parse_constant=self._constant)
+
+    @property
+    def line(self) -> int:
+        """Line of the next letter."""
+        return self._before + self._buffer.count("\n", 0, self._at)
+
+    def peek(self) -> str:
+        """The next letter that is no space; empty: the end."""
+        while True:
+            found = _SPACE.match(self._buffer, self._at)
+            assert found is not None
+            self._at = found.end()
+            if self._at < len(self._buffer):
+                return self._buffer[self._at]
+            if self._end:
+                return ""
+            self._fill()
+
+    def skip(self, wanted: str) -> None:
+        """Pass a letter that must be next."""
+        if self.peek() != wanted:
+            raise self.broken(f"{wanted!r} is missing")
+        self._at += 1
+
+    def take(self) -> Any:
+        """The next value, whole."""
+        self.peek()
+        while True:
+            try:
+                value, end = self._json.raw_decode(self._buffer, self._at)
+            except json.JSONDecodeError as error:
+                if self._end:
+                    line = self._before + self._buffer.count("\n", 0, error.pos)
+                    raise refuse(self.file, line, f"is not JSON: {error.msg}. Export it again.") from None
+            except RecursionError:
+                raise refuse(self.file, self.line, "is nested too deeply. Export it again.") from None
+            except ValueError as error:
+                raise refuse(self.file, self.line, f"is not JSON: {error}. Export it again.") from None
+            else:
+                # A number near the end of what was read may go on.
+                if self._buffer[end : end + 1] in _AFTER or self._end:
+                    self._at = end
+                    return value
+            self._fill()
+
+    def broken(self, why: str) -> Exception:
+        """The error for what is no JSON."""
+        return refuse(self.file, self.line, f"is not JSON: {why}. Export it again.")
+
+    def _fill(self) -> None:
+        """Read on, and let go of what was passed; a value that does not fit makes the steps longer."""
+        self._before = self.line
+        rest = self._buffer[self._at :]
+        content = self._stream.read(max(_CHUNK, len(rest)))
+        if not self._newlines and content.startswith((b"\xff\xfe", b"\xfe\xff")) and not rest:
+            raise refuse(self.file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
+        self._end = not content
+        try:
+            more = self._decoder.decode(content, final=self._end)
+        except UnicodeDecodeError as error:
+            line = 1 + self._newlines + error.object.count(b"\n", 0, error.start)
+            bad = error.object[error.start]
+            raise refuse(self.file, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
+        self._newlines += content.count(b"\n")
+        self._buffer, self._at = rest + more, 0
+
+    def _constant(self, name: str) -> Any:
+        found = max(self._buffer.find(name, self._at), self._at)
+        line = self._before + self._buffer.count("\n", 0, found)
+        raise refuse(self.file, line, f"{name} is no JSON number. Write finite numbers.")

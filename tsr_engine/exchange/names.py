@@ -1,0 +1,60 @@
+"""What each video of an export is called in the names of its files, and which video such a name is about."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from tsr_engine.exchange.dataset import DatasetVideo
+
+__all__ = ["is_name_of", "prefixes", "safe_stem", "video_names"]
+
+_UNSAFE = re.compile(r"[^A-Za-z0-9.-]+")
+_DIGITS = (8, 16, 64)
+"""Digits of a video's hash behind its name, as many as it takes."""
+
+
+def safe_stem(name: str) -> str:
+    """A video's name as part of file names: letters, digits, dots and dashes, at most 60, never empty."""
+    return _UNSAFE.sub("-", Path(name).stem).strip("-.")[:60] or "video"
+
+
+def video_names(videos: Sequence[DatasetVideo]) -> list[str]:
+    """A name for each video, all different without regard to case.
+
+    It is the video's own name; videos that share one get the first digits of their SHA-256 behind it. So a name does
+    not depend on the order of the videos, and tells by itself which of them is meant. Only videos without a hash, or
+    one video twice, are numbered.
+    """
+    stems = [safe_stem(video.name) for video in videos]
+    folded = [stem.casefold() for stem in stems]
+    twin = [folded.count(name) > 1 for name in folded]
+    for digits in _DIGITS:
+        out = [
+            f"{stem}-{video.sha256[:digits]}" if double and video.sha256 else stem
+            for stem, video, double in zip(stems, videos, twin, strict=True)
+        ]
+        if _differ(out):
+            return out
+    paired = zip(stems, twin, strict=True)
+    out = [f"{stem}-{place}" if double else stem for place, (stem, double) in enumerate(paired, start=1)]
+    return out if _differ(out) else [f"{place}-{stem}" for place, stem in enumerate(stems, start=1)]
+
+
+def prefixes(videos: Sequence[DatasetVideo]) -> list[str]:
+    """What picture names of each video begin with: nothing for a single video, else its name and ``_``."""
+    return [""] if len(videos) == 1 else [f"{name}_" for name in video_names(videos)]
+
+
+def is_name_of(name: str, video: DatasetVideo) -> bool:
+    """Whether a name is the video's own, alone or with the first digits of its SHA-256."""
+    own, name = safe_stem(video.name).casefold(), name.casefold()
+    if name == own:
+        return True
+    digits = name.removeprefix(f"{own}-") if name.startswith(f"{own}-") else ""
+    return len(digits) in _DIGITS and video.sha256.casefold().startswith(digits)
+
+
+def _differ(names: list[str]) -> bool:
+    return len({name.casefold() for name in names}) == len(names)

@@ -1,0 +1,135 @@
+"""Tracks that people have rejected: they look like signs and are none.
+
+Retraining needs them, for nothing teaches a detector more than what has fooled it. In a data set for others they would
+be signs, whatever an attribute beside them says, so a format's writer never sees them. They go into ``manifest.json``,
+from where an import of ours takes them back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
+from tsr_engine.exchange.filters import only_tracks
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import label_name
+
+__all__ = ["signs_alone", "stated", "with_negatives"]
+
+_FLAGS = ("key", "occluded", "ignore")
+
+
+def signs_alone(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dataset:
+    """The data set as writers get it: its tracks without the rejected ones, which each video holds apart."""
+    videos = (
+        replace(only_tracks(video, lambda track: track.state != REJECTED), negatives=held)
+        for video, held in zip(dataset.videos, negatives, strict=True)
+    )
+    return replace(dataset, videos=tuple(videos))
+
+
+def stated(track: Track, labels: Sequence[str]) -> dict[str, Any]:
+    """A rejected track as it stands in the manifest: columns, plain JSON values; flags only where one is set."""
+    out: dict[str, Any] = {
+        "id": track.uid,
+        "class": label_name(labels, track.label),
+        "source": track.source,
+        "frames": track.frames.tolist(),
+        "boxes": track.boxes.tolist(),
+    }
+    if np.isfinite(track.score).any():
+        out["score"] = [score if score == score else None for score in track.score.tolist()]
+    if track.labels is not None:
+        out["classes"] = [label_name(labels, label) for label in track.labels.tolist()]
+    for name in _FLAGS:
+        values = getattr(track, name)
+        if values is not None and values.any():
+            out[name] = values.astype(int).tolist()
+    if track.notes:
+        out["notes"] = [list(note) for note in track.notes]
+    return out
+
+
+def with_negatives(dataset: Dataset, entry: Mapping[str, Any], target: ImportTarget, file: str) -> Dataset:
+    """An import with the rejected tracks that the manifest beside it tells of.
+
+    A track of the import that has the name of one of these was put there by somebody since, and counts.
+
+    Args:
+        dataset: what the format's reader gave: one video.
+        entry: what the manifest says of that video.
+        target: what the import is laid onto.
+        file: the manifest, for messages.
+
+    Raises:
+        ImportFormatError: a broken rule.
+    """
+    listed = entry.get("negatives", [])
+    if not isinstance(listed, list) or not listed:
+        return dataset
+    video = dataset.videos[0]
+    if (entry.get("width"), entry.get("height")) != (video.width, video.height):
+        told = Skipped(f"{file}: {len(listed)} rejected tracks", "They are about pictures of another size.")
+        return replace(dataset, skipped=(*dataset.skipped, told))
+    present = list(video.tracks())
+    taken = {track.uid for track in present}
+    intake = Intake(target)
+    for place, track in enumerate(listed, start=1):
+        where = f"negative {place} of {video.name}"
+        if not isinstance(track, dict):
+            raise refuse(file, where, "must be an object. Export it again.")
+        if str(track.get("id")) not in taken:
+            _take(track, intake, file, where)
+    found = intake.finish(file)
+    tracks = [*present, *found.videos[0].tracks()]
+    return replace(
+        dataset,
+        videos=(replace(video, tracks=lambda: iter(tracks)),),
+        skipped=(*dataset.skipped, *found.skipped),
+        repaired=(*dataset.repaired, *found.repaired),
+    )
+
+
+def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> None:
+    uid, frames, boxes = track.get("id"), track.get("frames"), track.get("boxes")
+    if not isinstance(uid, str) or not isinstance(frames, list) or not isinstance(boxes, list):
+        raise refuse(file, where, "must have id, frames and boxes. Export it again.")
+    columns = {"boxes": boxes}
+    for name in ("score", "classes", *_FLAGS):
+        column = track.get(name)
+        if column is not None:
+            columns[name] = column
+    for name, column in columns.items():
+        if not isinstance(column, list) or len(column) != len(frames):
+            raise refuse(file, where, f"{name} must be a list of {len(frames)} values, one a frame. Export it again.")
+    whole = intake.label(str(track.get("class", "")), file, where)
+    for k, (frame, box) in enumerate(zip(frames, boxes, strict=True)):
+        if not isinstance(box, list) or len(box) != 4 or not all(type(edge) in (int, float) for edge in box):
+            raise refuse(file, where, f"a box must be four numbers. Got {str(box)[:60]}. Export it again.")
+        score = columns["score"][k] if "score" in columns else None
+        if score is not None and type(score) not in (int, float):
+            raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}. Export it again.")
+        key, occluded, ignore = (bool(columns[name][k]) if name in columns else False for name in _FLAGS)
+        intake.box(
+            uid,
+            intake.frame(frame, file, where),
+            (float(box[0]), float(box[1]), float(box[2]), float(box[3])),
+            intake.label(str(columns["classes"][k]), file, where) if "classes" in columns else whole,
+            file=file,
+            line=where,
+            key=key,
+            occluded=occluded,
+            ignore=ignore,
+            score=math.nan if score is None else float(score),
+        )
+    if uid in intake:
+        notes = track.get("notes", [])
+        pairs = [note for note in notes if isinstance(note, list) and len(note) == 2] if isinstance(notes, list) else []
+        said = [(note[0], str(note[1])) for note in pairs if type(note[0]) is int]
+        intake.describe(uid, state=REJECTED, source=str(track.get("source", "imported")), notes=said)
