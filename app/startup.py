@@ -28,6 +28,7 @@ def start(context: Context) -> Running:
         context.videos.add_samples(context.truths)
     context.artefacts.sweep()
     context.imports.sweep()
+    context.bundle_imports.sweep()
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.events, context.jobs)

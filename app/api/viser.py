@@ -102,7 +102,7 @@ async def _connect(socket: WebSocket, view: View, protocol: str) -> None:
             max_size=_LARGEST,
             max_queue=_QUEUED,
             ping_interval=None,
-            open_timeout=10,
+            open_timeout=30,
             close_timeout=1,
             proxy=None,
         ) as upstream:

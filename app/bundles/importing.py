@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import uuid
@@ -13,9 +12,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy.orm import Session
+from sqlalchemy import select
+from sqlalchemy.orm import Session, undefer
 
 from app.bundles.corrections import moved_document, read_corrections
+from app.bundles.placing import Placing, placing, sweep
 from app.edits.documents import TrackDoc, engine_doc
 from app.errors import Invalid
 from app.events import EventBus
@@ -25,6 +26,7 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
+from app.videos.table import restamp
 from app.videos.view import VideoView, publish_video, video_view
 from tsr_engine.bundle.expectation import read_expectation
 from tsr_engine.bundle.judge import sentence
@@ -81,6 +83,10 @@ class BundleImports:
         self._database = database
         self._events = events
         self._jobs = jobs
+
+    def sweep(self) -> None:
+        """Remove what imports of processes that died have left; those that are going on are let alone."""
+        sweep(self._settings.home, self._database)
 
     def bring_in(self, path: Path, folder: Path, author: str) -> BundleImport:
         """Check a bundle, then store all of it in one transaction.
@@ -172,37 +178,37 @@ class BundleImports:
         run_id = uuid.uuid4().hex
         clip = place / manifest.clip.file
         upload = home / "uploads" / f"{manifest.clip.sha256}{clip.suffix}"
-        evidence = home / "runs" / run_id
-        evidence.parent.mkdir(parents=True, exist_ok=True)
-        fresh = False
-        try:
-            with self._database.write() as session:
-                video = session.get(Video, manifest.clip.sha256)
-                if video is None:
-                    video = Video(
-                        id=manifest.clip.sha256, name=_clip_name(manifest), path=str(upload), state="importing"
-                    )
-                    video.size, video.owned, video.sample, video.warnings = clip.stat().st_size, True, False, []
-                    session.add(video)
-                    session.flush()
-                    self._jobs.submit(session, "import", video.id, priority=10)
-                    fresh = True
-                run = self._run(manifest, video.id, run_id, report, len(spans))
-                session.add(run)
-                session.flush()
-                self._correct(session, run, documents, spans, report, author)
-                publish_video(session, self._events, video)
-                publish_run(session, self._events, run)
-                views = video_view(session, video), run_view(run)
-                if fresh:
-                    clip.replace(upload)
-                shutil.move(folder / EVIDENCE, evidence)
-        except BaseException:
-            shutil.rmtree(evidence, ignore_errors=True)
-            if fresh:
-                upload.unlink(missing_ok=True)
-            raise
+        with placing(home, run_id, manifest.clip.sha256, upload) as work, self._database.write() as session:
+            video = self._video(session, manifest, clip, upload, work)
+            run = self._run(manifest, video.id, run_id, report, len(spans))
+            session.add(run)
+            session.flush()
+            self._correct(session, run, documents, spans, report, author)
+            work.put(folder / EVIDENCE, home / "runs" / run_id)
+            # What pages are told includes whether the file is there: so it is, by now.
+            publish_video(session, self._events, video)
+            publish_run(session, self._events, run)
+            views = video_view(session, video), run_view(run)
         return BundleImport(video=views[0], run=views[1], report=report)
+
+    def _video(self, session: Session, manifest: Manifest, clip: Path, upload: Path, work: Placing) -> Video:
+        """The clip as a video of the library; one whose file is gone gets the clip for it."""
+        video = session.scalars(
+            select(Video).where(Video.id == manifest.clip.sha256).options(undefer(Video.frame_table))
+        ).first()
+        if video is None:
+            video = Video(id=manifest.clip.sha256, name=_clip_name(manifest), path=str(upload), state="importing")
+            video.size, video.owned, video.sample, video.warnings = clip.stat().st_size, True, False, []
+            session.add(video)
+            session.flush()
+            self._jobs.submit(session, "import", video.id, priority=10)
+            work.put(clip, upload)
+        elif not Path(video.path).is_file():
+            work.put(clip, upload)
+            video.path, video.owned = str(upload), True
+            if video.frame_table is not None:
+                video.frame_table = restamp(video.frame_table, upload)
+        return video
 
     def _run(self, manifest: Manifest, video_id: str, run_id: str, report: BundleReportView, tracks: int) -> Run:
         frames, offset = manifest.frames, manifest.clip.offset

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -42,6 +43,10 @@ def bundle(
     models: Annotated[
         Path | None,
         typer.Option("--models", metavar="DIR", help="Models of the run, if they are not the shipped ones."),
+    ] = None,
+    onnx: Annotated[
+        Path | None,
+        typer.Option("--onnx", metavar="FILE", help="The ONNX network of the run, to be put in; 256 MiB at most."),
     ] = None,
     recording: Annotated[
         bool, typer.Option("--recording/--no-recording", help="Put a recording for the Rerun viewer in.")
@@ -82,6 +87,7 @@ def bundle(
             max_eq7=max_eq7,
             recording=recording,
         )
+        request = replace(request, network=onnx)
     with progress_bar("packing", "steps") as show, stop_on_interrupt() as stopped:
 
         def tell(done: int, of: int) -> None:

@@ -20,15 +20,15 @@ __all__ = [
     "Camera",
     "Volume",
     "bead_places",
+    "corner_rows",
     "drape",
     "focal_length",
     "frustum_scale",
     "metric_positions",
     "nice_step",
     "pick_rows",
-    "polyline_rows",
+    "strands",
     "surface",
-    "thin_rows",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -84,8 +84,8 @@ class Volume:
         return np.stack([x, np.broadcast_to(self.along(seconds), x.shape), z], axis=1)
 
 
-def polyline_rows(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray:
-    """Rows that a line leads on from: row i and row i + 1 belong to one track and lie at most ``gap`` frames apart.
+def strands(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray:
+    """Pieces that lines are drawn through without a break: a track, up to where it is not seen for long.
 
     Args:
         track: shape (n,), rows sorted by track, then frame.
@@ -93,36 +93,67 @@ def polyline_rows(track: ArrayLike, frame: ArrayLike, gap: int = 12) -> IntArray
         gap: frames that a line may bridge, >= 1.
 
     Returns:
-        Shape (m,), each i < n - 1.
+        Number of each row's piece, shape (n,), ascending from 0.
     """
     t, f = np.asarray(track, np.int64), np.asarray(frame, np.int64)
-    return np.flatnonzero((np.diff(t) == 0) & (np.diff(f) <= gap)).astype(np.int64)
+    if not len(t):
+        return np.zeros(0, np.int64)
+    breaks = (np.diff(t) != 0) | (np.diff(f) > gap)
+    return np.concatenate([[0], np.cumsum(breaks)]).astype(np.int64)
 
 
-def thin_rows(track: ArrayLike, most: int, keep: ArrayLike | None = None) -> IntArray:
-    """Rows that draw the same lines with fewer corners.
+def corner_rows(
+    strand: ArrayLike, points: ArrayLike, tolerance: float, most: int, keep: ArrayLike | None = None
+) -> IntArray:
+    """Rows that draw the same lines with few corners.
 
-    The first and last row of every track stay, and those of ``keep``; of the others every k-th, with the smallest k
-    that leaves at most ``most`` of them.
+    The ends of every strand stay. Of the others, those stay from which the line would otherwise pass by at more than
+    ``tolerance`` (Ramer 1972, Douglas and Peucker 1973, all strands at once), the farthest first.
 
     Args:
-        track: shape (n,), rows sorted by track.
-        most: rows to aim at, >= 1.
-        keep: shape (n,), rows that must stay.
+        strand: shape (n,), ascending.
+        points: shape (n, 3).
+        tolerance: scene units, >= 0.
+        most: rows to end with at most, though ends stay however many they are.
+        keep: shape (n,), rows that stay if ``most`` allows it, whatever the tolerance.
 
     Returns:
         Row numbers in order.
     """
-    t = np.asarray(track, np.int64)
-    n = len(t)
-    if n <= most:
-        return np.arange(n, dtype=np.int64)
-    ends = np.ones(n, np.bool_)
-    ends[1:-1] = (t[1:-1] != t[:-2]) | (t[1:-1] != t[2:])
-    must = ends if keep is None else ends | np.asarray(keep, np.bool_)
-    step = math.ceil(n / max(1, most))
-    chosen = must | (np.arange(n) % step == 0)
-    return np.flatnonzero(chosen).astype(np.int64)
+    s, p = np.asarray(strand, np.int64), np.asarray(points, np.float64).reshape(-1, 3)
+    n = len(s)
+    if not n:
+        return np.zeros(0, np.int64)
+    kept = np.ones(n, np.bool_)
+    kept[1:-1] = (s[1:-1] != s[:-2]) | (s[1:-1] != s[2:])
+    wanted = np.flatnonzero(np.zeros(n, np.bool_) if keep is None else np.asarray(keep, np.bool_) & ~kept)
+    room = max(0, most - int(kept.sum()))
+    # too many to keep them all: evenly spread
+    kept[wanted[:: max(1, -(-len(wanted) // room))] if room else wanted[:0]] = True
+    while (room := most - int(kept.sum())) > 0:
+        ends = np.flatnonzero(kept)
+        off = _off_the_line(p, ends)
+        worst = np.maximum.reduceat(off, ends)
+        # the row itself: the first one of each span that is as far off
+        far = np.flatnonzero((off == np.repeat(worst, np.diff(np.append(ends, n)))) & (off > tolerance))
+        if not len(far):
+            break
+        _, first = np.unique(np.searchsorted(ends, far, side="right"), return_index=True)
+        far = far[first]
+        kept[far[np.argsort(-off[far], kind="stable")[:room]]] = True
+    return np.flatnonzero(kept).astype(np.int64)
+
+
+def _off_the_line(points: FloatArray, ends: IntArray) -> FloatArray:
+    """How far each point is from the line between the ends around it; 0 at the ends, shape (n,)."""
+    span = np.searchsorted(ends, np.arange(len(points)), side="right") - 1
+    a, b = points[ends[span]], points[ends[np.minimum(span + 1, len(ends) - 1)]]
+    way, here = b - a, points - a
+    length = np.maximum((way * way).sum(axis=1), 1e-18)
+    along = np.clip((here * way).sum(axis=1) / length, 0.0, 1.0)
+    off = np.linalg.norm(here - along[:, None] * way, axis=1)
+    off[ends] = 0.0
+    return np.asarray(off)
 
 
 def pick_rows(

@@ -129,6 +129,10 @@ class SpaceService:
         """Close the views of a run that is removed."""
         self._stop_where(lambda key, view: key[0] == run_id)
 
+    def stop_idle(self) -> None:
+        """Stop the views that nobody has looked at for ``idle`` seconds; done by itself once a second."""
+        self._stop_where(lambda key, view: view.clients == 0 and time.monotonic() - view.left_at >= self.idle)
+
     def close(self) -> None:
         """Stop everything."""
         self._ended.set()
@@ -192,7 +196,7 @@ class SpaceService:
 
     def _reap(self) -> None:
         while not self._ended.wait(min(_LOOK, max(0.05, self.idle / 4))):
-            self._stop_where(lambda key, view: view.clients == 0 and time.monotonic() - view.left_at > self.idle)
+            self.stop_idle()
 
     def _stop_where(self, chosen: Callable[[tuple[str, str], View], bool]) -> None:
         with self._lock:

@@ -25,9 +25,11 @@ from toy_home import ToyHome, make_home
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.timeout(280),
+    pytest.mark.timeout(900),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
+PATIENCE = 120
+"""How long a step may take, s: without a graphics card, a viewer on a busy machine shows a picture in seconds."""
 GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 # The view over the whole window, and everything that the viewer's frame says.
 MOUNT = """async () => {
@@ -75,7 +77,7 @@ def page(server: LiveServer, home: ToyHome) -> Iterator[Page]:
         browser.close()
 
 
-def wait(page: Page, question: str, seconds: float = 45) -> Any:
+def wait(page: Page, question: str, seconds: float = PATIENCE) -> Any:
     """The answer to a question, as soon as there is one; the page's policy forbids Playwright's own way."""
     until = time.monotonic() + seconds
     while not (answer := page.evaluate(question)):
@@ -92,7 +94,7 @@ def heard(page: Page, kind: str) -> list[dict[str, Any]]:
 
 def press(page: Page, key: str) -> None:
     """A key for the viewer."""
-    page.frame_locator(".recording-stage").locator("#viewer").press(key)
+    page.frame_locator(".recording-stage").locator("#viewer").press(key, timeout=PATIENCE * 1000)
 
 
 def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: Page, server: LiveServer) -> None:

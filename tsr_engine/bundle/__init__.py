@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tsr_engine.bundle.layout import EXIT_CODES, MOST_FRAMES, Verdict
     from tsr_engine.bundle.load import Bundle, is_bundle, open_bundle
     from tsr_engine.bundle.make import BundleReport, BundleRequest, make_bundle
+    from tsr_engine.bundle.network import replay_network
     from tsr_engine.bundle.replay import BundleReplay, bundle_params, bundled_models, replay_bundle
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "open_bundle",
     "read_expectation",
     "replay_bundle",
+    "replay_network",
 ]
 
 _PLACES = {
@@ -46,6 +48,7 @@ _PLACES = {
     "layout": ("EXIT_CODES", "MOST_FRAMES", "Verdict"),
     "load": ("Bundle", "is_bundle", "open_bundle"),
     "make": ("BundleReport", "BundleRequest", "make_bundle"),
+    "network": ("replay_network",),
     "replay": ("BundleReplay", "bundle_params", "bundled_models", "replay_bundle"),
 }
 

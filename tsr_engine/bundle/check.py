@@ -30,7 +30,7 @@ from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.records import FrameEvidence
 
-__all__ = ["make_ready"]
+__all__ = ["answer", "make_ready"]
 
 _STATES = {"tentative", "confirmed", "dead"}
 _SOURCES = {"detected", "predicted", "relocalised"}
@@ -131,20 +131,23 @@ def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
         raise EvidenceError(f"{bundle.name}: the evidence of frame {frame.ordinal + facts.offset} is damaged.")
 
 
+def answer(path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
+    """What ``make_ready`` says, as the process tells it: ``{"ok": {...}}``, or ``{"error": "one sentence"}``."""
+    try:
+        return {"ok": make_ready(path, folder, limits)}
+    except TsrError as error:
+        return {"error": str(error)}
+    except MemoryError:
+        return {"error": f"{path.name} needs more memory than it may have."}
+    except Exception as error:  # whatever a hostile file brings about must be one sentence
+        return {"error": f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."}
+
+
 def main(arguments: list[str]) -> int:
     """Run the check and print what it found."""
     path, folder, pixels, limit = Path(arguments[0]), Path(arguments[1]), int(arguments[2]), int(arguments[3])
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-    answer: dict[str, Any]
-    try:
-        answer = {"ok": make_ready(path, folder, VideoLimits(max_pixels=pixels))}
-    except TsrError as error:
-        answer = {"error": str(error)}
-    except MemoryError:
-        answer = {"error": f"{path.name} needs more memory than it may have."}
-    except Exception as error:  # whatever a hostile file brings about must be one sentence
-        answer = {"error": f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."}
-    print(json.dumps(answer))
+    print(json.dumps(answer(path, folder, VideoLimits(max_pixels=pixels))))
     return 0
 
 

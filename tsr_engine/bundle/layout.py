@@ -15,6 +15,7 @@ __all__ = [
     "MANIFEST",
     "MODELS",
     "MOST_FRAMES",
+    "NETWORK",
     "OUTPUT",
     "README",
     "RECORDING",
@@ -34,6 +35,7 @@ EXPECTATION: Final = "expectation.json"
 CORRECTIONS: Final = "corrections.json"
 RECORDING: Final = "recording.rrd"
 MODELS: Final = "models"
+NETWORK: Final = "network.onnx"
 
 MOST_FRAMES: Final = 3000
 """Frames of one bundle, those that lead in included: two minutes of video."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tsr_engine.bundle.expectation import Expectation, read_expectation
-from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION, FRAMES, MANIFEST, OUTPUT, README
+from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION, FRAMES, MANIFEST, NETWORK, OUTPUT, README
 from tsr_engine.bundle.manifest import Manifest, file_digest
 from tsr_engine.bundle.output import Output, read_rows
 from tsr_engine.errors import ImportFormatError, TsrError
@@ -135,6 +135,9 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
             )
         if path.suffix in (".csv", ".json", ".txt") and entry.size > _TEXT_BYTES:
             raise ImportFormatError(f"{bundle}: {name} has {entry.size} bytes, at most {_TEXT_BYTES} are read.")
+    network = manifest.network
+    if network is not None and network.inside and (NETWORK not in listed or listed[NETWORK].sha256 != network.sha256):
+        raise ImportFormatError(f"{bundle}: {NETWORK} is missing, or not the one of the run. Make the bundle anew.")
     if listed[manifest.clip.file].sha256 != manifest.clip.sha256:
         raise ImportFormatError(f"{bundle}: {MANIFEST} names two hashes of the clip. Make the bundle anew.")
 

@@ -34,10 +34,12 @@ from tsr_engine.bundle.manifest import (
     ClipFacts,
     Got,
     Manifest,
+    NetworkFacts,
     SourceVideo,
     file_digest,
 )
 from tsr_engine.bundle.models import choose_models, put_models
+from tsr_engine.bundle.network import network_text, put_network
 from tsr_engine.bundle.output import Output, write_rows
 from tsr_engine.bundle.readme import readme_text
 from tsr_engine.bundle.slices import write_slice
@@ -78,6 +80,7 @@ class BundleRequest:
         table: the video's frame table, if it is at hand.
         limits: what the video may demand.
         models: model folders in which the run's models may be.
+        network: the ONNX network of the run, to be put in.
         run_id: of the run, in the tool.
         run_name: of the run.
         preset: of the run.
@@ -98,6 +101,7 @@ class BundleRequest:
     table: FrameTable | None = None
     limits: VideoLimits | None = None
     models: Sequence[Path] = ()
+    network: Path | None = None
     run_id: str = ""
     run_name: str = ""
     preset: str = ""
@@ -135,7 +139,8 @@ def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = l
 
     Raises:
         EvidenceError: the run cannot be read, or the video is not the one that was tracked.
-        UsageError: the frames are none of the run's, too many, or an expectation lies outside of them.
+        UsageError: the frames are none of the run's, too many, an expectation lies outside of them, or the network is
+            not that of the run.
         VideoError: the video cannot be read.
         StorageError: the file cannot be written.
     """
@@ -171,6 +176,7 @@ class _Maker:
     def make(self) -> BundleReport:
         request, folder, lead = self.request, self.folder, self.lead
         self._check_video()
+        network = put_network(self.reader.header.models, request.network, folder)
         rows = self._evidence()
         clip = cut_clip(
             request.video,
@@ -195,8 +201,9 @@ class _Maker:
         recording = self._recording()
         self.progress(4 * self.count, self.steps)
         findings = judge(request.expectation, output)
-        self._warn(findings, output, models.folder is None and "not inside" in models.text)
+        self._warn(findings, output, models.folder is None and "not inside" in models.text, network)
         manifest = self._manifest(clip, models.text, models.folder is not None, recording, findings)
+        manifest = manifest.model_copy(update={"network": network})
         (folder / README).write_text(readme_text(manifest, findings, self.warnings), encoding="utf-8", newline="")
         manifest = manifest.model_copy(update={"files": _files(folder)})
         (folder / MANIFEST).write_text(manifest.text(), encoding="utf-8", newline="")
@@ -281,7 +288,9 @@ class _Maker:
             return f"could not be made ({reason.rstrip('.')})."
         return "everything drawn over the clip, for the Rerun viewer (`rerun recording.rrd`, or in the tool)."
 
-    def _warn(self, findings: Sequence[Finding], output: Output, models_missing: bool) -> None:
+    def _warn(
+        self, findings: Sequence[Finding], output: Output, models_missing: bool, network: NetworkFacts | None
+    ) -> None:
         if findings and all(finding.met for finding in findings):
             self.warnings.append(
                 "The run's own output meets every expectation in these frames, so a replay would say 'fixed' at once."
@@ -297,6 +306,8 @@ class _Maker:
             )
         if models_missing:
             self.warnings.append("The models of the run are not inside: a replay uses those of the installation.")
+        if network is not None and not network.inside:
+            self.warnings.append(network_text(network))
 
     def _manifest(
         self, clip: Clip, models: str, models_inside: bool, recording: str, findings: Sequence[Finding]

@@ -12,7 +12,17 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from tsr_engine.bundle.layout import FORMAT, MANIFEST, MOST_FRAMES
 from tsr_engine.errors import ImportFormatError
 
-__all__ = ["BundleFile", "BundleFrames", "BundleRun", "ClipFacts", "Got", "Manifest", "SourceVideo", "file_digest"]
+__all__ = [
+    "BundleFile",
+    "BundleFrames",
+    "BundleRun",
+    "ClipFacts",
+    "Got",
+    "Manifest",
+    "NetworkFacts",
+    "SourceVideo",
+    "file_digest",
+]
 
 _Text = Annotated[str, Field(max_length=20_000, pattern=r"^[^\x00]*$")]
 _Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
@@ -95,6 +105,18 @@ class BundleRun(_Part):
     """Nominal seconds between two frames."""
 
 
+class NetworkFacts(_Part):
+    """An ONNX network that detected in the run."""
+
+    sha256: _Digest
+    width: _Side
+    """Of its input, px."""
+    height: _Side
+    layout: Literal["v8", "v5"]
+    """Of its output, see :mod:`tsr_engine.detection.onnx`."""
+    inside: bool
+
+
 class Got(_Part):
     """What became of an expectation when the bundle was made."""
 
@@ -118,14 +140,17 @@ class Manifest(_Part):
     models: _Text
     """Which models the run used, and whether they are inside."""
     models_inside: bool
+    network: NetworkFacts | None = None
+    """The network that took the place of the detector; None: the run used none."""
     recording: _Text
     """Whether there is a recording; if not, why."""
     got: list[Got]
     files: list[BundleFile]
 
     def text(self) -> str:
-        """As it is stored."""
-        return json.dumps(self.model_dump(mode="json"), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+        """As it is stored; without a network in the form that earlier versions read."""
+        content = self.model_dump(mode="json", exclude={"network"} if self.network is None else None)
+        return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
     @classmethod
     def read(cls, folder: Path, name: str) -> Manifest:

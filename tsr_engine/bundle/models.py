@@ -43,6 +43,8 @@ def choose_models(used: Mapping[str, str], folders: Iterable[Path]) -> ModelChoi
         used: component -> sha256, of the run.
         folders: model folders to look in, besides the shipped one.
     """
+    # A network is no part of a model folder; see ``tsr_engine.bundle.network``.
+    used = {name: digest for name, digest in used.items() if not name.startswith("onnx ")}
     if _holds(SHIPPED, used):
         return ModelChoice(None, "The run used the models that ship with the package.")
     for folder in folders:

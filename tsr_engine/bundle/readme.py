@@ -6,7 +6,9 @@ import textwrap
 from collections.abc import Sequence
 
 from tsr_engine.bundle.judge import Finding
-from tsr_engine.bundle.manifest import Manifest
+from tsr_engine.bundle.layout import NETWORK
+from tsr_engine.bundle.manifest import Manifest, NetworkFacts
+from tsr_engine.bundle.network import network_text
 
 __all__ = ["readme_text"]
 
@@ -21,7 +23,7 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         findings: what became of the expectations when it was made.
         warnings: what the reader should know.
     """
-    frames, run = manifest.frames, manifest.run
+    frames, run, network = manifest.frames, manifest.run, manifest.network
     last = frames.stop - 1
     parts = [
         _title("A bug report for tsr"),
@@ -35,7 +37,8 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         *_findings(findings),
         _title("How to replay it"),
         _text("Install tsr, then run this in a terminal, with the name of this file:"),
-        "    tsr replay BUNDLE.zip\n",
+        f"    tsr replay BUNDLE.zip{_with(network)}\n",
+        *([] if network is None else [_text(network_text(network))]),
         _text(
             "The engine of your installation runs on the clip with the settings of the run, and its result is held "
             "against what is expected. The last line says one of:"
@@ -65,6 +68,7 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
             "`tsr replay evidence` (unpacked) repeats what follows the detector.",
             f"recording.rrd: {manifest.recording}",
             f"models/: {manifest.models}",
+            *([f"{NETWORK}: the ONNX network that detected."] if network is not None and network.inside else []),
             "manifest.json: where all this comes from, all settings, and the SHA-256 of every file.",
         ),
         _text("Frames are numbered from 0, and everywhere as in the original video, not as in the clip."),
@@ -80,6 +84,11 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
     if warnings:
         parts += [_title("Mind"), _items(*warnings)]
     return "\n".join(parts)
+
+
+def _with(network: NetworkFacts | None) -> str:
+    """What the command needs besides the bundle."""
+    return "" if network is None else " --bundled-models" if network.inside else " --onnx FILE"
 
 
 def _lead(manifest: Manifest) -> str:

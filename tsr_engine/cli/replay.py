@@ -47,6 +47,9 @@ def replay(
     bundled_models: Annotated[
         bool, typer.Option("--bundled-models", help="Of a bundle: use the models inside, not those of this machine.")
     ] = False,
+    onnx: Annotated[
+        Path | None, typer.Option("--onnx", metavar="FILE", help="Of a bundle: the ONNX network of its run.")
+    ] = None,
     json: JsonOption = False,
 ) -> None:
     """Re-run everything after detection from a run's evidence, or the whole engine on a bug bundle.
@@ -69,9 +72,10 @@ def replay(
     from tsr_engine.bundle.load import is_bundle
 
     if is_bundle(evidence):
-        replay_bundle_file(evidence, settings, csv, preset, models, bundled_models, json)
-    if bundled_models:
-        raise UsageError("--bundled-models is for a bug bundle. Leave it out for an evidence folder.")
+        replay_bundle_file(evidence, settings, csv, preset, models, bundled_models, json, onnx, other_models)
+    for option, given in (("--bundled-models", bundled_models), ("--onnx", onnx is not None)):
+        if given:
+            raise UsageError(f"{option} is for a bug bundle. Leave it out for an evidence folder.")
     pairs = split_settings(settings)
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar

@@ -24,12 +24,15 @@ def replay_bundle_file(
     models: Path | None,
     bundled_models: bool,
     json: bool,
+    onnx: Path | None = None,
+    other_models: bool = False,
 ) -> None:
     """Replay a bundle, print the report, and leave with the verdict's exit code.
 
     Raises:
         ImportFormatError: the bundle is none, hostile, damaged, or of another format.
         UsageError: a parameter is none, or both kinds of models are asked for.
+        ModelError: the run used a network, and nothing says which to use now.
     """
     from tsr_engine import bundle as bundles
     from tsr_engine import pipeline
@@ -50,7 +53,8 @@ def replay_bundle_file(
         params = (before if preset is None else Params.preset(preset)).with_settings(pairs)
         changed += [f"The parameter {name} was changed for this replay." for name in changed_parameters(before, params)]
         folder = bundles.bundled_models(bundle) if bundled_models else models
-        components = pipeline.load_components(params, folder)
+        network = bundles.replay_network(bundle, onnx, bundled_models, other_models)
+        components = pipeline.load_components(params, folder, network)
         with progress_bar("replaying", "frames") as show, stop_on_interrupt() as stopped:
             report = bundles.replay_bundle(
                 bundle, params, components, changed=changed, progress=lambda n, m: show(n, m, ""), stop=stopped

@@ -7,17 +7,20 @@ from typing import Any, Final
 import numpy as np
 
 from app.space.colours import COLOURS, INK, Paint, linear, paint
-from app.space.geometry import UPRIGHT, Volume, bead_places, nice_step, pick_rows, polyline_rows, thin_rows
+from app.space.geometry import UPRIGHT, Volume, bead_places, corner_rows, nice_step, pick_rows, strands
 from app.space.scenes.stage import Image, Look, Stage, clock, drop
 from app.space.wish import Wish
 from tsr_engine.recognition.catalogue import CATALOGUE
 
 __all__ = ["VolumeScene"]
 
-MOST_CORNERS: Final = 8_000
-"""Rows that lines are drawn through; more are thinned within their tracks."""
-MOST_BEADS: Final = 1_500
-"""Tangible blocks at once: 12,500 take software rendering to 1 frame a second."""
+MOST_CORNERS: Final = 3_000
+"""Corners of all lines. Without a graphics card every triangle takes 20 us, and a piece of line has six of them: with
+6,000 pieces the view shows one picture a second."""
+TOLERANCE: Final = 0.02
+"""Scene units that a line may pass by a box that it does not bend at: about a pixel of the screen."""
+MOST_BEADS: Final = 700
+"""Tangible blocks at once, of twelve triangles each."""
 REACH: Final = 1.0
 """Seconds to either side of the cursor within which tracks are tangible."""
 LEAST_SIDE: Final = 0.05
@@ -113,17 +116,19 @@ class VolumeScene:
         assert self._paint is not None
         data, volume = self._stage.data, self._volume
         rows = np.flatnonzero(self._within())
-        rows = rows[thin_rows(data.track[rows], MOST_CORNERS)]
-        # a thinned line has wider gaps than a whole one
-        gap = 12 * max(1, len(data.track) // MOST_CORNERS)
-        starts = polyline_rows(data.track[rows], data.frame[rows], gap)
         points = volume.places(data.boxes[rows], data.seconds(data.frame[rows]))
+        strand, ink = strands(data.track[rows], data.frame[rows]), self._paint.rows[rows]
+        turns = np.zeros(len(rows), np.bool_)
+        turns[1:] = (ink[1:] != ink[:-1]).any(axis=1)
+        corners = corner_rows(strand, points, TOLERANCE, MOST_CORNERS, turns)
+        points, strand, ink = points[corners], strand[corners], ink[corners]
+        starts = np.flatnonzero(np.diff(strand) == 0)
         if len(starts):
             segments = np.stack([points[starts], points[starts + 1]], axis=1)
-            ink = linear(self._paint.rows[rows[starts]])
+            own = linear(ink[starts])
             self._keep(
                 self._stage.scene.add_line_segments(
-                    "/volume/lines", segments, np.stack([ink, ink], axis=1), thickness=2.2, thickness_units="screen"
+                    "/volume/lines", segments, np.stack([own, own], axis=1), thickness=2.2, thickness_units="screen"
                 )
             )
         self._draw_box()

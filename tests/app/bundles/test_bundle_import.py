@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import signal
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,15 +20,29 @@ from bundle_office import FIRST, STOP, WRONG, Bundled
 from import_now import work_off
 from toy_server import Server
 
+from app.bundles import importing
 from app.edits.commands import Undo
-from app.storage.models import Run, Video
-from tsr_engine.bundle import bundle_params, make_bundle, open_bundle, replay_bundle
+from app.errors import Busy
+from app.storage.models import Event, Run, Video
+from tsr_engine.bundle import bundle_params, check, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.make import BundleRequest
 from tsr_engine.evidence import EvidenceReader
-from tsr_engine.io.video import open_video
+from tsr_engine.io.video import VideoLimits, open_video
 
 START = 3
 """Frame of the drive that the engine starts with."""
+
+
+@pytest.fixture
+def checked_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Check bundles in this process: starting one for each costs seconds, and is proved by the round trip."""
+
+    def run(command: list[str], **_: Any) -> Any:
+        path, folder, pixels, _limit = command[3:]
+        found = check.answer(Path(path), Path(folder), VideoLimits(max_pixels=int(pixels)))
+        return SimpleNamespace(stdout=json.dumps(found).encode())
+
+    monkeypatch.setattr(subprocess, "run", run)
 
 
 def bring_in(server: Server, path: Path) -> Any:
@@ -52,6 +71,10 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     assert [one["met"] for one in report["expected"]] == [False, False, False, True]
     assert (told["run"]["kind"], told["run"]["state"], told["run"]["first"]) == ("engine", "complete", START)
     assert told["run"]["parameters"] == {"tau": 3.0}
+    assert not told["video"]["missing"], "the answer is given when the clip is in its place"
+    with server.context.database.read() as session:
+        events = [event.data for event in session.query(Event).where(Event.kind == "video")]
+    assert [event["missing"] for event in events] == [False], "so are all that pages are told"
     work_off(server.context, "import")
     view = server.client.get(f"/api/videos/{video_id}").json()
     assert (view["state"], view["missing"], view["name"]) == ("ready", False, "drive 46-69.mp4")
@@ -91,6 +114,7 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     assert replayed.identical == STOP - FIRST, replayed.first_difference
 
 
+@pytest.mark.usefixtures("checked_here")
 def test_numbers_of_the_clip_where_it_begins_later(
     bundled: Bundled, server: Server, toy_homes: Any, tmp_path: Path
 ) -> None:
@@ -139,11 +163,90 @@ def test_numbers_of_the_clip_where_it_begins_later(
         assert np.array_equal(ours.read(first - offset).picture, theirs.read(first).picture)
 
 
+@pytest.mark.usefixtures("checked_here")
 def test_twice_is_one_video_with_two_runs(bundled: Bundled, server: Server) -> None:
     one, two = bring_in(server, bundled.path).json(), bring_in(server, bundled.path).json()
     assert one["video"]["id"] == two["video"]["id"]
     assert one["run"]["id"] != two["run"]["id"]
     assert counts(server) == (1, 2)
+
+
+# A server that takes a bundle in and dies by SIGKILL between the last file and the commit.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from app.bundles import importing, placing
+from app.events import EventBus
+from app.jobs.queue import JobQueue
+from app.settings import Settings
+from app.storage.database import Database
+from tsr_engine.bundle import check
+from tsr_engine.io.video import VideoLimits
+home, path, work = map(Path, sys.argv[1:])
+put = placing.Placing.put
+def put_and_die(self, source, place):
+    put(self, source, place)
+    if place.parent.name == "runs":
+        os.kill(os.getpid(), signal.SIGKILL)
+placing.Placing.put = put_and_die
+importing.BundleImports._checked = lambda self, path, folder: check.answer(path, folder, VideoLimits())["ok"]
+settings, events = Settings(home=home), EventBus()
+work.mkdir(parents=True)
+importing.BundleImports(settings, Database(settings.database), events, JobQueue(events)).bring_in(path, work, "ada")
+"""
+
+
+def test_a_kill_between_files_and_commit_leaves_nothing_for_the_next_server(bundled: Bundled, tmp_path: Path) -> None:
+    home = tmp_path / "other"
+    with Server(home).client:
+        pass  # makes the database
+    (home / "runs").mkdir(exist_ok=True)
+    (home / "runs" / f".placing-{'0' * 32}").write_text('{"run": "cut o')  # killed while it wrote its note
+    work = home / "uploads" / ".import-abc" / "work"
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED, str(home), str(bundled.path), str(work)],
+        stderr=subprocess.PIPE, timeout=500, check=False, env={**os.environ, "TSR_HOME": str(home)},
+    )  # fmt: skip
+    assert done.returncode == -signal.SIGKILL, done.stderr.decode()
+    left = {name.split("/")[0] for name in map(str, (p.relative_to(home) for p in home.glob("[ru]*/*")))}
+    assert left == {"runs", "uploads"}, "the test must leave something to clean up"
+    again = Server(home)
+    with again.client:
+        assert rubbish(again) == []
+        assert counts(again) == (0, 0)
+
+
+@pytest.mark.usefixtures("checked_here")
+def test_what_was_committed_stays_though_its_note_was_left(bundled: Bundled, server: Server) -> None:
+    told = bring_in(server, bundled.path).json()
+    kept = rubbish(server)
+    note = {"run": told["run"]["id"], "video": told["video"]["id"], "upload": Path(told["video"]["path"]).name}
+    (server.settings.home / "runs" / f".placing-{told['run']['id']}").write_text(json.dumps(note))
+    server.context.bundle_imports.sweep()
+    assert sorted(rubbish(server)) == sorted(kept)
+    assert {Path(name).parts[0] for name in kept} == {"runs", "uploads"}
+
+
+@pytest.mark.usefixtures("checked_here")
+def test_a_failed_import_takes_its_files_back(
+    bundled: Bundled, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: Any) -> None:
+        raise Busy("The database is busy.")
+
+    monkeypatch.setattr(importing, "publish_run", fail)
+    assert bring_in(server, bundled.path).status_code == 503
+    assert counts(server) == (0, 0)
+    assert rubbish(server) == []
+
+
+@pytest.mark.usefixtures("checked_here")
+def test_a_video_whose_file_is_gone_gets_it_back(bundled: Bundled, server: Server) -> None:
+    video = bring_in(server, bundled.path).json()["video"]
+    Path(video["path"]).unlink()
+    again = bring_in(server, bundled.path).json()["video"]
+    assert (again["id"], again["missing"]) == (video["id"], False)
+    assert hashlib.sha256(Path(again["path"]).read_bytes()).hexdigest() == video["id"]
 
 
 def changed(bundled: Bundled, out: Path, change: Callable[[dict[str, bytes]], None]) -> Path:
@@ -177,6 +280,7 @@ def no_database(content: dict[str, bytes]) -> None:
     content["evidence/evidence.sqlite"] = b"SQLite format 3\0" + bytes(4000)
 
 
+@pytest.mark.usefixtures("checked_here")
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import secrets
 import socket
 import time
@@ -19,17 +18,18 @@ import zstandard
 from live_server import Live
 from toy_home import ToyHome
 from toy_server import SECRET, Server
-from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from app.cli.serve import ReviewServer
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+PATIENCE = 90.0
+"""How long a test waits for something at most, s: a machine may be slow, and what has come ends the waiting."""
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}
 
 
-def until(found: Callable[[], Any], seconds: float = 20.0) -> Any:
+def until(found: Callable[[], Any], seconds: float = PATIENCE) -> Any:
     """What ``found`` gives as soon as it is true."""
     end = time.monotonic() + seconds
     while True:
@@ -55,7 +55,7 @@ class Desk:
 
     def call(self, method: str, path: str, **options: Any) -> requests.Response:
         """A request of somebody who is allowed in."""
-        return requests.request(method, self.live.url + path, headers=AUTHORISED, timeout=30, **options)
+        return requests.request(method, self.live.url + path, headers=AUTHORISED, timeout=PATIENCE, **options)
 
     def name(self) -> str:
         """A name for a new view."""
@@ -67,7 +67,13 @@ class Desk:
         """The socket of a view, as viser's page opens it."""
         address = f"ws://127.0.0.1:{self.live.port}/viser/{self.run}/{view}{slash}"
         given = {**AUTHORISED, "Origin": self.live.url} if headers is None else headers
-        values = {"subprotocols": [PROTOCOL], "max_size": 2**26, "compression": None, "open_timeout": 30, **options}
+        values = {
+            "subprotocols": [PROTOCOL],
+            "max_size": 2**26,
+            "compression": None,
+            "open_timeout": PATIENCE,
+            **options,
+        }
         return connect(address, additional_headers=given, proxy=None, **values)
 
 
@@ -78,25 +84,20 @@ def is_closed(port: int) -> bool:
         return line.connect_ex(("127.0.0.1", port)) != 0
 
 
-def read_until(socket: ClientConnection, wanted: bytes, seconds: float = 20.0) -> bytes:
+def read_until(socket: ClientConnection, wanted: bytes, seconds: float = PATIENCE) -> bytes:
     """Take messages until one contains a text; the text of that one."""
-    end = time.monotonic() + seconds
-    while True:
-        text = told(socket.recv(timeout=max(0.01, end - time.monotonic())))
-        if wanted in text:
-            return text
+    return read_all_until(socket, wanted, seconds)[-1]
 
 
-def drain(socket: ClientConnection, seconds: float = 0.3) -> list[bytes]:
-    """Everything that comes until nothing has come for a while."""
-    found = []
-    with contextlib.suppress(TimeoutError, ConnectionClosed):
-        while True:
-            found.append(told(socket.recv(timeout=seconds)))
+def read_all_until(socket: ClientConnection, wanted: bytes, seconds: float = PATIENCE) -> list[bytes]:
+    """The texts of all messages up to the one that contains a text."""
+    end, found = time.monotonic() + seconds, [b""]
+    while wanted not in found[-1]:
+        found.append(told(socket.recv(timeout=max(0.01, end - time.monotonic()))))
     return found
 
 
-def read_to_the_end(socket: ClientConnection, seconds: float = 20.0) -> None:
+def read_to_the_end(socket: ClientConnection, seconds: float = PATIENCE) -> None:
     """Take messages until the connection is closed from the other side."""
     for _ in range(1000):
         socket.recv(timeout=seconds)

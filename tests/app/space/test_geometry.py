@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -13,15 +14,15 @@ from app.space.geometry import (
     Camera,
     Volume,
     bead_places,
+    corner_rows,
     drape,
     focal_length,
     frustum_scale,
     metric_positions,
     nice_step,
     pick_rows,
-    polyline_rows,
+    strands,
     surface,
-    thin_rows,
 )
 
 VOLUME = Volume(width=1600, height=800, first=10.0, last=20.0, size=4.0, depth=10.0)
@@ -42,30 +43,52 @@ def test_a_stretch_without_length_is_no_division_by_zero() -> None:
 def test_lines_neither_join_tracks_nor_bridge_long_gaps() -> None:
     track = [0, 0, 0, 1, 1, 2]
     frame = [1, 2, 20, 20, 21, 22]
-    assert polyline_rows(track, frame, gap=5).tolist() == [0, 3]
-    assert polyline_rows(track, frame, gap=18).tolist() == [0, 1, 3]
-    assert polyline_rows([], []).tolist() == []
+    assert strands(track, frame, gap=5).tolist() == [0, 0, 1, 2, 2, 3]
+    assert strands(track, frame, gap=18).tolist() == [0, 0, 0, 1, 1, 2]
+    assert strands([], []).tolist() == []
+
+
+def passes_by(points: np.ndarray, rows: np.ndarray) -> float:
+    """The farthest that a line through some of the points leaves one of them aside."""
+    worst = 0.0
+    for a, b in itertools.pairwise(rows.tolist()):
+        way, here = points[b] - points[a], points[a : b + 1] - points[a]
+        along = np.clip(here @ way / max(float(way @ way), 1e-18), 0, 1)
+        worst = max(worst, float(np.linalg.norm(here - along[:, None] * way, axis=1).max()))
+    return worst
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.lists(st.integers(1, 60), min_size=1, max_size=40), st.integers(1, 200))
-def test_thinning_keeps_both_ends_of_every_track(lengths: list[int], most: int) -> None:
-    track = np.repeat(np.arange(len(lengths)), lengths)
-    rows = thin_rows(track, most)
-    kept = track[rows]
-    assert np.array_equal(np.unique(kept), np.arange(len(lengths)))
-    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    assert set(starts) <= set(rows.tolist())
-    assert set(np.cumsum(lengths) - 1) <= set(rows.tolist())
-    assert len(rows) <= max(most, 0) + 2 * len(lengths) + 1
+@given(st.lists(st.integers(1, 60), min_size=1, max_size=20), st.integers(1, 400), st.integers(0, 2**31))
+def test_lines_with_fewer_corners_keep_their_ends_and_pass_by_no_box(lengths: list[int], most: int, seed: int) -> None:
+    strand = np.repeat(np.arange(len(lengths)), lengths)
+    points = np.random.default_rng(seed).normal(size=(len(strand), 3)).cumsum(axis=0) * 0.1
+    rows = corner_rows(strand, points, 0.15, most)
+    ends = set((np.cumsum(lengths) - 1).tolist()) | {0, *np.cumsum(lengths)[:-1].tolist()}
+    assert ends <= set(rows.tolist())
+    assert len(rows) <= max(most, len(ends))
     assert (np.diff(rows) > 0).all()
+    if len(rows) < most:
+        for number in range(len(lengths)):
+            mine = np.flatnonzero(strand == number)
+            assert passes_by(points[mine], np.searchsorted(mine, rows[strand[rows] == number])) <= 0.15 + 1e-9
 
 
-def test_thinning_keeps_what_must_stay() -> None:
+def test_a_straight_line_needs_two_corners_and_a_bend_its_own() -> None:
+    straight = np.linspace([0, 0, 0], [10, 5, 1], 400)
+    assert corner_rows(np.zeros(400, int), straight, 0.01, 400).tolist() == [0, 399]
+    bent = straight.copy()
+    bent[200:] += np.arange(200)[:, None] * [0.0, 0.0, 0.1]
+    assert corner_rows(np.zeros(400, int), bent, 0.01, 400).tolist() in ([0, 199, 399], [0, 200, 399])
+    assert corner_rows([], np.zeros((0, 3)), 0.1, 5).tolist() == []
+
+
+def test_colours_change_where_they_change() -> None:
     keep = np.zeros(1000, np.bool_)
     keep[333] = True
-    assert 333 in thin_rows(np.zeros(1000, int), 10, keep)
-    assert len(thin_rows(np.zeros(1000, int), 1000)) == 1000
+    straight = np.linspace([0, 0, 0], [10, 5, 1], 1000)
+    assert corner_rows(np.zeros(1000, int), straight, 0.1, 10, keep).tolist() == [0, 333, 999]
+    assert len(corner_rows(np.zeros(1000, int), straight, 0.1, 10, np.ones(1000, np.bool_))) <= 11
 
 
 def test_what_is_near_the_cursor_or_wanted_is_tangible() -> None:

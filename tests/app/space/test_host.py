@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 import requests
 import websockets.asyncio.server as library
-from space_desk import PROTOCOL, is_closed, until
+from space_desk import PATIENCE, PROTOCOL, is_closed, until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -26,7 +26,7 @@ def host() -> Iterator[Host]:
 
 @pytest.mark.parametrize("headers", [{}, {HEADER: ""}, {HEADER: "guess"}, {"Authorization": "Bearer guess"}])
 def test_a_stranger_gets_neither_page_nor_scene(host: Host, headers: dict[str, str]) -> None:
-    answer = requests.get(f"http://127.0.0.1:{host.port}/", headers=headers, timeout=10)
+    answer = requests.get(f"http://127.0.0.1:{host.port}/", headers=headers, timeout=PATIENCE)
     assert answer.status_code == 403
     assert "viser" not in answer.text.lower()
     with pytest.raises(InvalidStatus):
@@ -37,7 +37,7 @@ def test_the_secret_opens_it(host: Host) -> None:
     headers = {HEADER: host.secret}
     address = f"ws://127.0.0.1:{host.port}/"
     with connect(address, subprotocols=[PROTOCOL], additional_headers=headers, proxy=None) as line:
-        assert line.recv(timeout=20)
+        assert line.recv(timeout=PATIENCE)
 
 
 def test_it_listens_on_loopback_only(host: Host) -> None:

@@ -148,7 +148,7 @@ def test_many_tracks_stay_within_what_a_browser_can_draw(host: Host, tracks: int
     each = (time.monotonic() - began) / 10
     scene.clear()
     assert whole < 20
-    assert each < 1
+    assert each < 5
 
 
 def test_within_a_stretch_most_steps_leave_the_lines_alone(host: Host) -> None:

@@ -1,0 +1,118 @@
+"""Retraining by clicks alone, in a real browser on a real server with its workers: export, retrain, use, run again,
+compare, roll back. A toy drive of small pictures and the quickest part keep it short."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
+
+from playwright.sync_api import Page, expect, sync_playwright
+from toy_home import ToyHome, make_home
+
+from app.edits.documents import Segment, TrackDoc
+from app.storage.models import TrackDocument
+from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(900),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+WORK = 300_000
+"""Patience with work of the server, ms: the machine may be busy."""
+LIMIT_50 = 2
+
+
+def accept_all(home: ToyHome) -> None:
+    """A person has said that the engine's tracks are limits of 50 and right."""
+    with home.reader() as reader, home.database.write() as session:
+        for track in reader.tracks():
+            if track.confirmed:
+                piece = Segment(track=track.track_id, first=track.first_frame, last=track.last_frame)
+                document = TrackDoc(
+                    key=f"m{track.track_id}", revision=1, class_id=LIMIT_50, review="accepted", segments=(piece,)
+                )
+                content = document.model_dump(mode="json")
+                session.add(TrackDocument(run_id=home.run_id, key=document.key, revision=1, document=content))
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
+    made = make_home(tmp_path_factory.mktemp("retraining"))
+    accept_all(made)
+    made.evidence.close()
+    made.database.close()
+    return made
+
+
+@pytest.fixture
+def page(home: ToyHome) -> Iterator[Page]:
+    with pytest.MonkeyPatch.context() as patch, sync_playwright() as playwright:
+        patch.setenv("TSR_SAMPLE", "false")
+        with LiveServer(home.settings.home, roots=(home.video.parent,)) as server:
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+            page = browser.new_page(viewport={"width": 1280, "height": 720})
+            errors: list[str] = []
+            page.on("pageerror", lambda error: errors.append(str(error)))
+            page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
+            expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
+            yield page
+            browser.close()
+            assert errors == []
+
+
+def test_the_loop_by_clicks(page: Page) -> None:
+    dialog = page.get_by_role("dialog")
+    page.get_by_role("button", name="Export annotations").click()
+    dialog.get_by_label("Format", exact=True).select_option("cvat-video")
+    dialog.get_by_label("File name").fill("corrections")
+    dialog.get_by_role("button", name="Export", exact=True).click()
+    expect(dialog.get_by_role("link", name="Download")).to_be_visible(timeout=WORK)
+    dialog.get_by_role("button", name="Close", exact=True).last.click()
+
+    page.get_by_role("link", name="Models").click()
+    page.get_by_role("button", name="Retrain").click()
+    dialog.get_by_label("corrections.zip").check()
+    for part in ("Detector", "Spatial prior", "Weight of the prior", "Classifier"):
+        dialog.locator(".kinds label").filter(has_text=part).first.get_by_role("checkbox").uncheck()
+    dialog.get_by_label("Name", exact=True).fill("Mine")
+    dialog.get_by_role("button", name="Retrain").click()
+    mine = page.get_by_role("listitem", name="Mine")
+    expect(page.get_by_text("Mine is being made.")).to_be_visible()
+    expect(mine.get_by_text("ready")).to_be_visible(timeout=WORK)
+    expect(mine).to_contain_text("corrections.zip")
+    expect(mine.get_by_text("in use")).to_be_hidden()
+
+    mine.get_by_role("button", name="Use Mine").click()
+    dialog.get_by_role("button", name="Use it").click()
+    expect(mine.get_by_text("in use")).to_be_visible(timeout=WORK)
+
+    page.go_back()
+    page.get_by_role("button", name="Runs").click()
+    expect(dialog.locator(".run-models")).to_contain_text("Mine")
+    dialog.get_by_label("Name", exact=True).fill("Second")
+    dialog.get_by_label("Last frame").fill("30")
+    dialog.get_by_role("button", name="Start the run").click()
+    second = dialog.locator(".run-item").filter(has_text="Second")
+    expect(second.locator(".run-badge")).to_have_text("complete", timeout=WORK, ignore_case=True)
+    dialog.get_by_role("button", name="Close", exact=True).last.click()
+
+    page.get_by_role("button", name="Compare").click()
+    names = dialog.locator("#compare-a option").all_inner_texts()
+    dialog.locator("#compare-a").select_option(label=next(name for name in names if "Corrections of Run 1" in name))
+    dialog.locator("#compare-b").select_option(label=next(name for name in names if name.startswith("Second")))
+    dialog.get_by_role("button", name="Compare").click()
+    expect(page.get_by_role("heading", name="Compare", exact=True)).to_be_visible(timeout=WORK)
+    expect(page.get_by_text("Recall").first).to_be_visible(timeout=WORK)
+
+    page.get_by_role("link", name="Models").click()
+    page.get_by_role("button", name="Roll back").click()
+    expect(page.get_by_role("listitem", name="Shipped").get_by_text("in use")).to_be_visible(timeout=WORK)
+    expect(mine.get_by_text("in use")).to_be_hidden()

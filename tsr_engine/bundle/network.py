@@ -1,0 +1,125 @@
+"""The network of a run that detected by the ONNX plug-in: in the bundle, or named so that it can be found again.
+
+A network is a program by somebody else, read by a library in C++. It goes into a bundle only when its maker names the
+file, and one that came in a bundle is only run when its reader says so.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from tsr_engine.bundle.layout import NETWORK
+from tsr_engine.bundle.manifest import NetworkFacts, file_digest
+from tsr_engine.errors import InputError, ModelError, UsageError
+
+if TYPE_CHECKING:
+    from tsr_engine.bundle.load import Bundle
+    from tsr_engine.pipeline import Network
+
+__all__ = ["MOST_BYTES", "network_of", "network_text", "put_network", "replay_network"]
+
+MOST_BYTES: Final = 256 << 20
+"""Largest network that goes into a bundle, 256 MiB: a large YOLO of today has 220 MB."""
+_NAME = re.compile(r"onnx ([1-9][0-9]{0,4})x([1-9][0-9]{0,4}) (v8|v5)")
+
+
+def network_of(models: Mapping[str, str]) -> NetworkFacts | None:
+    """The network among the models of a run, as :func:`tsr_engine.pipeline.load_components` records it."""
+    for name, digest in models.items():
+        found = _NAME.fullmatch(name)
+        if found is not None and re.fullmatch("[0-9a-f]{64}", digest):
+            layout = "v8" if found[3] == "v8" else "v5"
+            return NetworkFacts.model_validate(
+                {"sha256": digest, "width": int(found[1]), "height": int(found[2]), "layout": layout, "inside": False}
+            )
+    return None
+
+
+def put_network(models: Mapping[str, str], path: Path | None, folder: Path) -> NetworkFacts | None:
+    """Copy the network of a run into a bundle, if it was named and is not too large.
+
+    Args:
+        models: component -> sha256, of the run.
+        path: the network; None: it was not named.
+        folder: the bundle that is being made.
+
+    Returns:
+        What the manifest says; None: the run used no network.
+
+    Raises:
+        UsageError: a network was named that the run did not use.
+        InputError: there is no such file.
+    """
+    facts = network_of(models)
+    if path is None or facts is None:
+        if path is not None:
+            raise UsageError(f"The run used no ONNX network, so {path} does not belong to it. Leave --onnx out.")
+        return facts
+    try:
+        digest, size = file_digest(path), path.stat().st_size
+    except OSError as error:
+        raise InputError(f"Cannot read the network {path}: {error.strerror}. Check --onnx.") from None
+    if digest != facts.sha256:
+        raise UsageError(
+            f"{path} is not the network of the run: its SHA-256 is {digest[:12]}..., the run used "
+            f"{facts.sha256[:12]}... . Name that file."
+        )
+    if size > MOST_BYTES:
+        return facts
+    shutil.copyfile(path, folder / NETWORK)
+    return facts.model_copy(update={"inside": True})
+
+
+def network_text(facts: NetworkFacts) -> str:
+    """One or two sentences for people: what it is, whether it is inside, what to do."""
+    about = (
+        f"The run detected with an ONNX network ({facts.width}x{facts.height}, {facts.layout}, SHA-256 {facts.sha256})"
+    )
+    if facts.inside:
+        return f"{about}, which is inside. Replay with --bundled-models to use it."
+    return (
+        f"{about}, which is NOT inside: it was not named with --onnx when the bundle was made, or has more than "
+        f"{MOST_BYTES >> 20} MiB. Ask for that file and replay with --onnx FILE."
+    )
+
+
+def replay_network(bundle: Bundle, given: Path | None, bundled: bool, other: bool) -> Network | None:
+    """What detects in a replay; None: the detector of the model folder.
+
+    Args:
+        bundle: the bundle.
+        given: a network that the person names.
+        bundled: use what is inside.
+        other: go on without the network of the run.
+
+    Raises:
+        UsageError: a network is named where the run used none.
+        ModelError: the run used a network, and nothing says which to use now; names it by its hash.
+    """
+    from tsr_engine.pipeline import Network
+
+    facts = bundle.manifest.network or network_of(bundle.manifest.run.models)
+    if facts is None:
+        if given is not None:
+            raise UsageError(f"The run of {bundle.name} used no ONNX network. Leave --onnx out.")
+        return None
+    if given is None and bundled and facts.inside:
+        given = bundle.folder / NETWORK
+    if given is not None:
+        return Network(given, (facts.width, facts.height), facts.layout)
+    if other:
+        return None
+    what = f"an ONNX network ({facts.width}x{facts.height}, {facts.layout}, SHA-256 {facts.sha256})"
+    if facts.inside:
+        raise ModelError(
+            f"The run of {bundle.name} detected with {what}, which came with the bundle. Say --bundled-models to run "
+            "it, --onnx FILE for a file of yours, or --other-models for the detector of this installation."
+        )
+    raise ModelError(
+        f"The run of {bundle.name} detected with {what}, which is not in the bundle. Ask its maker for that file and "
+        "name it with --onnx FILE, or say --other-models to replay with the detector of this installation."
+    )
