@@ -19,7 +19,7 @@ from app.videos.glance import glance_path
 from app.videos.paths import allowed_path
 from app.videos.samples import SampleDrives
 from app.videos.table import restamp, unpack
-from app.videos.view import VideoView, publish_video, video_view
+from app.videos.view import VideoView, publish_video, video_view, video_views
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_probe import check_file, video_sha256
@@ -40,7 +40,7 @@ class VideoService(SampleDrives):
         """All videos, the newest first."""
         with self._database.read() as session:
             videos = session.scalars(select(Video).order_by(Video.created.desc(), Video.name)).all()
-            return [video_view(session, video) for video in videos]
+            return video_views(session, videos)
 
     def view(self, video_id: str) -> VideoView:
         """One video.

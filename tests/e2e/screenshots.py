@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -21,7 +21,12 @@ from tests.e2e.live_server import LiveServer
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+PATIENCE = 60_000
+"""How long a scene may take on a slow machine, ms."""
 AXE = Path(__file__).resolve().parents[2] / "node_modules" / "axe-core" / "axe.min.js"
+DRAWN = [100, 120, 180, 200]
+DRAWING = 4000
+"""What the viewers in a frame of their own get to draw: they do not say when they have, ms."""
 SIZES = {"1280x720": (1280, 720), "3840x2160": (3840, 2160)}
 
 
@@ -32,6 +37,21 @@ class Scene(NamedTuple):
     go: Callable[[Page, dict[str, Any]], None]
 
 
+QUIET = """() => [...document.images].every((one) => {
+    const {top, bottom} = one.getBoundingClientRect();
+    return one.complete || bottom <= 0 || top >= innerHeight || !one.checkVisibility();
+  })
+  && document.getAnimations().every((one) => one.playState !== 'running'
+    || one.effect?.getComputedTiming().iterations === Infinity)"""
+"""Nothing is loading or moving any more, apart from what waits for the server without end."""
+
+
+def quiet(page: Page) -> None:
+    """Wait until what is seen stays; in frames of the browser, not in seconds, so that a slow machine is as good."""
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))")
+    page.wait_for_function(QUIET)
+
+
 def _open(page: Page, dialog: dict[str, Any]) -> None:
     page.evaluate(
         "async dialog => { const page = await import('/static/js/store/actions/page.js');"
@@ -39,40 +59,42 @@ def _open(page: Page, dialog: dict[str, Any]) -> None:
         dialog,
     )
     page.locator("dialog[open]").wait_for()
-    page.wait_for_timeout(700)
+    quiet(page)
+
+
+def _close(page: Page) -> None:
+    """Close the dialog, if one is open."""
+    if page.locator("dialog[open]").count():
+        page.keyboard.press("Escape")
+        page.locator("dialog[open]").wait_for(state="detached")
 
 
 def _address(page: Page, hash_: str) -> None:
-    if page.locator("dialog[open]").count():
-        page.keyboard.press("Escape")
+    _close(page)
     page.evaluate("hash => { location.hash = hash }", hash_)
 
 
 def _library(page: Page, _: dict[str, Any]) -> None:
     _address(page, "#/")
     page.locator(".card").first.wait_for()
-    page.wait_for_timeout(800)
+    quiet(page)
 
 
 def _review(page: Page, facts: dict[str, Any]) -> None:
     _address(page, f"#/review/{facts['video']}/{facts['run']}?frame={facts['frame']}&track={facts['track']}")
-    page.wait_for_function("frame => tsr.store.get().review?.shown === frame", arg=facts["frame"])
-    page.wait_for_timeout(1200)
+    page.wait_for_function(
+        "facts => { const r = tsr.store.get().review; return r !== null && r.shown === facts.frame"
+        " && r.selected === facts.track && r.overlays[r.frame] && r.laneOf[Number(facts.track.slice(1))]; }",
+        arg=facts,
+    )
+    quiet(page)
 
 
 def _tab(name: str) -> Callable[[Page, dict[str, Any]], None]:
     def go(page: Page, facts: dict[str, Any]) -> None:
         _review(page, facts)
         page.get_by_role("tab", name=name).click()
-        page.wait_for_timeout(1200)
-
-    return go
-
-
-def _dialog(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callable[[Page, dict[str, Any]], None]:
-    def go(page: Page, facts: dict[str, Any]) -> None:
-        _review(page, facts)
-        _open(page, {"kind": kind, "data": data(facts)})
+        quiet(page)
 
     return go
 
@@ -80,13 +102,14 @@ def _dialog(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Call
 def _compare(page: Page, facts: dict[str, Any]) -> None:
     _address(page, f"#/compare?a=truth%3A{facts['truth']}&b=run%3A{facts['run']}")
     page.locator(".figures-table button").first.click()
-    page.wait_for_timeout(500)
+    quiet(page)
 
 
 def _no_match(page: Page, facts: dict[str, Any]) -> None:
     _library(page, facts)
     page.get_by_role("searchbox", name="Search videos").fill("no such drive")
-    page.wait_for_timeout(300)
+    page.locator(".library-notice .empty").wait_for()
+    quiet(page)
 
 
 def _offline(page: Page, facts: dict[str, Any]) -> None:
@@ -96,7 +119,8 @@ def _offline(page: Page, facts: dict[str, Any]) -> None:
         " page.showBanner(page.setConnection(state, 'offline'), {id: 'offline', tone: 'warning',"
         " text: 'The server cannot be reached. What you change is kept in this page.'})); }"
     )
-    page.wait_for_timeout(300)
+    page.locator(".banner").wait_for()
+    quiet(page)
 
 
 def _conflict(facts: dict[str, Any]) -> dict[str, Any]:
@@ -115,7 +139,7 @@ def _screen(name: str) -> Callable[[Page, dict[str, Any]], None]:
     def go(page: Page, _: dict[str, Any]) -> None:
         _address(page, f"#/{name}")
         page.locator(".made, .model, .empty-actions").first.wait_for()
-        page.wait_for_timeout(500)
+        quiet(page)
 
     return go
 
@@ -124,9 +148,8 @@ def _over(kind: str, data: Callable[[dict[str, Any]], dict[str, Any]]) -> Callab
     """A dialog over the review screen, which is opened only where it is not there yet."""
 
     def go(page: Page, facts: dict[str, Any]) -> None:
-        if page.locator("dialog[open]").count():
-            page.keyboard.press("Escape")
-        if page.evaluate("tsr.store.get().review === null"):
+        _close(page)
+        if page.evaluate("tsr.store.get().route.screen !== 'review' || tsr.store.get().review === null"):
             _review(page, facts)
         _open(page, {"kind": kind, "data": data(facts)})
 
@@ -158,13 +181,14 @@ def _compared(page: Page, facts: dict[str, Any]) -> None:
         " tsr.store.dispatch(state => page.putModel(state, version)); }",
         version,
     )
-    page.wait_for_timeout(300)
+    page.get_by_role("heading", name="Evening drives").wait_for()
+    quiet(page)
 
 
 def _dealt(page: Page, facts: dict[str, Any]) -> None:
     _over("export", lambda facts: {"runs": [facts["run"]]})(page, facts)
     page.get_by_label("Split into").check()
-    page.wait_for_timeout(500)
+    quiet(page)
 
 
 def _refused(page: Page, facts: dict[str, Any]) -> None:
@@ -184,7 +208,9 @@ def _beside(kind: str, ready: str) -> Callable[[Page, dict[str, Any]], None]:
             page.get_by_role("button", name="Close this view").click()
         page.locator(f"[data-operation={kind}-view]").click()
         page.locator(f".beside {ready}").first.wait_for()
-        page.wait_for_timeout(1500)
+        if page.locator(".beside iframe:visible").count():
+            page.wait_for_timeout(DRAWING)
+        quiet(page)
 
     return go
 
@@ -194,14 +220,15 @@ SCENES = (
     Scene("library-no-match", _no_match),
     Scene("review-queue", _tab("Queue")),
     Scene("review-inspector", _tab("Inspector")),
-    Scene("runs", _dialog("run", lambda facts: {"video": facts["video"]})),
-    Scene("add-video", _dialog("add-video", lambda _: {})),
-    Scene("relabel", _dialog("relabel", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
-    Scene("note", _dialog("note", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
-    Scene("what-if", _dialog("whatif", lambda facts: {"run": facts["run"], "initial": {"tau": 5}})),
-    Scene("compare-choose", _dialog("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),
-    Scene("conflict", _dialog("conflict", _conflict)),
-    Scene("help", _dialog("help", lambda _: {})),
+    Scene("runs", _over("run", lambda facts: {"video": facts["video"]})),
+    Scene("add-video", _over("add-video", lambda _: {})),
+    Scene("relabel", _over("relabel", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
+    Scene("drawn-box", _over("relabel", lambda facts: {"draft": {"key": "h1", "frame": facts["frame"], "box": DRAWN}})),
+    Scene("note", _over("note", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
+    Scene("what-if", _over("whatif", lambda facts: {"run": facts["run"], "initial": {"tau": 5}})),
+    Scene("compare-choose", _over("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),
+    Scene("conflict", _over("conflict", _conflict)),
+    Scene("help", _over("help", lambda _: {})),
     Scene("export", _dealt),
     Scene("import", _over("import", lambda facts: {"video": facts["video"]})),
     Scene("import-refused", _refused),
@@ -222,13 +249,20 @@ VIEWS = (Scene("review-space", _beside("space", ".empty, iframe")),)
 """Only for people to look at: they take a while."""
 
 
-def serious(page: Page) -> list[str]:
+def serious(page: Page, only: Sequence[str] = ()) -> list[str]:
     """What axe-core finds on the page that is serious or worse, one line each.
 
-    The script is evaluated by the test, not loaded by the page, so the page's security policy stays as it is.
+    The script is evaluated by the test, not loaded by the page, so the page's security policy stays as it is. Below an
+    open dialog everything is inert, and scenes of its own: only the dialog is looked at.
+
+    Args:
+        only: names of rules; all where it is left out.
     """
-    page.evaluate(AXE.read_text(encoding="utf-8"))
-    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")["violations"]
+    if page.evaluate("() => globalThis.axe === undefined"):
+        page.evaluate(AXE.read_text(encoding="utf-8"))
+    options = {"resultTypes": ["violations"]} | ({"runOnly": {"type": "rule", "values": [*only]}} if only else {})
+    look = "options => axe.run(document.querySelector('dialog[open]') ?? document, options)"
+    found = page.evaluate(look, options)["violations"]
     return [
         f"{one['impact']}: {one['id']}: {one['help']}: {', '.join(str(node['target'][0]) for node in one['nodes'][:5])}"
         for one in found
@@ -238,13 +272,14 @@ def serious(page: Page) -> list[str]:
 
 def _facts(server: LiveServer) -> dict[str, Any]:
     """Wait for the first sample's run and import its truth."""
-    video = server.wait_for_run(SHIPPED[0].video.name)
-    truth = server.call(
-        "PUT", f"/videos/{video['id']}/truths/exact", body=SHIPPED[0].truth.read_bytes(), type_="text/csv"
-    )
+    video = server.wait_for_run(SHIPPED[0].video.name, timeout=1200)
+    truth = server.call("GET", f"/videos/{video['id']}/truths")["truths"][0]
     tracks = server.call("GET", f"/runs/{video['latest_run']}/tracks")
     at = max(range(len(tracks["id"])), key=lambda i: tracks["frames"][i])
+    made_before = {artefact["name"] for artefact in server.call("GET", "/artefacts")["artefacts"]}
     for name, format_ in (("corrections", "cvat-video"), ("crops", "gtsrb")):
+        if f"{name}.zip" in made_before:
+            continue
         pictures = "annotated" if format_ == "gtsrb" else "none"
         wanted = {"runs": [video["latest_run"]], "format": format_, "pictures": pictures, "name": name}
         made = server.call("POST", "/exports", wanted)
@@ -270,11 +305,12 @@ def _shoot(
         viewport={"width": width, "height": height}, color_scheme="dark" if theme == "dark" else "light"
     )
     page = context.new_page()
+    page.set_default_timeout(PATIENCE)
     problems: list[str] = []
     page.on("pageerror", lambda error: problems.append(f"error in the page: {error}"))
     page.goto(server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
-    for scene in (*SCENES, *VIEWS):
+    for scene in (*VIEWS, *SCENES):  # the last one leaves the page offline
         scene.go(page, facts)
         page.screenshot(path=out / f"{scene.name}-{size}-{theme}.png")
         problems += serious(page) if AXE.is_file() else []
@@ -288,14 +324,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.e2e.screenshots", description=__doc__)
     parser.add_argument("--out", type=Path, required=True, help="folder for the pictures")
     parser.add_argument("--size", choices=sorted(SIZES), action="append", help="only this size; repeatable")
+    parser.add_argument("--theme", choices=["light", "dark"], action="append", help="only this theme; repeatable")
+    parser.add_argument("--home", type=Path, help="data folder that is kept, so that the sample drives run only once")
     chosen = parser.parse_args(arguments)
-    chosen.out.mkdir(parents=True, exist_ok=True)
+    for folder in (chosen.out, chosen.home):
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
     problems: list[str] = []
-    with TemporaryDirectory() as home, LiveServer(Path(home)) as server, sync_playwright() as playwright:
+    with TemporaryDirectory() as own, LiveServer(chosen.home or Path(own)) as server, sync_playwright() as playwright:
         facts = _facts(server)
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         for size in chosen.size or SIZES:
-            for theme in ("light", "dark"):
+            for theme in chosen.theme or ("light", "dark"):
                 problems += _shoot(browser, server, facts, size, theme, chosen.out)
         browser.close()
     for problem in dict.fromkeys(problems):

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import shutil
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.screenshots import CHROMIUM, FLAGS, PATIENCE
 
 pytestmark = [
     pytest.mark.slow,
@@ -23,24 +26,53 @@ pytestmark = [
 ]
 
 
+DRIVE = SHIPPED[0]
+FRAMES = 130
+"""So much of the drive is tracked here: as a new user's server does it, over the whole, takes too long for a test."""
+WORK = 240_000
+"""Patience with the engine on a slow machine, ms."""
+
+
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
-    with LiveServer(tmp_path_factory.mktemp("home"), roots=(SHIPPED[0].video.parent,)) as running:
-        running.wait_for_run(SHIPPED[1].video.name)
+    with LiveServer(tmp_path_factory.mktemp("home"), roots=(DRIVE.video.parent,)) as running:
+        end = time.monotonic() + WORK / 1000
+        while len(begun := _sample_runs(running)) < len(SHIPPED):
+            assert time.monotonic() < end
+            time.sleep(0.1)
+        for run in begun.values():
+            running.call("POST", f"/runs/{run}/cancel")
+        videos = running.call("GET", "/videos")["videos"]
+        video = next(one for one in videos if one["name"] == DRIVE.video.name)
+        running.call("POST", f"/videos/{video['id']}/runs", {"stop": FRAMES})
+        running.wait_for_run(DRIVE.video.name, WORK / 1000)
         yield running
 
 
-@pytest.fixture
-def page(server: LiveServer) -> Iterator[Page]:
+def _sample_runs(server: LiveServer) -> dict[str, str]:
+    """The runs that the server has begun on its own, by name of the video."""
+    videos = server.call("GET", "/videos")["videos"]
+    return {one["name"]: one["latest_run"] for one in videos if one["latest_run"]}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = browser.new_page(viewport={"width": 1280, "height": 720})
-        errors: list[str] = []
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(server.link())
-        yield page
-        assert errors == []
-        browser.close()
+        running = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
+    page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+    page.set_default_timeout(PATIENCE)
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(server.link())
+    yield page
+    page.context.close()
+    assert errors == []
 
 
 def _open_runs(page: Page, name: str) -> None:
@@ -63,11 +95,11 @@ def test_an_upload_appears_and_a_wrong_one_says_why(page: Page, tmp_path: Path) 
     wrong.write_text("this is no video")
     chooser = page.get_by_label("Video files to upload")
     chooser.set_input_files(clip)
-    expect(page.get_by_role("heading", name="my <b>drive.mp4")).to_be_visible(timeout=30_000)
-    expect(page.get_by_role("listitem").filter(has_text="my <b>drive")).to_contain_text("300 frames", timeout=60_000)
+    expect(page.get_by_role("heading", name="my <b>drive.mp4")).to_be_visible()
+    expect(page.get_by_role("listitem").filter(has_text="my <b>drive")).to_contain_text("300 frames", timeout=WORK)
     chooser.set_input_files(wrong)
     failed = page.locator(".upload-failed, .card-message-bad").first
-    expect(failed).to_be_visible(timeout=30_000)
+    expect(failed).to_be_visible()
     assert len(failed.inner_text()) > 20
     page.get_by_role("button", name="Remove my <b>drive.mp4").click()
     expect(page.get_by_role("dialog")).to_contain_text("stays where it is")
@@ -89,7 +121,7 @@ def test_a_path_outside_the_folders_is_refused_in_words(page: Page, tmp_path: Pa
 
 
 def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_removed(page: Page) -> None:
-    _open_runs(page, SHIPPED[1].video.name)
+    _open_runs(page, DRIVE.video.name)
     dialog = page.get_by_role("dialog")
     dialog.get_by_label("Search parameters").fill("tau")
     field = dialog.get_by_label("tau", exact=True)
@@ -105,16 +137,16 @@ def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_remo
     item = dialog.get_by_role("listitem").filter(has_text="looser gate")
     expect(item).to_contain_text("tau = 25")
     item.get_by_role("button", name="Cancel").click()
-    expect(item).to_contain_text("cancelled", timeout=30_000)
+    expect(item).to_contain_text("cancelled", timeout=WORK)
     item.get_by_role("button", name="Remove the run").click()
     page.get_by_role("button", name="Remove", exact=True).click()
     expect(page.get_by_role("dialog")).to_have_count(0)
-    _open_runs(page, SHIPPED[1].video.name)
+    _open_runs(page, DRIVE.video.name)
     expect(page.get_by_role("dialog").get_by_role("listitem").filter(has_text="looser gate")).to_have_count(0)
 
 
 def test_a_what_if_lists_what_changes_and_opens_its_frame(page: Page) -> None:
-    _open_runs(page, SHIPPED[1].video.name)
+    _open_runs(page, DRIVE.video.name)
     page.get_by_role("button", name="What if").click()
     dialog = page.get_by_role("dialog")
     expect(dialog).to_contain_text("See what would change")
@@ -122,24 +154,23 @@ def test_a_what_if_lists_what_changes_and_opens_its_frame(page: Page) -> None:
     dialog.get_by_label("birth_score", exact=True).fill("100")
     dialog.get_by_role("button", name="Replay").click()
     row = dialog.locator(".change-row:visible").first
-    expect(row).to_be_visible(timeout=180_000)
+    expect(row).to_be_visible(timeout=WORK)
     row.click()
-    page.wait_for_function("() => tsr.store.get().review?.second", timeout=30_000)
+    page.wait_for_function("() => tsr.store.get().review?.second")
     page.wait_for_function("() => tsr.store.get().review.frame === tsr.store.get().review.shown")
 
 
 def test_a_comparison_opens_the_frames_behind_a_number(page: Page, server: LiveServer) -> None:
-    video = server.wait_for_run(SHIPPED[1].video.name)
-    server.call("PUT", f"/videos/{video['id']}/truths/exact", body=SHIPPED[1].truth.read_bytes(), type_="text/csv")
+    video = server.wait_for_run(DRIVE.video.name)
     page.get_by_role("link", name=f"Review {video['name']}").click()
     page.get_by_role("button", name="Compare").click()
     page.get_by_role("dialog").get_by_role("button", name="Compare").click()
-    expect(page.get_by_role("heading", name="Confusion of classes")).to_be_visible(timeout=30_000)
-    page.get_by_role("button", name="False boxes").click()
+    expect(page.get_by_role("heading", name="Confusion of classes")).to_be_visible()
+    page.locator(".figures-table button").first.click()
     place = page.locator(".place").first
     frame = int(place.locator(".place-frames").inner_text().split()[-1].replace(",", "").split("\u2013")[0])
     place.click()
-    page.wait_for_function("frame => tsr.store.get().review?.shown === frame", arg=frame, timeout=30_000)
+    page.wait_for_function("frame => tsr.store.get().review?.shown === frame", arg=frame)
 
 
 def test_the_theme_is_kept_over_a_reload(page: Page) -> None:
@@ -149,3 +180,38 @@ def test_the_theme_is_kept_over_a_reload(page: Page) -> None:
     expect(page.locator("html")).to_have_attribute("data-theme", "dark")
     page.reload()
     expect(page.locator("html")).to_have_attribute("data-theme", "dark")
+
+
+def test_thousands_of_videos_cost_what_is_on_screen_and_all_are_found(page: Page) -> None:
+    def many(route: Route) -> None:
+        one: dict[str, Any] = route.fetch().json()["videos"][0]
+        days = (
+            {**one, "id": f"{i:064x}", "name": f"drive {i}.mp4", "runs": 0, "latest_run": None} for i in range(2000)
+        )
+        route.fulfill(body=json.dumps({"videos": [*days]}), content_type="application/json")
+
+    page.route("**/api/videos", many)
+    page.reload()
+    cards, more = page.locator(".card"), page.get_by_role("button", name="Show more")
+    expect(page.locator(".library-head")).to_contain_text("2,000 videos")
+    expect(cards.first).to_be_visible()
+    begun = cards.count()
+    assert begun < 200
+    expect(more).to_contain_text("left")
+    # the end of what is there is never reached: neither with the keyboard nor with the wheel
+    cards.nth(begun - 1).locator("button").last.focus()
+    page.keyboard.press("Tab")
+    page.wait_for_function("before => document.querySelectorAll('.card').length > before", arg=begun)
+    more.focus()
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => document.activeElement.closest('.card') !== null")
+    # the search looks at all of them, not at what is shown
+    page.get_by_role("searchbox", name="Search videos").fill("drive 1987")
+    expect(cards).to_have_count(1)
+    expect(more).to_be_hidden()
+    # back from another screen everything is as it was left
+    page.evaluate("() => { location.hash = '#/files' }")
+    expect(page.get_by_role("heading", name="Files", exact=True)).to_be_visible()
+    page.evaluate("() => { location.hash = '#/' }")
+    expect(page.get_by_role("searchbox", name="Search videos")).to_have_value("drive 1987")
+    expect(cards).to_have_count(1)

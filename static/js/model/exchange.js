@@ -8,7 +8,7 @@
 import { labelOf, spanOf } from './effective.js';
 
 /** Everything but what people have rejected. */
-export const DEFAULT_STATES = /** @type {readonly string[]} */ (['open', 'accepted', 'needs_work']);
+export const DEFAULT_STATES = /** @type {readonly string[]} */ (['open', 'accepted', 'needs_work', 'rejected']);
 /** Class number of tracks without a class. */
 export const NO_CLASS = -1;
 
@@ -83,17 +83,18 @@ export function numberIn(text, { name, low, high, whole = false, empty }) {
 }
 
 /**
- * About how much of a run goes out: its tracks exactly, boxes as an upper bound.
+ * About how much of a run goes out: its tracks exactly, boxes as an upper bound. What people have rejected goes out apart,
+ * for it is no sign.
  *
  * @param {TrackColumns} tracks
  * @param {readonly TrackDoc[]} docs
  * @param {{states: readonly string[], classes: readonly number[]|null, first: number, last: number}} rule   last: inclusive
- * @returns {{tracks: number, boxes: number}}
+ * @returns {{tracks: number, boxes: number, rejected: number}}
  */
 export function countOut(tracks, docs, { states, classes, first, last }) {
   const at = new Map(tracks.id.map((id, place) => [id, place]));
   const touched = new Set(docs.map(({ key }) => key));
-  const total = { tracks: 0, boxes: 0 };
+  const total = { tracks: 0, boxes: 0, rejected: 0 };
 
   /** @param {string} state @param {number|null} class_id @param {number} from @param {number} to @param {number} share */
   function add(state, class_id, from, to, share) {
@@ -101,6 +102,10 @@ export function countOut(tracks, docs, { states, classes, first, last }) {
     const end = Math.min(to, last);
     if (begin > end || !states.includes(state)) return;
     if (classes !== null && !classes.includes(class_id ?? NO_CLASS)) return;
+    if (state === 'rejected') {
+      total.rejected += 1;
+      return;
+    }
     total.tracks += 1;
     total.boxes += Math.round((end - begin + 1) * share);
   }

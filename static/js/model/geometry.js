@@ -51,6 +51,32 @@ export const bounded = (view, picture) => ({
   y: Math.min(picture.height, Math.max(0, view.y)),
 });
 
+/**
+ * Move the view over a box that lies outside it, keeping the zoom, or less where the box would not go in.
+ * @param {Viewport} view
+ * @param {Size} screen
+ * @param {Box} box
+ * @returns {Viewport} the same object if the middle of the box is in sight and the box goes in
+ */
+export function revealed(view, screen, box) {
+  const [x, y] = [(box[0] + box[2]) / 2, (box[1] + box[3]) / 2];
+  const inside = Math.abs(x - view.x) * view.zoom < 0.45 * screen.width && Math.abs(y - view.y) * view.zoom < 0.45 * screen.height;
+  const most = 0.8 * Math.min(screen.width / (box[2] - box[0]), screen.height / (box[3] - box[1]));
+  return inside && view.zoom <= most ? view : { zoom: Math.min(view.zoom, most), x, y };
+}
+
+/**
+ * The view in which a box has a size that can be judged and taken hold of.
+ * @param {Box} box
+ * @param {number} side   of the box, screen px
+ * @returns {Viewport}
+ */
+export const zoomedTo = (box, side) => ({
+  zoom: Math.min(16, side / Math.max(box[2] - box[0], box[3] - box[1], 1)),
+  x: (box[0] + box[2]) / 2,
+  y: (box[1] + box[3]) / 2,
+});
+
 /** @param {Box} box @param {number} x @param {number} y */
 export const contains = ([x1, y1, x2, y2], x, y) => x1 <= x && x <= x2 && y1 <= y && y <= y2;
 

@@ -101,8 +101,8 @@ function passes(entry, filter) {
  * @param {Map<number, string>} names
  */
 function mentions(entry, word, names) {
-  const number = entry.key.slice(1);
-  if (entry.key === word || number === word || `#${number}` === word) return true;
+  if (entry.name === word || (entry.track !== null && String(entry.track) === word)) return true;
+  if (entry.track === null && entry.name.includes(word)) return true;
   if (entry.class_id !== null && names.get(entry.class_id)?.includes(word)) return true;
   if (entry.not_a_sign && 'not a sign'.includes(word)) return true;
   return entry.reasons.some((reason) => reason.toLowerCase().includes(word));

@@ -8,6 +8,7 @@
  *
  * @typedef {object} TrackEntry
  * @property {string} key             `m7` or `h...`
+ * @property {string} name            as people read it: `#7`, `drawn at 88`
  * @property {number|null} track      number of the engine's track; null: made by a person
  * @property {number} column          place in the columns of the run; -1: none
  * @property {number} first           first frame
@@ -22,6 +23,7 @@
  * @property {number} notes           how many
  */
 import { spanOf } from './effective.js';
+import { trackName } from './track_name.js';
 
 /**
  * Every track that is still there, in the order of the run and then people's own in order of their first frame.
@@ -64,6 +66,7 @@ export function trackEntries(tracks, docs) {
 function machineEntry(tracks, i, key) {
   return {
     key,
+    name: trackName(key),
     track: tracks.id[i],
     column: i,
     first: tracks.first[i],
@@ -96,6 +99,7 @@ function documentEntry(tracks, columnOf, doc, column) {
   const first = span?.first ?? (known ? tracks.first[column] : 0);
   return {
     key: doc.key,
+    name: trackName(doc.key, doc),
     track: own && tracks ? tracks.id[column] : null,
     column: known ? column : -1,
     first,

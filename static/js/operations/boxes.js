@@ -4,9 +4,9 @@
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
 import { nudged, settled } from '../model/geometry.js';
+import { nearestBox } from '../review/nearest_box.js';
 import { shownTrack, shownTracks } from '../review/shown_tracks.js';
-import { openDialog } from '../store/actions/page.js';
-import { select, setMode, toggleMarked } from '../store/actions/review.js';
+import { askForClass, select, setMode, toggleMarked } from '../store/actions/review.js';
 import { editSelected, needsBox, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -110,12 +110,12 @@ export const boxes = [
   }),
   operation({
     id: 'draw', label: 'Draw a new track', keys: ['N'], icon: 'draw', group: GROUP, disabled: needsRun,
-    tooltip: 'Draw a box; it begins a new track (N). With Shift held it corrects the selected one.',
+    tooltip: 'Drag a box and choose its class; with Shift held it corrects the selected track (N)',
     run: (app) => app.store.dispatch((state) => setMode(state, state.review?.mode === 'draw' ? 'select' : 'draw')),
   }),
   operation({
     id: 'merge', label: 'Merge tracks', keys: ['M'], icon: 'merge', group: GROUP, disabled: needsRun,
-    tooltip: 'Merge: press M, click the tracks, press M again (M)', run: merge,
+    tooltip: 'Press M, click the tracks, press M again (M)', run: merge,
   }),
   operation({
     id: 'mark', label: 'Mark the selected track for the merge', keys: ['Enter'], group: 'Box by keyboard',
@@ -128,14 +128,18 @@ export const boxes = [
     run: (app) => editSelected(app, { name: 'split', new_key: newKey() }),
   }),
   operation({
-    id: 'key-frame', label: 'Set or remove a key frame', keys: ['K'], icon: 'key', group: GROUP, disabled: needsTrack,
+    id: 'key-frame', label: 'Set or remove a key frame', keys: ['K'], icon: 'key', group: GROUP,
+    tooltip: 'Keep this box, or let it go; where the track has no box, its nearest one is carried here (K)', disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       if (!review?.selected) return;
       const doc = docOf(review, review.selected);
       const shown = shownTrack(review, review.selected);
-      if (doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
+      // out of the track's frames its nearest box is carried here, as tracks go on in other tools
+      const carried = shown ? null : nearestBox(review, review.selected);
+      if (shown && doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
       else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
+      else if (carried) editSelected(app, { name: 'set_box', box: settled(carried, size(app.store.get())) });
     },
   }),
   operation({
@@ -181,14 +185,12 @@ export const boxes = [
       if (!review) return;
       const { x, y, zoom } = review.viewport;
       const half = Math.max(12, 24 / Math.max(zoom, 0.1));
-      const key = newKey();
-      const box = settled([x - half, y - half, x + half, y + half], size(app.store.get()));
-      if (app.edit({ name: 'create_track', frame: review.frame, key, box, class_id: null })) app.store.dispatch((state) => select(state, key));
+      create(app, { key: newKey(), frame: review.frame, box: settled([x - half, y - half, x + half, y + half], size(app.store.get())) }, null);
     },
   }),
 ];
 
-/** @param {App} app @param {import('../types.js').Box} box @param {boolean} correct   of the selected track instead of a new one */
+/** A box was drawn. @param {Pick<App, 'store'|'edit'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one */
 export function drawn(app, box, correct) {
   const { review } = app.store.get();
   if (!review) return;
@@ -197,10 +199,15 @@ export function drawn(app, box, correct) {
     app.store.dispatch((state) => setMode(state, 'select'));
     return;
   }
-  const key = newKey();
-  if (!app.edit({ name: 'create_track', frame: review.frame, key, box, class_id: null })) return;
-  app.store.dispatch((state) => {
-    const data = { key, frame: review.frame, box };
-    return openDialog(select(setMode(state, 'select'), key), { kind: 'relabel', data });
-  });
+  app.store.dispatch((state) => askForClass(state, { key: newKey(), frame: review.frame, box }));
+}
+
+/**
+ * Make a drawn box a track.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {import('../types.js').Draft} draft
+ * @param {number|null} class_id   null: of none of the known classes
+ */
+export function create(app, { key, frame, box }, class_id) {
+  if (app.edit({ name: 'create_track', frame, key, box, class_id })) app.store.dispatch((state) => select(state, key));
 }

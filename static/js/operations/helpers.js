@@ -43,7 +43,7 @@ export const operation = (fields) => ({
 
 /**
  * Edit the selected track in the frame of the cursor.
- * @param {App} app
+ * @param {Pick<App, 'store'|'edit'>} app
  * @param {Partial<Command> & {name: Command['name']}} fields
  */
 export function editSelected(app, fields) {

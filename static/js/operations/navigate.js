@@ -6,6 +6,7 @@ import { seek, select, setPlaying, step } from '../store/actions/review.js';
 import { spanOf } from '../model/effective.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
+import { toast } from '../views/toasts.js';
 import { needsTrack, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -40,6 +41,7 @@ export function openTrack(app, key) {
 function queueStep(app, direction) {
   const key = nextInQueue(app.store.get(), direction);
   if (key !== null) openTrack(app, key);
+  else toast(direction > 0 ? 'This is the end of the queue.' : 'This is the beginning of the queue.');
 }
 
 /** Corrected frames of the selected track, else the video's own key frames. @param {App} app @param {1|-1} direction */
@@ -69,6 +71,10 @@ export const navigation = [
   operation({ id: 'previous-key', label: 'Previous key frame', keys: ['E'], icon: 'key_back', group: GROUP, run: (app) => keyStep(app, -1) }),
   operation({ id: 'first-frame', label: 'First frame', keys: ['Home'], group: GROUP, run: (app) => go(app, 0) }),
   operation({ id: 'last-frame', label: 'Last frame', keys: ['End'], group: GROUP, run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1) }),
+  operation({
+    id: 'go-to-frame', label: 'Go to a frame by its number', keys: ['G'], group: GROUP,
+    run: () => /** @type {HTMLInputElement|null} */ (document.querySelector('.picture-frame'))?.focus(),
+  }),
   operation({ id: 'next-in-queue', label: 'Next in the queue', keys: ['J'], icon: 'down', group: 'Queue', run: (app) => queueStep(app, 1) }),
   operation({ id: 'previous-in-queue', label: 'Previous in the queue', keys: ['Shift+J'], icon: 'up', group: 'Queue', run: (app) => queueStep(app, -1) }),
   operation({

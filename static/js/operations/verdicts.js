@@ -2,7 +2,6 @@
 /** Judging tracks: accept, reject, needs work, label, not a sign, notes. */
 
 import { openDialog } from '../store/actions/page.js';
-import { shownTrack } from '../review/shown_tracks.js';
 import { nextInQueue } from '../model/queue.js';
 import { openTrack } from './navigate.js';
 import { editSelected, needsTrack, operation } from './helpers.js';
@@ -30,15 +29,14 @@ function judge(app, review) {
 export const verdicts = [
   operation({ id: 'accept', label: 'Accept the track', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
   operation({ id: 'reject', label: 'Reject the track', keys: ['X'], icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
-  operation({ id: 'needs-work', label: 'The track needs work', keys: ['W'], icon: 'doubt', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
+  operation({ id: 'needs-work', label: 'The track needs work', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
   operation({
     id: 'relabel', label: 'Relabel', keys: ['L'], icon: 'label', group: GROUP, disabled: needsTrack,
     tooltip: 'Choose the class of the track, or of this box alone (L)',
     run: (app) => {
       const { review } = app.store.get();
       if (!review?.selected) return;
-      const box = shownTrack(review, review.selected)?.box ?? null;
-      app.store.dispatch((state) => openDialog(state, { kind: 'relabel', data: { key: review.selected, frame: review.frame, box } }));
+      app.store.dispatch((state) => openDialog(state, { kind: 'relabel', data: { key: review.selected, frame: review.frame } }));
     },
   }),
   operation({

@@ -1,13 +1,18 @@
 // @ts-check
 /** Layers, zoom, history, help. */
 
+import { zoomedTo } from '../model/geometry.js';
+import { shownTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
 import { openDialog } from '../store/actions/page.js';
 import { setViewport, toggleLayer } from '../store/actions/review.js';
 import { toast } from '../views/toasts.js';
-import { needsRun, operation } from './helpers.js';
+import { needsBox, needsRun, operation } from './helpers.js';
 
-/** Names of the layers, as in the legend. */
+/** Side that a box is zoomed to, screen px. */
+const JUDGED = 140;
+
+/** Names of the layers. */
 export const LAYER_NAMES = /** @type {const} */ ({
   detections: 'Offline detections',
   predictions: 'Kalman predictions',
@@ -16,6 +21,18 @@ export const LAYER_NAMES = /** @type {const} */ ({
   results: 'Results',
   corrected: 'Corrected annotation',
   truth: 'Ground truth',
+  second: 'Second run',
+});
+
+/** What the legend has room for. */
+export const SHORT_NAMES = /** @type {const} */ ({
+  detections: 'Detections',
+  predictions: 'Predictions',
+  search: 'Search',
+  relocalisations: 'Relocalised',
+  results: 'Results',
+  corrected: 'Corrected',
+  truth: 'Truth',
   second: 'Second run',
 });
 
@@ -59,6 +76,14 @@ export const view = [
   operation({
     id: 'actual-size', label: 'One to one', keys: ['Shift+0'], icon: 'one_to_one', group: 'Picture',
     run: (app) => app.store.dispatch((state) => (state.review ? setViewport(state, { ...state.review.viewport, zoom: 1 / (globalThis.devicePixelRatio || 1) }) : state)),
+  }),
+  operation({
+    id: 'zoom-track', label: 'Zoom to the track', keys: ['Z'], icon: 'zoom_in', group: 'Picture', disabled: needsBox,
+    tooltip: 'Zoom to the selected track; the next ones of the queue then come to the middle (Z)',
+    run: (app) => app.store.dispatch((state) => {
+      const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+      return shown ? setViewport(state, zoomedTo(shown.box, JUDGED)) : state;
+    }),
   }),
   operation({
     id: 'what-if', label: 'What if …', keys: ['Shift+W'], icon: 'whatif', group: 'Engine', disabled: needsRun,

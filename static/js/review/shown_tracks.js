@@ -11,7 +11,7 @@
  * @property {'engine'|'corrected'|'interpolated'} origin
  * @property {boolean} occluded
  * @property {number|null} class_id
- * @property {boolean} edited          a person has touched the track
+ * @property {boolean} edited          a person has changed where or what it is; a verdict or a note alone changes neither
  * @property {import('../types.js').OverlayTrack|null} engine
  */
 import { boxAt } from '../model/effective.js';
@@ -39,9 +39,22 @@ export function shownTracks(review, frame = review.frame) {
     const at = boxAt(doc, frame, machineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
-    shown.push({ key: doc.key, ...at, edited: true, engine: (segment && engine.get(segment.track)) ?? null });
+    shown.push({ key: doc.key, ...at, edited: isCorrected(doc, review.tracks), engine: (segment && engine.get(segment.track)) ?? null });
   }
   return shown;
+}
+
+/**
+ * Whether a track is another one than the engine's: after undoing everything it is the engine's again.
+ * @param {import('../types.js').TrackDoc} doc
+ * @param {ReviewState['tracks']} tracks
+ */
+export function isCorrected(doc, tracks) {
+  const at = doc.key.startsWith('m') && tracks ? tracks.id.indexOf(Number(doc.key.slice(1))) : -1;
+  const [piece, ...others] = doc.segments;
+  const whole = tracks !== null && at >= 0 && others.length === 0 && piece !== undefined
+    && piece.track === tracks.id[at] && piece.first <= tracks.first[at] && piece.last >= tracks.last[at];
+  return !whole || doc.gone || doc.class_id !== null || doc.not_a_sign || Object.keys(doc.keys).length > 0;
 }
 
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */

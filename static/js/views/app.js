@@ -10,16 +10,17 @@
  * @property {import('../api/client.js').Api} api
  * @property {(command: Command) => void} edit   apply at once, send, keep until the server has it
  */
-import * as actions from '../model/view_actions.js';
+import { openDialog } from '../store/actions/page.js';
+import * as actions from '../store/actions/review.js';
 
 /** @param {ViewApp} app @param {number} frame */
 export function seek(app, frame) {
-  app.store.dispatch((state) => actions.seekTo(state, frame));
+  app.store.dispatch((state) => actions.seek(state, frame));
 }
 
 /** @param {ViewApp} app @param {string|null} key */
 export function select(app, key) {
-  app.store.dispatch((state) => actions.selectTrack(state, key));
+  app.store.dispatch((state) => actions.select(state, key));
 }
 
 /** @param {ViewApp} app @param {{first: number, last: number}} span */
@@ -39,11 +40,11 @@ export function filter(app, change) {
 
 /** @param {ViewApp} app @param {import('../types.js').Dialog} dialog */
 export function dialog(app, dialog) {
-  app.store.dispatch((state) => actions.openDialog(state, dialog));
+  app.store.dispatch((state) => openDialog(state, dialog));
 }
 
 /**
- * Edit a track.
+ * Edit a track in the frame of the cursor.
  *
  * @param {ViewApp} app
  * @param {string} key
@@ -51,5 +52,5 @@ export function dialog(app, dialog) {
  */
 export function edit(app, key, fields) {
   const review = app.store.get().review;
-  if (review !== null) app.edit(actions.commandOn(review, key, fields));
+  if (review !== null) app.edit({ frame: review.frame, key, ...fields });
 }

@@ -2,6 +2,7 @@
 /** The list of places behind a number; each opens the review screen there. */
 
 import {formatRoute} from '../model/route.js';
+import {trackName} from '../model/track_name.js';
 import {fill, h} from './dom.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
@@ -43,7 +44,7 @@ export function createPlaces(app, found) {
       h('ol', {class: 'places-list'}, ...frames.map((frame, at) => h('li', null, h('a', {
         class: 'place', onclick: open,
         href: formatRoute({screen: 'review', video: found.video_id, run, frame, track: own ? tracks[at] : null}),
-      }, h('span', {class: 'place-frames'}, lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`), h('span', {class: 'grow'}), h('span', {class: 'mono muted'}, own ? tracks[at] : `truth ${tracks[at]}`), icon('forward'))))));
+      }, h('span', {class: 'place-frames'}, lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`), h('span', {class: 'grow'}), h('span', {class: 'muted'}, own ? trackName(tracks[at]) : `truth ${tracks[at]}`), icon('forward'))))));
     element.querySelector('h2')?.focus();
   }
 

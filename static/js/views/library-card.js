@@ -101,7 +101,7 @@ function stateOf(video, runs) {
     else if (latest && latest.state !== 'complete') lines.push(message(latest.state === 'failed' ? 'bad' : 'warn', runProgress(latest)));
     const {tracks, reviewed} = video.review;
     if (!busy && video.latest_run && tracks > 0) {
-      lines.push(h('p', {class: 'small'}, reviewed === tracks ? `All ${plural(tracks, 'track')} reviewed` : `${count(reviewed)} of ${plural(tracks, 'track')} reviewed`), meter(reviewed / tracks, 'Reviewed', reviewed === tracks));
+      lines.push(h('p', {class: 'small'}, reviewed >= tracks ? `All ${plural(tracks, 'track')} reviewed` : `${count(reviewed)} of ${plural(tracks, 'track')} reviewed`), meter(Math.min(1, reviewed / tracks), 'Reviewed', reviewed >= tracks));
     } else if (!busy && video.latest_run && latest?.state === 'complete') {
       lines.push(h('p', {class: 'small muted'}, 'The run has found no sign.'));
     } else if (!busy && video.runs === 0) {

@@ -4,11 +4,11 @@
 import {sentence} from '../api/errors.js';
 import {isVideoFile} from '../model/exchange.js';
 import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
-import {h, reconcile, setText} from './dom.js';
+import {h, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
-import {plural} from './format.js';
+import {count, plural} from './format.js';
 import {icon} from './icons.js';
-import {createCard} from './library-card.js';
+import {STEP, createCards} from './library-list.js';
 import {acceptDrops} from './drops.js';
 import {createUploads} from './library-uploads.js';
 import {createWelcome} from './library-welcome.js';
@@ -19,13 +19,16 @@ import {toast} from './toasts.js';
 /** @typedef {import('../types.js').State} State */
 /** @typedef {import('../types.js').Video} Video */
 
-/** Runs are fetched for so many videos; further ones when they are opened. */
-const RUNS_OF = 60;
+/** Numbers within names in their order; made once, because it is slow to make. */
+const names = new Intl.Collator(undefined, {numeric: true});
+
+/** Where one was in the library, to come back to after a review. @type {WeakMap<App, {search: string, most: number, top: number}>} */
+const places = new WeakMap();
 
 /** @type {Record<string, {label: string, compare: (a: Video, b: Video) => number}>} */
 const SORTS = {
-  newest: {label: 'Newest first', compare: (a, b) => b.created.localeCompare(a.created)},
-  name: {label: 'Name', compare: (a, b) => a.name.localeCompare(b.name, undefined, {numeric: true})},
+  newest: {label: 'Newest first', compare: (a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : 0)},
+  name: {label: 'Name', compare: (a, b) => names.compare(a.name, b.name)},
   open: {label: 'Most left to review', compare: (a, b) => left(b) - left(a)},
   longest: {label: 'Longest first', compare: (a, b) => (b.duration ?? 0) - (a.duration ?? 0)},
 };
@@ -58,10 +61,12 @@ export function createLibrary(app) {
   const {store, api} = app;
   const ended = new AbortController();
   const signal = AbortSignal.any([ended.signal, app.signal]);
-  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search name or folder', 'aria-label': 'Search videos', oninput: show});
+  const place = places.get(app) ?? {search: '', most: STEP, top: 0};
+  places.set(app, place);
+  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search name or folder', 'aria-label': 'Search videos', value: place.search, oninput: turn});
   const sort = h('select', {class: 'select', 'aria-label': 'Order of the videos', onchange: () => {
     remember('library.sort', sort.value);
-    show();
+    turn();
   }}, ...Object.entries(SORTS).map(([value, {label}]) => h('option', {value}, label)));
   sort.value = recall('library.sort') ?? 'newest';
   if (!sort.value) sort.value = 'newest';
@@ -73,7 +78,10 @@ export function createLibrary(app) {
   const welcome = createWelcome(app);
   const welcomePlace = h('div', null, welcome.element);
   const total = h('span', {class: 'muted'});
-  const list = h('ul', {class: 'cards', 'aria-label': 'Videos'});
+  const cards = createCards(app, {most: place.most, grown: (most) => {
+    place.most = most;
+    if (last) void loadRuns(found.slice(0, most));
+  }});
   const notice = h('div', {class: 'library-notice'}, waiting('The videos are loaded', {retry: load, signal}));
   const element = h('div', {class: 'library'},
     h('div', {class: 'library-inner'},
@@ -84,7 +92,7 @@ export function createLibrary(app) {
         h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files,
         h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
         h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
-      uploads.element, welcomePlace, notice, list),
+      uploads.element, welcomePlace, notice, cards.element),
     h('div', {class: 'drop-hint', 'aria-hidden': 'true'}, icon('upload'), h('span', null, 'Drop videos to upload them, annotations on their video')));
   acceptDrops(element, (dropped) => {
     uploads.add(dropped.filter(isVideoFile));
@@ -93,12 +101,15 @@ export function createLibrary(app) {
     if (/\.zip$/i.test(data.name)) store.dispatch((state) => openDialog(state, {kind: 'import-bundle', data: {file: data}}));
     else toast('Drop annotations on the video that they belong to.');
   });
-  /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
-  const cards = new WeakMap();
   /** @type {Set<string>} */
   const asked = new Set();
   /** @type {State|null} */
   let last = null;
+  /** @type {Video[]} */
+  let found = [];
+  let arranged = '';
+  /** @type {readonly Video[]|null} */
+  let of = null;
   let noticed = 'waiting';
 
   async function load() {
@@ -119,9 +130,9 @@ export function createLibrary(app) {
     }
   }
 
-  /** @param {readonly Video[]} videos */
+  /** Runs of the videos whose cards are there. @param {readonly Video[]} videos */
   async function loadRuns(videos) {
-    for (const video of videos.filter(({id, runs}) => runs > 0 && !asked.has(id)).slice(0, RUNS_OF)) {
+    for (const video of videos.filter(({id, runs}) => runs > 0 && !asked.has(id))) {
       asked.add(video.id);
       if (store.get().runs[video.id]) continue;
       try {
@@ -141,17 +152,24 @@ export function createLibrary(app) {
     notice.replaceChildren(...(create ? [create()] : []));
   }
 
+  /** Another search or order. */
+  function turn() {
+    place.search = search.value;
+    place.most = STEP;
+    cards.restart();
+    show();
+  }
+
   function show() {
     const state = last;
     if (!state || state.videos === null) return;
-    const found = arrange(state.videos, search.value, sort.value);
+    const wanted = `${sort.value} ${search.value}`;
+    if (wanted !== arranged || of !== state.videos) found = arrange(state.videos, search.value, sort.value);
+    [arranged, of] = [wanted, state.videos];
     welcomePlace.hidden = search.value !== '';
-    setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${found.length} of ${plural(state.videos.length, 'video')}`);
-    reconcile(list, found, ({id}) => id, (video) => {
-      const card = createCard(app, video);
-      cards.set(card.element, card);
-      return card.element;
-    }, (item, video) => cards.get(item)?.show(video, state.runs[video.id]));
+    setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${count(found.length)} of ${plural(state.videos.length, 'video')}`);
+    cards.show(found, state.runs);
+    void loadRuns(found.slice(0, place.most));
     if (state.videos.length === 0) {
       notify('empty', () => emptyState({
         icon: 'film', title: 'No video yet', text: 'Add one that lies on this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
@@ -165,7 +183,7 @@ export function createLibrary(app) {
         icon: 'search', title: 'No video matches the search', text: 'The search looks at names and folders; every word must occur.',
         actions: [h('button', {class: 'btn', type: 'button', onclick: () => {
           search.value = '';
-          show();
+          turn();
           search.focus();
         }}, 'Clear the search')],
       }));
@@ -182,11 +200,13 @@ export function createLibrary(app) {
       last = state;
       welcome.update(state);
       if (before && before.videos === state.videos && before.runs === state.runs) return;
-      if (state.videos) void loadRuns(state.videos);
       show();
+      if (!before && state.videos && place.top) element.parentElement?.scrollTo({top: place.top});
     },
     destroy() {
+      place.top = element.parentElement?.scrollTop ?? 0;
       ended.abort();
+      cards.destroy();
       element.remove();
     },
   };

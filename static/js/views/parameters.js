@@ -77,7 +77,7 @@ export function createParameters(options) {
   let {base} = options;
   /** Texts as typed, of changed parameters only, by name. @type {Map<string, string>} */
   const typed = new Map(Object.entries(options.initial ?? {}).map(([name, value]) => [name, shown(value)]));
-  const search = h('input', {class: 'input', type: 'search', placeholder: 'Search a parameter by name or meaning', 'aria-label': 'Search parameters', oninput: show});
+  const search = h('input', {class: 'input', type: 'search', placeholder: 'Name or meaning', 'aria-label': 'Search parameters', oninput: show});
   const only = h('input', {type: 'checkbox', onchange: show});
   // What is changed at the start stands on top; later changes stay where they are, under the pointer.
   const pinned = new Set(typed.keys());
@@ -125,7 +125,7 @@ export function createParameters(options) {
     const choices = parameter.type === 'boolean' ? ['true', 'false'] : parameter.type === 'choice' ? parameter.choices ?? [] : null;
     const input = choices
       ? h('select', {class: 'select', ...attributes}, ...choices.map((choice) => h('option', {value: choice, selected: choice === text}, choice === 'true' ? 'yes' : choice === 'false' ? 'no' : choice)))
-      : h('input', {class: 'input mono', type: 'text', inputmode: parameter.type === 'text' ? 'text' : 'decimal', autocomplete: 'off', spellcheck: 'false', ...attributes});
+      : h('input', {class: 'input mono', type: 'text', inputmode: parameter.type === 'text' ? 'text' : 'decimal', autocomplete: 'off', spellcheck: 'false', placeholder: standard === '' ? 'unset' : null, ...attributes});
     const element = h('div', {class: 'parameter'},
       h('label', {class: 'parameter-name mono', for: id}, parameter.name),
       h('div', {class: 'parameter-input row'}, input, reset),

@@ -47,7 +47,7 @@ export function runProgress(run) {
     const speed = run.rate ? `${figure(run.rate)} fps` : 'starting';
     return [done, speed, timeLeft(run.remaining)].filter(Boolean).join(' · ');
   }
-  if (run.state === 'complete') return [run.tracks === null ? '' : plural(run.tracks, 'track'), run.rate ? `${figure(run.rate)} fps` : ''].filter(Boolean).join(' · ');
+  if (run.state === 'complete') return [run.tracks === null ? '' : plural(run.tracks, 'track'), run.rate ? `processed at ${figure(run.rate)} fps` : ''].filter(Boolean).join(' · ');
   if (run.state === 'failed') return run.error ?? 'The run failed without saying why; the terminal of the server has more.';
   if (run.state === 'cancelled') return `Cancelled after ${count(run.frames_done)} frames. It can go on from there.`;
   return `Interrupted after ${count(run.frames_done)} frames. It can go on from there.`;

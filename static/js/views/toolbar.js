@@ -19,7 +19,7 @@ const BAR = [
   ['relabel', 'not-a-sign', 'note'],
   ['accept', 'reject', 'needs-work'],
   ['previous-in-queue', 'next-in-queue'],
-  ['fit', 'actual-size', 'what-if'],
+  ['fit', 'actual-size', 'zoom-track', 'what-if'],
   ['export', 'import', 'truths', 'record', 'report-bug'],
   ['recording-view', 'space-view'],
 ];

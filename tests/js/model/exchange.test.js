@@ -9,13 +9,13 @@ const tracks = /** @type {any} */ ({ id: [1, 2, 3], first: [0, 50, 90], last: [1
 const rule = (more = {}) => ({ states: [...DEFAULT_STATES], classes: null, first: 0, last: 2 ** 31 - 2, ...more });
 
 test('without corrections every track of the engine goes out', () => {
-  assert.deepEqual(countOut(tracks, [], rule()), { tracks: 3, boxes: 20 + 25 + 10 });
-  assert.deepEqual(countOut(tracks, [], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0 });
+  assert.deepEqual(countOut(tracks, [], rule()), { tracks: 3, boxes: 20 + 25 + 10, rejected: 0 });
+  assert.deepEqual(countOut(tracks, [], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
 });
 
 test('classes and frames cut the count; a track that is half inside counts half', () => {
-  assert.deepEqual(countOut(tracks, [], rule({ classes: [14, NO_CLASS] })), { tracks: 2, boxes: 30 });
-  assert.deepEqual(countOut(tracks, [], rule({ first: 75, last: 95 })), { tracks: 2, boxes: Math.round(21 * 0.5) + 6 });
+  assert.deepEqual(countOut(tracks, [], rule({ classes: [14, NO_CLASS] })), { tracks: 2, boxes: 30, rejected: 0 });
+  assert.deepEqual(countOut(tracks, [], rule({ first: 75, last: 95 })), { tracks: 2, boxes: Math.round(21 * 0.5) + 6, rejected: 0 });
 });
 
 test('what people said about a track counts instead of the engine', () => {
@@ -23,10 +23,10 @@ test('what people said about a track counts instead of the engine', () => {
   const rejected = { ...emptyDoc(span), review: /** @type {const} */ ('rejected') };
   const nothing = { ...emptyDoc({ track: 1, first: 0, last: 19 }), not_a_sign: true };
   const merged = { ...emptyDoc({ track: 3, first: 90, last: 99 }), gone: true };
-  assert.deepEqual(countOut(tracks, [rejected, nothing, merged], rule()), { tracks: 0, boxes: 0 });
-  assert.deepEqual(countOut(tracks, [rejected, nothing, merged], rule({ states: ['rejected'] })), { tracks: 2, boxes: 70 });
+  assert.deepEqual(countOut(tracks, [rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
+  assert.deepEqual(countOut(tracks, [rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
   const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
-  assert.deepEqual(countOut(tracks, [own], rule({ classes: [5] })), { tracks: 1, boxes: 1 });
+  assert.deepEqual(countOut(tracks, [own], rule({ classes: [5] })), { tracks: 1, boxes: 1, rejected: 0 });
 });
 
 test('what was remembered comes back; nonsense is as if nothing was', () => {

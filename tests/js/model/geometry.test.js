@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { bounded, dragged, fit, handleAt, iou, nudged, settled, toPicture, toScreen, zoomAt } from '../../../static/js/model/geometry.js';
+import { bounded, dragged, fit, handleAt, iou, nudged, revealed, settled, toPicture, toScreen, zoomAt, zoomedTo } from '../../../static/js/model/geometry.js';
 
 const PICTURE = { width: 960, height: 540 };
 const SCREEN = { width: 640, height: 480 };
@@ -70,4 +70,18 @@ test('the middle of a small box moves it, however near its handles are', () => {
   assert.equal(handleAt(box, 101, 101, 20), 'nw');
   assert.equal(handleAt(box, 95, 95, 20), 'nw');
   assert.equal(handleAt(box, 70, 106, 20), null);
+});
+
+test('a view follows a box that is out of sight, and no other', () => {
+  const view = { zoom: 4, x: 100, y: 100 };
+  const screen = { width: 400, height: 300 };
+  assert.equal(revealed(view, screen, [90, 90, 110, 110]), view);
+  assert.equal(revealed(view, screen, [60, 70, 70, 80]), view);
+  assert.deepEqual(revealed(view, screen, [300, 20, 310, 40]), { zoom: 4, x: 305, y: 30 });
+  assert.deepEqual(revealed(view, screen, [0, 0, 160, 80]), { zoom: 2, x: 80, y: 40 });
+});
+
+test('a small box is zoomed to the asked side, a tiny one not without end', () => {
+  assert.deepEqual(zoomedTo([10, 10, 30, 50], 120), { zoom: 3, x: 20, y: 30 });
+  assert.equal(zoomedTo([10, 10, 12, 12], 120).zoom, 16);
 });

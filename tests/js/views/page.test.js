@@ -106,7 +106,7 @@ test('two versions of a track differ where they do', () => {
   assert.equal(words.Class, 'speed limit 80 km/h');
   assert.equal(words.Frames, '4–9');
   assert.equal(words.Notes, 'A: <img onerror=x>');
-  assert.equal(describeDoc({...doc, gone: true, merged_into: 'm1'}, LABELS).State, 'merged into m1');
+  assert.equal(describeDoc({...doc, gone: true, merged_into: 'm1'}, LABELS).State, 'merged into #1');
   assert.equal(describeDoc(undefined, LABELS).State, 'not there');
 });
 

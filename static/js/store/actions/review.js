@@ -45,6 +45,16 @@ export const setShown = (state, shown) => changeReview(state, { shown });
 /** @param {State} state @param {string|null} key @returns {State} */
 export const select = (state, key) => changeReview(state, { selected: key });
 
+/** What the lanes show. @param {State} state @param {{first: number, last: number}} span @returns {State} */
+export const showSpan = (state, span) =>
+  changeReview(state, (review) => (review.span.first === span.first && review.span.last === span.last ? {} : { span }));
+
+/** @param {State} state @param {number|null} tau   null: the run's @returns {State} */
+export const dragTau = (state, tau) => changeReview(state, { tau });
+
+/** @param {State} state @param {Partial<import('../../types.js').QueueFilter>} change @returns {State} */
+export const changeFilter = (state, change) => changeReview(state, (review) => ({ filter: { ...review.filter, ...change } }));
+
 /** @param {State} state @param {import('../../types.js').LayerName} name @returns {State} */
 export const toggleLayer = (state, name) =>
   changeReview(state, (review) => ({ layers: { ...review.layers, [name]: !review.layers[name] } }));
@@ -63,6 +73,18 @@ export const toggleMarked = (state, key) =>
 
 /** @param {State} state @param {{box: Box, key: string}|null} drag @returns {State} */
 export const setDrag = (state, drag) => changeReview(state, { drag });
+
+/**
+ * A box was drawn: ask for its class. Until it has one it lives in the dialog alone, so that closing the dialog, in
+ * whatever way, leaves nothing behind and nothing to undo.
+ * @param {State} state
+ * @param {import('../../types.js').Draft} draft
+ * @returns {State}
+ */
+export const askForClass = (state, draft) => ({ ...setMode(state, 'select'), dialog: { kind: 'relabel', data: { draft } } });
+
+/** The box that waits for its class. @param {State} state @returns {import('../../types.js').Draft|null} */
+export const draftOf = (state) => (state.dialog?.kind === 'relabel' ? state.dialog.data?.draft ?? null : null);
 
 /** @param {State} state @param {ReviewState['viewport']} viewport @returns {State} */
 export const setViewport = (state, viewport) => changeReview(state, { viewport });
@@ -130,11 +152,11 @@ export function putDocs(state, docs) {
 /** @param {State} state @param {ReviewState['unsaved']} unsaved @returns {State} */
 export const setUnsaved = (state, unsaved) => changeReview(state, { unsaved });
 
+/** Frames of the video on the review screen, at least 1. @param {ReviewState|null} review */
+export const framesOf = (review) => Math.max(1, review?.timebase?.frames ?? review?.video.frames ?? 1);
+
 /**
  * @param {ReviewState} review
  * @param {number} frame
  */
-export function clampFrame(review, frame) {
-  const last = Math.max(0, (review.timebase?.frames ?? review.video.frames ?? 1) - 1);
-  return Math.min(last, Math.max(0, Math.round(frame)));
-}
+export const clampFrame = (review, frame) => Math.min(framesOf(review) - 1, Math.max(0, Math.round(frame)));

@@ -2,6 +2,7 @@
 /** What became of another run's corrections when they were brought to this one. */
 
 import { sentence } from '../../api/errors.js';
+import { trackName } from '../../model/track_name.js';
 import { changeReview, seek, select } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../format.js';
@@ -29,7 +30,7 @@ export function adoptedDialog({ app, data, close, signal }) {
         app.store.dispatch((state) => changeReview(state, { playing: false }));
       },
     }, `Frame ${frame}`),
-    h('span', { class: 'grow' }, `Track ${key}: ${reason}`));
+    h('span', { class: 'grow' }, `Track ${trackName(key)}: ${reason}`));
 
   async function submit() {
     if (done) {

@@ -2,6 +2,7 @@
 /** Report a bug: pack what is needed to see it again into one file. */
 
 import {sentence} from '../../api/errors.js';
+import {trackName} from '../../model/track_name.js';
 import {putArtefact} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
 import {icon} from '../icons.js';
@@ -25,7 +26,7 @@ export function bundleDialog({app, close, signal}) {
     setText(error, wrong);
     go.disabled = wrong !== '';
   }});
-  const only = review?.selected ? tick('checkbox', {}, `It is about track ${review.selected} alone`) : null;
+  const only = review?.selected ? tick('checkbox', {}, `It is about track ${trackName(review.selected, review.docs[review.selected])} alone`) : null;
 
   async function submit() {
     const found = range.value();

@@ -3,6 +3,7 @@
 
 import {h, setText} from '../dom.js';
 import {sentence} from '../../api/errors.js';
+import {trackName} from '../../model/track_name.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../types.js').Label} Label */
@@ -22,7 +23,7 @@ export function describe(doc, labels) {
   const name = doc.class_id === null ? 'as the engine says' : labels.find(({id}) => id === doc.class_id)?.name ?? `class ${doc.class_id}`;
   const keys = Object.keys(doc.keys).map(Number).sort((a, b) => a - b);
   return {
-    State: doc.merged_into ? `merged into ${doc.merged_into}` : doc.gone ? 'deleted' : REVIEWS[doc.review],
+    State: doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc.gone ? 'deleted' : REVIEWS[doc.review],
     Class: name,
     'Is a sign': doc.not_a_sign ? 'no' : 'yes',
     Frames: doc.segments.map(({first, last}) => `${first}–${last}`).join(', ') || 'only drawn boxes',
@@ -77,7 +78,7 @@ function versions(key, current, yours, labels) {
   const [saved, own] = [describe(current, labels), describe(yours, labels)];
   const rows = [...new Set([...Object.keys(saved), ...Object.keys(own)])];
   return h('table', {class: 'table versions'},
-    h('caption', null, `Track ${key}`),
+    h('caption', null, `Track ${trackName(key, current ?? yours)}`),
     h('thead', null, h('tr', null, h('td'), h('th', {scope: 'col'}, `Saved${current ? ` (revision ${current.revision})` : ''}`), h('th', {scope: 'col'}, 'Yours'))),
     h('tbody', null, ...rows.map((row) => h('tr', {class: saved[row] === own[row] ? '' : 'differs'},
       h('th', {scope: 'row'}, row), h('td', null, saved[row] ?? '–'), h('td', null, own[row] ?? '–')))));

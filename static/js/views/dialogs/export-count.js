@@ -43,13 +43,16 @@ export function createExportCount(app, signal) {
       const runs = await Promise.all(request.runs.map(load));
       if (wanted !== request || signal.aborted) return;
       const rule = {states: request.states, classes: request.classes, first: request.first ?? 0, last: (request.stop ?? 2 ** 31 - 1) - 1};
-      const sum = {tracks: 0, boxes: 0};
+      const sum = {tracks: 0, boxes: 0, rejected: 0};
       for (const {tracks, docs} of runs) {
         const out = countOut(tracks, docs, rule);
         sum.tracks += out.tracks;
         sum.boxes += out.boxes;
+        sum.rejected += out.rejected;
       }
-      setText(element, sum.tracks ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${count(sum.boxes)} boxes` : 'Nothing would go out: no track fits.');
+      const apart = sum.rejected ? `${plural(sum.rejected, 'rejected track')} apart` : '';
+      const signs = sum.tracks ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${count(sum.boxes)} boxes` : '';
+      setText(element, [signs, apart].filter(Boolean).join('; ') || 'Nothing would go out: no track fits.');
     } catch {
       if (!signal.aborted && wanted === request) setText(element, '');
     }

@@ -9,6 +9,9 @@ import {runTitle} from '../run-words.js';
 /** @typedef {import('../../types.js').Video} Video */
 /** @typedef {import('../../types.js').Run} Run */
 
+/** Rows at once; the search finds the others. */
+const LISTED = 200;
+
 /**
  * @param {import('../../page-types.js').App} app
  * @param {string[]} first     runs that are ticked at first; none: the newest of every video, as far as there is only one
@@ -50,8 +53,8 @@ export function createExportRuns(app, first, changed, signal) {
     const usable = (state.videos ?? []).filter((video) => video.latest_run !== null);
     const found = usable.filter((video) => chosen.has(video.id) || words.every((word) => video.name.toLowerCase().includes(word)))
       .sort((a, b) => Number(first.length > 0 && chosen.has(b.id)) - Number(first.length > 0 && chosen.has(a.id)));
-    reconcile(list, found, ({id}) => id, create, (item, video) => showRow(state, item, video));
-    setText(total, usable.length === 0 ? 'No complete run yet' : `${chosen.size} of ${plural(usable.length, 'video')}`);
+    reconcile(list, found.slice(0, LISTED), ({id}) => id, create, (item, video) => showRow(state, item, video));
+    setText(total, usable.length === 0 ? 'No complete run yet' : `${chosen.size} of ${plural(usable.length, 'video')}${found.length > LISTED ? `, ${LISTED} listed: search for others` : ''}`);
   }
 
   /** @param {Video} video */

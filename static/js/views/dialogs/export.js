@@ -17,7 +17,7 @@ import {field, group, numberInput, tick} from './fields.js';
 /** @typedef {import('../../types.js').Artefact} Artefact */
 /** @typedef {import('../../types.js').ExportRequest} ExportRequest */
 
-const STATES = /** @type {const} */ ([['open', 'Open'], ['accepted', 'Accepted'], ['needs_work', 'Needs work'], ['rejected', 'Rejected']]);
+const STATES = /** @type {const} */ ([['open', 'Open'], ['accepted', 'Accepted'], ['needs_work', 'Needs work'], ['rejected', 'Rejected, apart']]);
 const PICTURES = /** @type {const} */ ([['none', 'None', 'Annotations only; the file stays small.'], ['annotated', 'Annotated frames', 'A picture of every frame that has a box.'], ['all', 'All frames', 'A picture of every frame.']]);
 const SPLIT_HELP = 'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
 

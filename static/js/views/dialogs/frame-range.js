@@ -4,6 +4,7 @@
 import {docOf} from '../../editing/revisions.js';
 import {spanOf} from '../../model/effective.js';
 import {numberIn} from '../../model/exchange.js';
+import {trackName} from '../../model/track_name.js';
 import {h, setText} from '../dom.js';
 import {plural} from '../format.js';
 import {field, numberInput} from './fields.js';
@@ -62,7 +63,7 @@ export function createFrameRange(review, {id, begin, most, changed}) {
     changed('error' in found ? found.error : '');
   }
 
-  const words = doc && review?.selected ? `Around track ${review.selected}, which is selected.` : 'Around the frame on screen; select a track first to get the frames around it.';
+  const words = doc && review?.selected ? `Around track ${trackName(review.selected, doc)}, which is selected.` : 'Around the frame on screen; select a track first to get the frames around it.';
   const element = h('div', {class: 'stack'}, h('div', {class: 'export-pair'}, field('First frame', from), field('Last frame', to)), h('p', {class: 'row'}, h('span', {class: 'field-hint grow'}, words), length));
   return {element, value, tell, focus: from};
 }

@@ -6,7 +6,7 @@
  * What `Dialog.data` holds, by kind:
  * - help, add-video: nothing
  * - confirm: `{title, text, note?, confirm, danger?, run}`; `run` may return a promise, its error is shown
- * - relabel: `{key?, frame?, scope?: 'track'|'box', onChoose?: (class_id) => void}`; without `onChoose` it edits the track
+ * - relabel: `{key?, frame?, scope?: 'track'|'box'}` of a track, or `{draft}`: a drawn box that becomes a track with its class
  * - note: `{key?, frame?, note_id?, text?}`
  * - conflict: `{current, yours, keepMine, takeTheirs}`: documents of both sides, and what the two buttons do
  * - adopted: `{from, to}`: runs

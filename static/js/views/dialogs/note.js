@@ -1,6 +1,7 @@
 // @ts-check
 /** A note on a track, pinned to a frame. */
 
+import {trackName} from '../../model/track_name.js';
 import {edit} from '../app.js';
 import {h, setText} from '../dom.js';
 
@@ -33,7 +34,7 @@ export function noteDialog({app, data, close}) {
   }
 
   return {
-    title: data.note_id ? 'Change the note' : `Note on track ${key ?? ''} at frame ${frame}`, size: 'narrow', focus: text, submit,
+    title: data.note_id ? 'Change the note' : key ? `Note on track ${trackName(key, review?.docs[key])}, frame ${frame}` : 'Note', size: 'narrow', focus: text, submit,
     body: h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'note-text'}, 'Text'), text,
       h('span', {class: 'field-hint', id: 'note-hint'}, 'Ctrl+Enter saves.'), error),
     footer: [h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save')],

@@ -1,8 +1,13 @@
 // @ts-check
 /** Choose one of the classes by typing part of its name or its number; keyboard alone is enough. */
 
+import {labelAt} from '../../model/effective.js';
+import {trackName} from '../../model/track_name.js';
+import {create as createTrack} from '../../operations/boxes.js';
+import {docOf} from '../../editing/revisions.js';
 import {edit} from '../app.js';
 import {h, reconcile, setText} from '../dom.js';
+import {recall, remember} from '../preferences.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
@@ -31,27 +36,52 @@ export function findLabels(labels, text) {
     .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id).map((found) => found.label);
 }
 
+/** The class that a box was last drawn for: signs come in series. @returns {number|null} */
+function drawnLast() {
+  const kept = recall('draw.class');
+  return kept ? Number(kept) : null;
+}
+
+/**
+ * What the track is now, so that Enter alone changes nothing.
+ *
+ * @param {import('../../types.js').ReviewState|null} review
+ * @param {string|null} key
+ * @param {number} frame
+ * @returns {number|null}
+ */
+function classOf(review, key, frame) {
+  const doc = review && key ? docOf(review, key) : null;
+  const {tracks} = review ?? {};
+  return doc && labelAt(doc, frame, (track) => tracks?.class_id[tracks.id.indexOf(track)] ?? null);
+}
+
 /**
  * @param {import('./layer.js').Setup} setup
  * @returns {import('./layer.js').Content}
  */
 export function relabelDialog({app, data, close}) {
   const {labels, review} = app.store.get();
-  const key = data.key ?? review?.selected ?? null;
-  const frame = data.frame ?? review?.frame ?? 0;
+  /** @type {import('../../types.js').Draft|null} */
+  const draft = data.draft ?? null;
+  /** @type {string|null} */
+  const key = draft ? null : data.key ?? review?.selected ?? null;
+  const frame = draft?.frame ?? data.frame ?? review?.frame ?? 0;
+  const current = draft ? drawnLast() : classOf(review, key, frame);
   let found = [...labels];
-  let at = 0;
+  const present = Math.max(0, labels.findIndex(({id}) => id === current));
+  let at = present;
   const list = h('ul', {class: 'labels', role: 'listbox', id: 'labels', 'aria-label': 'Classes'});
   const search = h('input', {
     class: 'input', type: 'text', role: 'combobox', autocomplete: 'off', spellcheck: 'false', placeholder: 'Type a name or a number',
     'aria-label': 'Class', 'aria-expanded': 'true', 'aria-controls': 'labels', 'aria-autocomplete': 'list', oninput: () => {
-      at = 0;
+      at = search.value.trim() ? 0 : present;
       show();
     },
   });
   const box = h('input', {type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box'});
   const track = h('input', {type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box'});
-  const scopes = h('fieldset', {class: 'row scopes', hidden: Boolean(data.onChoose)},
+  const scopes = h('fieldset', {class: 'row scopes', hidden: draft !== null},
     h('legend', {class: 'visually-hidden'}, 'What gets the class'),
     h('label', {class: 'row'}, track, 'Whole track'),
     h('label', {class: 'row'}, box, `Only the box at frame ${frame}`));
@@ -77,8 +107,10 @@ export function relabelDialog({app, data, close}) {
   /** @param {Label|undefined} label */
   function choose(label) {
     if (!label) return;
-    if (data.onChoose) data.onChoose(label.id);
-    else if (key) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id: label.id, frame});
+    if (draft) {
+      remember('draw.class', String(label.id));
+      createTrack(app, draft, label.id);
+    } else if (key) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id: label.id, frame});
     close();
   }
 
@@ -101,14 +133,15 @@ export function relabelDialog({app, data, close}) {
     }
   });
   show();
-  const current = labels.findIndex(({id}) => id === data.current);
-  if (current >= 0) {
-    at = current;
-    show();
-  }
+  // The list has no height yet: the dialog opens after this.
+  requestAnimationFrame(() => list.querySelector('[aria-selected="true"]')?.scrollIntoView({block: 'nearest'}));
+  const unknown = h('button', {class: 'btn', type: 'button', title: 'Keep the box as a track of none of these classes', onclick: () => {
+    if (draft) createTrack(app, draft, null);
+    close();
+  }}, 'No class');
   return {
-    title: data.onChoose ? 'Class of the new track' : `Relabel track ${key ?? ''}`, size: 'middle', focus: search,
+    title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Class of the new track', size: 'middle', focus: search,
     body: h('div', {class: 'stack relabel'}, search, scopes, list, none),
-    footer: [h('span', {class: 'muted small grow'}, 'Arrows choose, Enter takes, Alt+B switches between track and box.'), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
+    footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Alt+B switches between track and box.'), ...(draft ? [unknown] : []), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
   };
 }

@@ -31,7 +31,7 @@ export function retrainDialog({app, data, close, signal}) {
   const none = h('p', {class: 'muted'}, 'No complete export yet. ', h('button', {class: 'btn-link', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, 'Export corrections first'), ', or name folders of public data below.');
   const parts = PARTS.map(([value, label, title]) => tick('checkbox', {value, checked: true, onchange: check}, h('span', {class: 'kind-name'}, label), h('span', {class: 'muted small'}, title)));
   const parent = h('select', {class: 'select', id: 'retrain-parent'});
-  const name = h('input', {class: 'input', type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'made up'});
+  const name = h('input', {class: 'input', type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional'});
   const seed = numberInput('retrain-seed', '0', check, {inputmode: 'numeric'});
   const gtsdb = h('input', {class: 'input', type: 'text', id: 'retrain-gtsdb', autocomplete: 'off', spellcheck: 'false', placeholder: 'optional', oninput: check});
   const gtsrb = h('input', {class: 'input', type: 'text', id: 'retrain-gtsrb', autocomplete: 'off', spellcheck: 'false', placeholder: 'optional', oninput: check});
@@ -47,9 +47,11 @@ export function retrainDialog({app, data, close, signal}) {
     return 'error' in found ? found.error : '';
   }
 
-  function check() {
+  /** What is still missing is no error before anybody has touched anything. @param {Event} [event] */
+  function check(event) {
     const wrong = problem();
     go.disabled = wrong !== '';
+    error.className = event ? 'field-error grow' : 'muted small grow';
     setText(error, wrong);
   }
 
@@ -62,7 +64,7 @@ export function retrainDialog({app, data, close, signal}) {
         name: name.value.trim(), parts: parts.filter(({input}) => input.checked).map(({input}) => input.value), exports: chosen(), folders, seed: Number(seed.value), parent: parent.value || null,
       }, {signal});
       store.dispatch((state) => putModel(state, version));
-      toast(`${version.name} is made.`, {tone: 'good'});
+      toast(`${version.name} is being made. Its card shows how far it is.`, {tone: 'good'});
       close();
       location.hash = '#/models';
     } catch (thrown) {

@@ -96,5 +96,5 @@ function createCell(lane, i, url) {
   const weight = lane.weight[i];
   return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: weight w = ${short(weight)}, P(c|x) = ${percent(probability)}` },
     h('img', { src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
-    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${short(weight)}`), h('span', { class: 'crop-value' }, `P ${probability === null ? '–' : probability.toFixed(2)}`));
+    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${Number(weight.toPrecision(2))}`), h('span', { class: 'crop-value' }, `P ${probability === null ? '–' : probability.toFixed(2)}`));
 }

@@ -11,7 +11,7 @@ import { icon } from '../icons.js';
 const CHOICES = [
   { review: 'accepted', label: 'Accept', icon: 'accept', key: 'A' },
   { review: 'rejected', label: 'Reject', icon: 'reject', key: 'X' },
-  { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: '' },
+  { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
@@ -27,7 +27,7 @@ export function createHead(app, signal) {
   /** @type {Review} */ let now = 'open';
   let key = '';
   const buttons = CHOICES.map((choice) => {
-    const button = h('button', { class: 'btn btn-small', type: 'button', title: choice.key ? `${choice.label} (${choice.key})` : choice.label }, icon(choice.icon), choice.label);
+    const button = h('button', { class: 'btn btn-small', type: 'button', title: `${choice.label} (${choice.key})` }, icon(choice.icon), choice.label);
     button.addEventListener('click', () => edit(app, key, { name: 'set_review', review: now === choice.review ? 'open' : choice.review }), { signal });
     return button;
   });
@@ -45,7 +45,7 @@ export function createHead(app, signal) {
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       setText(name, entry.not_a_sign ? 'Not a sign' : nameOf(entry.class_id));
       const frames = entry.last - entry.first + 1;
-      setText(sub, `Track ${entry.key.slice(1)} · frames ${count(entry.first)}–${count(entry.last)} (${count(frames)})`);
+      setText(sub, `Track ${entry.name} · frames ${count(entry.first)}–${count(entry.last)} (${count(frames)})`);
       const i = entry.column;
       const tracks = review.tracks;
       const share = tracks && i >= 0 ? tracks.share[i] : null;

@@ -36,7 +36,7 @@ export function paintAxis(ctx, view, palette, seconds) {
     ctx.fillText(label, x + 4 * unit, height / 2);
     const used = ctx.measureText(label).width;
     ctx.fillStyle = colour.text3;
-    ctx.fillText(String(frame), x + used + 10 * unit, height / 2);
+    ctx.fillText(`· ${frame}`, x + used + 8 * unit, height / 2);
   }
   ctx.stroke();
 }

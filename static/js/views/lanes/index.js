@@ -10,7 +10,8 @@ import { barAt, buildDensity, buildLaneIndex } from '../../model/lanes_lod.js';
 import { short } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
-import { framesOf } from '../../model/view_actions.js';
+import { trackName } from '../../model/track_name.js';
+import { framesOf } from '../../store/actions/review.js';
 import { dialog, seek, select, setTau, show } from '../app.js';
 import { setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
@@ -80,7 +81,7 @@ export function createLanes(app) {
   const plot = {
     seek: (x) => {
       const r = review();
-      if (r) seek(app, toFrame(spanOf(r), x, width));
+      if (r) seek(app, Math.floor(toFrame(spanOf(r), x, width)));
     },
     pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((from - to) / Math.max(1, width)) * (span.last - span.first), frames)),
     zoom: (x, factor) => changeSpan((_, span, frames) => zoomAround(span, toFrame(span, x, width), factor, frames)),
@@ -97,7 +98,7 @@ export function createLanes(app) {
     hover: undefined,
     seek: (x) => {
       const frame = (x / Math.max(1, width)) * framesOf(review());
-      seek(app, frame);
+      seek(app, Math.floor(frame));
       changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
     },
     pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((to - from) / Math.max(1, width)) * frames, frames)),
@@ -283,7 +284,7 @@ export function createLanes(app) {
     const bar = index.barOf.get(r.selected ?? '');
     const name = bar === undefined ? '' : label(index.classId[bar]).text || 'no class';
     const state_ = lane === null && r.selected ? (r.selected.startsWith('h') ? 'a person drew it: the engine has no values' : 'loading…') : '';
-    setText(parts.detailName, bar === undefined ? '' : `Track ${index.key[bar].slice(1)} · ${name}${state_ ? ` · ${state_}` : ''}`);
+    setText(parts.detailName, bar === undefined ? '' : `Track ${trackName(index.key[bar], r.docs[index.key[bar]])} · ${name}${state_ ? ` · ${state_}` : ''}`);
   }
 
   /** @param {number} row */

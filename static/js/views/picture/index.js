@@ -1,10 +1,11 @@
 // @ts-check
 /** The picture with its layers, a legend that switches them, and a line that says where one is. */
 
-import { fit, toScreen } from '../../model/geometry.js';
-import { LAYER_NAMES } from '../../operations/view.js';
+import { fit, revealed, toScreen } from '../../model/geometry.js';
+import { trackName } from '../../model/track_name.js';
+import { LAYER_NAMES, SHORT_NAMES } from '../../operations/view.js';
 import { shownTrack } from '../../review/shown_tracks.js';
-import { setViewport, toggleLayer } from '../../store/actions/review.js';
+import { draftOf, seek, setPlaying, setViewport, toggleLayer } from '../../store/actions/review.js';
 import { LAYERS } from '../../store/initial.js';
 import { h, setText } from '../dom.js';
 import { clock } from '../format.js';
@@ -28,12 +29,27 @@ export function createPicture(app) {
     'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
   }, shot, layers);
   const where = h('span', { class: 'picture-where number' });
+  const number = h('input', {
+    class: 'input picture-frame number', type: 'text', inputmode: 'numeric', autocomplete: 'off', 'aria-label': 'Frame', title: 'Go to a frame (G)',
+    onfocus: () => number.select(), onblur: () => setNumber(app.store.get().review?.frame ?? 0),
+  });
+  number.addEventListener('keydown', (event) => {
+    if (event.key !== 'Enter' && event.key !== 'Escape') return;
+    const wanted = Number(number.value.replaceAll(/[\s,.]/g, ''));
+    if (event.key === 'Enter' && number.value.trim() && Number.isInteger(wanted)) app.store.dispatch((state) => seek(setPlaying(state, false), wanted));
+    event.preventDefault();
+    stage.focus({ preventScroll: true });
+  });
+  /** @param {number} frame */
+  const setNumber = (frame) => {
+    if (document.activeElement !== number && number.value !== String(frame)) number.value = String(frame);
+  };
   const hint = h('span', { class: 'picture-hint grow truncate' });
   const speed = h('select', { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
     ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
   const legend = createLegend(app);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
-  const element = h('div', { class: 'picture' }, stage, h('div', { class: 'picture-foot' }, where, speed, hint, legend.element), spoken);
+  const element = h('div', { class: 'picture' }, stage, h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element), spoken);
 
   const size = { width: 0, height: 0 };
   let ratio = 1;
@@ -43,11 +59,19 @@ export function createPicture(app) {
   let present = null;
   /** @type {State['review']} */
   let last = null;
+  /** @type {import('../../types.js').Draft|null} */
+  let draft = null;
   /** @type {State['labels']|null} */
   let labels = null;
   /** @type {Map<number, string>} */
   let names = new Map();
   let said = '';
+  /** The track has been selected and is not in sight yet. */
+  let sought = false;
+  /** @type {string|null} */
+  let selected = null;
+  /** The frame in which the selected track was seen to have no box. @type {number|null} */
+  let lacking = null;
 
   const observer = new ResizeObserver(() => {
     const place = stage.getBoundingClientRect();
@@ -108,7 +132,7 @@ export function createPicture(app) {
     ctx.clearRect(0, 0, size.width, size.height);
     // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
-    const counts = paintLayers(ctx, review, review.viewport, size, inks, (id) => (id === null ? '?' : names.get(id) ?? String(id)));
+    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? '?' : names.get(id) ?? String(id)));
     legend.update(review.layers, counts);
   }
 
@@ -117,11 +141,14 @@ export function createPicture(app) {
     const frames = review.timebase?.frames ?? review.video.frames ?? 0;
     const seconds = review.timebase?.secondsAt(review.frame) ?? 0;
     const corrupt = review.timebase?.isCorrupt(review.frame) ? ' · damaged' : '';
-    setText(where, `${review.frame} / ${Math.max(0, frames - 1)} · ${clock(seconds)}${corrupt}`);
+    setNumber(review.frame);
+    setText(where, `of ${Math.max(0, frames - 1)} · ${clock(seconds)}${corrupt}`);
     stage.dataset.frame = String(review.frame);
     stage.dataset.shown = String(review.shown);
+    const shown = review.selected ? shownTrack(review, review.selected) : null;
+    const absent = review.selected && !shown && settledAt(review);
     const text = {
-      select: review.selected ? '' : review.run ? 'Click a box to select its track' : 'No run yet: start one with “Runs”',
+      select: absent ? 'The selected track has no box in this frame. K carries its nearest one here.' : review.selected ? '' : review.run ? 'Click a box to select its track' : 'No run yet: start one with “Runs”',
       draw: 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
       merge: `Click the tracks to merge (${review.marked.length} marked), then press M. Escape ends.`,
       note: 'Click where the note belongs',
@@ -133,9 +160,28 @@ export function createPicture(app) {
     }
     setText(hint, text);
     if (hint.title !== text) hint.title = text;
-    const shown = review.selected ? shownTrack(review, review.selected) : null;
-    const words = `Frame ${review.frame}${review.selected ? `, track ${review.selected}${shown ? `, ${shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
+    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
     if (words !== said) setText(spoken, (said = words));
+  }
+
+  /**
+   * Bring a track that has just been selected, or has just got a box here, into a view that shows a part only.
+   * @param {NonNullable<State['review']>} review
+   */
+  function reveal(review) {
+    sought ||= selected !== review.selected;
+    selected = review.selected;
+    if (fitted || !selected) {
+      sought = false;
+      return;
+    }
+    if (!settledAt(review)) return;
+    const shown = shownTrack(review, selected);
+    const wanted = sought || lacking === review.frame;
+    lacking = shown ? null : review.frame;
+    sought = false;
+    const view = shown && wanted && !review.drag ? revealed(review.viewport, size, shown.box) : review.viewport;
+    if (view !== review.viewport) app.store.dispatch((state) => setViewport(state, view));
   }
 
   /** @param {State} state */
@@ -146,6 +192,10 @@ export function createPicture(app) {
       names = new Map(labels.map(({ id, name }) => [id, name]));
       last = null;
     }
+    if (draft !== draftOf(state)) {
+      draft = draftOf(state);
+      last = null;
+    }
     if (!review || review === last) return;
     const before = last;
     last = review;
@@ -153,6 +203,7 @@ export function createPicture(app) {
       refit(review);
       return;
     }
+    reveal(review);
     if (before && before.viewport !== review.viewport) {
       const whole = fit({ width: review.video.width ?? 1, height: review.video.height ?? 1 }, size);
       fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;
@@ -179,7 +230,16 @@ export function createPicture(app) {
 }
 
 /**
- * The layers as switches, each with its colour, its line and how many there are in the frame.
+ * Whether all boxes of the picture on screen are there: those of the next one may still be on their way.
+ * @param {NonNullable<State['review']>} review
+ */
+function settledAt({ frame, shown, overlays, run }) {
+  const tracked = run !== null && run.first <= frame && frame < run.first + run.frames_done;
+  return shown === frame && (overlays[frame] !== undefined || !tracked);
+}
+
+/**
+ * The layers as switches, each with its key in its colour and line, and how many there are in the frame.
  * @param {App} app
  */
 function createLegend(app) {
@@ -188,13 +248,13 @@ function createLegend(app) {
   const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
   LAYERS.forEach((name, at) => {
     const count = h('span', { class: 'legend-count number' }, '0');
-    const swatch = h('span', { class: 'legend-swatch', 'aria-hidden': 'true' });
+    const swatch = h('kbd', { class: 'legend-swatch' }, String(at + 1));
     swatch.dataset.layer = name;
     swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
     const button = h('button', {
       class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${at + 1})`,
       onclick: () => app.store.dispatch((state) => toggleLayer(state, name)),
-    }, swatch, h('span', { class: 'legend-name' }, LAYER_NAMES[name]), count, h('kbd', { class: 'kbd' }, String(at + 1)));
+    }, swatch, h('span', { class: 'legend-name' }, SHORT_NAMES[name]), count);
     rows.set(name, { button, count });
     element.append(button);
   });

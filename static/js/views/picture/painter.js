@@ -214,8 +214,11 @@ function createPen(ctx, view, screen, inks) {
     },
     /** @param {LayerName} layer @param {Box} box */
     handles(layer, box) {
-      const r = 3.5 * inks.unit;
-      for (const [, px, py] of handlesOf(box)) {
+      // on a small box they shrink, and only the corners are left: what is judged must stay in sight
+      const side = Math.min(box[2] - box[0], box[3] - box[1]) * view.zoom;
+      const r = Math.min(3.5, Math.max(1.5, side / 12)) * inks.unit;
+      for (const [name, px, py] of handlesOf(box)) {
+        if (name.length === 1 && side < 40 * inks.unit) continue;
         const [x, y] = toScreen(view, screen, px, py);
         ctx.fillStyle = '#ffffff';
         ctx.fillRect(x - r, y - r, 2 * r, 2 * r);

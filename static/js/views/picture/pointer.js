@@ -11,7 +11,7 @@
 import { area, bounded, contains, dragged, handleAt, ordered, settled, toPicture, zoomAt } from '../../model/geometry.js';
 import { drawn } from '../../operations/boxes.js';
 import { shownTracks } from '../../review/shown_tracks.js';
-import { select, setDrag, setViewport, toggleMarked } from '../../store/actions/review.js';
+import { select, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
 
 /** How near a handle the pointer must be, CSS px. */
 const REACH = 7;
@@ -78,6 +78,7 @@ export function listenToPointer(app, element, screen, signal) {
     if (event.button !== 0) return;
     element.focus({ preventScroll: true });
     if (now.mode === 'draw') {
+      app.store.dispatch((state) => setPlaying(state, false));
       drag = { ...base, kind: 'draw', key: now.selected ?? '' };
       return;
     }
@@ -90,9 +91,11 @@ export function listenToPointer(app, element, screen, signal) {
     const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom) : null;
     const keys = found.map(({ key }) => key);
     if (chosen && handle && (handle !== 'move' || keys.includes(chosen.key))) {
+      app.store.dispatch((state) => setPlaying(state, false));
       drag = { ...base, kind: 'change', box: chosen.box, key: chosen.key, handle, under: keys };
     } else if (found.length) {
-      app.store.dispatch((state) => select(state, found[0].key));
+      // a box that is taken hold of must not run on below the hand
+      app.store.dispatch((state) => select(setPlaying(state, false), found[0].key));
       drag = { ...base, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', under: [] };
     } else {
       drag = { ...base, kind: 'pan', key: 'empty' };

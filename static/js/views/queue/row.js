@@ -45,7 +45,7 @@ export function createRow(key) {
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       if (!label) picture.removeAttribute('src');
       setText(name, entry.not_a_sign ? 'Not a sign' : (label?.name ?? 'No class yet'));
-      setText(number, `#${entry.key.slice(1, 9)}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes > 0 ? ` · ${entry.notes} ✎` : ''}`);
+      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes > 0 ? ` · ${entry.notes} ✎` : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
       setText(reason, entry.reasons.length > 0 ? entry.reasons.join(' ') : 'Nothing speaks against it.');

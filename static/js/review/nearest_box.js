@@ -1,0 +1,34 @@
+// @ts-check
+/**
+ * The box of a track in the frame nearest to one where it has none: what is carried there to be corrected. Pure.
+ *
+ * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../types.js').Box} Box
+ */
+
+/**
+ * @param {ReviewState} review
+ * @param {string} key
+ * @param {number} [frame]   unset: the cursor's
+ * @returns {Box|null} null: nothing of the track is known in any frame; of the engine's frames only those of lanes at hand count
+ */
+export function nearestBox(review, key, frame = review.frame) {
+  const doc = review.docs[key];
+  const id = key.startsWith('m') ? Number(key.slice(1)) : null;
+  const lanes = doc ? doc.segments : id === null ? [] : [{ track: id, first: 0, last: Infinity }];
+  let away = Infinity;
+  /** @type {Box|null} */
+  let best = null;
+  /** @param {number} at @param {Box|null} box */
+  const offer = (at, box) => {
+    if (box !== null && Math.abs(at - frame) < away) [away, best] = [Math.abs(at - frame), box];
+  };
+  for (const [at, { box }] of Object.entries(doc?.keys ?? {})) offer(Number(at), box);
+  for (const { track, first, last } of lanes) {
+    const lane = review.laneOf[track];
+    lane?.frame.forEach((at, i) => {
+      if (first <= at && at <= last) offer(at, lane.box[i]);
+    });
+  }
+  return best;
+}

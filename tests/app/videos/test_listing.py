@@ -1,0 +1,77 @@
+"""The list of videos: what each says about its runs and its review, and that thousands cost a few queries."""
+
+from __future__ import annotations
+
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+from sqlalchemy import event, select
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from databases import cluster, database_url
+
+from app.storage.database import Database
+from app.storage.models import Base, Run, TrackDocument, Video
+from app.videos.view import VideoView, video_view, video_views
+
+__all__ = ["cluster", "database_url"]
+
+
+def _run(name: str, video: int, **fields: object) -> Run:
+    filled = {"state": "complete", "parameters": {}, "models": {}, "summary": {}, **fields}
+    return Run(id=name * 32, video_id=f"{video:064d}", **filled)
+
+
+def _made(url: str, videos: int) -> Database:
+    database = Database(url)
+    Base.metadata.create_all(database.engine)
+    with database.write() as session:
+        session.add_all(Video(id=f"{i:064d}", name=f"{i}", path="/gone", size=1, warnings=[]) for i in range(videos))
+        session.flush()
+        early, late = datetime(2026, 1, 1, tzinfo=UTC), datetime(2026, 2, 1, tzinfo=UTC)
+        session.add_all(
+            [
+                _run("a", 0, created=early, tracks=3),
+                _run("b", 0, created=late, tracks=5),
+                _run("c", 0, created=late, kind="whatif", parent_id=None, tracks=9),
+                _run("d", 0, created=late, state="running"),
+                _run("e", 1, state="failed"),
+            ]
+        )
+        session.flush()
+        documents = {"m1": ("open", False), "m2": ("accepted", False), "m3": ("open", True), "h4": ("rejected", True)}
+        for key, (review, gone) in documents.items():
+            document = {"review": review, "gone": gone}
+            session.add(TrackDocument(run_id="b" * 32, key=key, revision=1, document=document))
+            session.add(TrackDocument(run_id="a" * 32, key=key, revision=1, document=document))
+    return database
+
+
+def _listed(database: Database) -> tuple[list[VideoView], int]:
+    statements: list[str] = []
+    event.listen(database.engine, "before_cursor_execute", lambda *args: statements.append(str(args[2])))
+    with database.read() as session:
+        views = video_views(session, session.scalars(select(Video).order_by(Video.id)).all())
+    return views, sum(statement.startswith("SELECT") for statement in statements)
+
+
+def test_the_newest_complete_run_counts_and_what_people_judged_of_it(database_url: str) -> None:
+    database = _made(database_url, 3)
+    views, _ = _listed(database)
+    assert [(one.runs, one.latest_run) for one in views] == [(4, "b" * 32), (1, "e" * 32), (0, None)]
+    assert [(one.review.tracks, one.review.reviewed) for one in views] == [(5, 3), (0, 0), (0, 0)]
+    with database.read() as session:
+        assert [video_view(session, session.get_one(Video, one.id)) for one in views] == views
+    database.close()
+
+
+@pytest.mark.parametrize("videos", [2, 1100])
+def test_the_queries_do_not_grow_with_the_videos(tmp_path: Path, videos: int) -> None:
+    database = _made(f"sqlite:///{tmp_path / 'tsr.sqlite'}", videos)
+    views, queries = _listed(database)
+    assert len(views) == videos
+    assert queries <= 1 + 2 * (1 + videos // 500)
+    database.close()

@@ -1,0 +1,59 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { create, drawn } from '../../../static/js/operations/boxes.js';
+import { closeDialog } from '../../../static/js/store/actions/page.js';
+import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
+import { createWorld } from '../editing/world.js';
+
+/** @typedef {import('../../../static/js/types.js').Box} Box */
+
+/** @type {Box} */
+const BOX = [10, 20, 40, 60];
+
+test('a drawn box waits in the dialog; closing the dialog leaves nothing behind', async () => {
+  const { store, editor, server, review, end } = await createWorld();
+  store.dispatch((state) => setMode(state, 'draw'));
+  const before = review();
+  drawn({ store, edit: editor.edit }, BOX, false);
+  const draft = draftOf(store.get());
+  assert.deepEqual([draft?.box, draft?.frame, draft?.key[0]], [BOX, 0, 'h']);
+  assert.equal(review().mode, 'select');
+  store.dispatch(closeDialog);
+  await editor.settled();
+  assert.equal(draftOf(store.get()), null);
+  assert.deepEqual([review().docs, review().unsaved, review().selected], [before.docs, [], before.selected]);
+  assert.deepEqual(server.log, []);
+  end();
+});
+
+test('with its class it is one edit, so that one undo takes it back', async () => {
+  const { store, editor, server, review, end } = await createWorld();
+  drawn({ store, edit: editor.edit }, BOX, false);
+  const draft = draftOf(store.get());
+  assert.ok(draft);
+  create({ store, edit: editor.edit }, draft, 14);
+  await editor.settled();
+  assert.deepEqual(server.log, ['create_track']);
+  assert.equal(review().selected, draft.key);
+  assert.equal(review().docs[draft.key].class_id, 14);
+  assert.deepEqual(review().docs[draft.key].keys[0].box, BOX);
+  end();
+});
+
+test('with Shift the box corrects the selected track, and no class is asked for', async () => {
+  const { store, editor, server, review, end } = await createWorld();
+  store.dispatch((state) => changeReview(state, { selected: 'm1', mode: 'draw' }));
+  drawn({ store, edit: editor.edit }, BOX, true);
+  await editor.settled();
+  assert.deepEqual([server.log, draftOf(store.get()), review().mode], [['set_box'], null, 'select']);
+  end();
+});
+
+test('asking for a class changes no document', () => {
+  const state = /** @type {any} */ ({ review: { mode: 'draw', docs: {}, marked: [], drag: null }, dialog: null });
+  const asked = askForClass(state, { key: 'h1', frame: 3, box: BOX });
+  assert.equal(asked.review?.docs, state.review.docs);
+  assert.equal(draftOf({ ...asked, dialog: { kind: 'relabel', data: { key: 'm1' } } }), null);
+});
