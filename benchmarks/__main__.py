@@ -23,6 +23,7 @@ def main() -> int:
     parser.add_argument("--gtsrb", type=Path, help="class folders 00000 to 00042")
     parser.add_argument("--clips", type=Path, help="annotated clips, truth in gt/")
     parser.add_argument("--looming", type=Path, help="simulated approaches with clips.json")
+    parser.add_argument("--tuning", type=Path, help="simulated approaches that parameters were chosen on")
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--report", action="store_true", help="run nothing, write the report anew")
@@ -31,7 +32,7 @@ def main() -> int:
     if unknown:
         parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
     args.scratch.mkdir(parents=True, exist_ok=True)
-    data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed)
+    data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed, args.tuning)
     if not args.report:
         for experiment in EXPERIMENTS:
             if args.names and experiment.name not in args.names:

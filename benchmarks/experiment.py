@@ -32,6 +32,7 @@ class Data:
         looming: simulated approaches with ``clips.json``.
         scratch: for what an experiment makes and may use again.
         seed: of everything random.
+        tuning: simulated approaches that parameters were chosen on; their scenes are never reported on.
     """
 
     gtsdb: Path | None
@@ -40,6 +41,7 @@ class Data:
     looming: Path | None
     scratch: Path
     seed: int = 0
+    tuning: Path | None = None
 
     def need(self, name: str) -> Path:
         """A folder of data.

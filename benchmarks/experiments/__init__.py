@@ -3,18 +3,46 @@
 from __future__ import annotations
 
 from benchmarks.experiment import Experiment
-from benchmarks.experiments import clips, detection, fusion, gate, prior, review, speed, stress, svm
+from benchmarks.experiments import (
+    ablations,
+    clips,
+    deep,
+    detection,
+    detection_video,
+    fusion,
+    gaps,
+    gate,
+    misses,
+    prior,
+    review,
+    scale,
+    speed,
+    stress,
+    svm,
+    systems,
+    trackers,
+    yolo_time,
+)
 
 __all__ = ["EXPERIMENTS"]
 
 EXPERIMENTS: tuple[Experiment, ...] = (
     prior.EXPERIMENT,
     gate.EXPERIMENT,
+    systems.EXPERIMENT,
     detection.EXPERIMENT,
+    detection_video.EXPERIMENT,
+    deep.EXPERIMENT,
+    misses.EXPERIMENT,
     clips.EXPERIMENT,
     stress.EXPERIMENT,
+    ablations.EXPERIMENT,
+    trackers.EXPERIMENT,
+    gaps.EXPERIMENT,
     fusion.EXPERIMENT,
     svm.EXPERIMENT,
     speed.EXPERIMENT,
+    yolo_time.EXPERIMENT,
+    scale.EXPERIMENT,
     review.EXPERIMENT,
 )

@@ -2,45 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments import paper_figures as paper
+from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
 from benchmarks.experiments.tracked import CONFIGURATIONS, score
 from tsr_engine.evaluation.tracking import summarise
-from tsr_engine.evaluation.tracking_rows import read_clip_truth
+from tsr_engine.evaluation.tracking_rows import Truth, read_clip_truth
+from tsr_engine.recognition.catalogue import CATALOGUE
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["CHOSEN_ON", "EXPERIMENT", "clip_groups", "read_clips"]
 
 CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
 """Clips that parameters were chosen on; the others are held out."""
-PAPER = {"detected": 98.29, "classified": 99.48, "eq7": 0.1175}
 
 
-def _run(data: Data) -> Result:
-    folder = data.need("clips")
-    pairs = {
+def read_clips(folder: Path) -> dict[str, tuple[Path, Truth]]:
+    """Annotated clips of a folder by name, each with its truth.
+
+    Raises:
+        Skip: there is none.
+    """
+    found = {
         path.stem: (folder / f"{path.stem}.mp4", read_clip_truth(path))
         for path in sorted((folder / "gt").glob("*.csv"))
         if (folder / f"{path.stem}.mp4").is_file()
     }
-    if not pairs:
+    if not found:
         raise Skip("the folder `clips` holds no annotated clip.")
-    groups = {"held out": [n for n in pairs if n not in CHOSEN_ON], "chosen on": [n for n in pairs if n in CHOSEN_ON]}
-    figures: dict[str, dict[str, object]] = {}
-    for name, params in CONFIGURATIONS.items():
-        reports, ms = score(pairs, params)
-        figures[name] = {"ms_a_frame": ms} | {
-            group: summarise([r for r in reports if r.name in names]).as_dict()
-            for group, names in groups.items()
-            if names
-        }
+    return found
+
+
+def clip_groups(names: list[str]) -> dict[str, list[str]]:
+    """The clips held out, and those that parameters were chosen on; a group without clips is left out."""
+    groups = {"held out": [n for n in names if n not in CHOSEN_ON], "chosen on": [n for n in names if n in CHOSEN_ON]}
+    return {group: members for group, members in groups.items() if members}
+
+
+def _run(data: Data) -> Result:
+    pairs = read_clips(data.need("clips"))
+    groups = clip_groups(list(pairs))
+    figures: dict[str, dict[str, Any]] = {}
+    for name, scored in score(pairs, CONFIGURATIONS, data.scratch).items():
+        figures[name] = {"detection_ms": scored.ms("detection"), "classification_ms": scored.ms("classification")}
+        for group, members in groups.items():
+            chosen = [report for report in scored.reports if report.name in members]
+            figures[name][group] = summarise(chosen).as_dict() | {"notes": sign_notes(chosen)}
     return Result(
         "clips",
-        data=f"Annotated dash-cam clips. Held out: {', '.join(groups['held out'])}; parameters were chosen on "
-        f"{', '.join(groups['chosen on']) or 'none of these'}.",
+        data="Annotated dash-cam clips, 1280x720, signs of at least 20 px. "
+        + "; ".join(f"{group}: {', '.join(members)}" for group, members in groups.items())
+        + ".",
         figures=figures,
         settings={"preset": "default, paper"},
         machine=machine(),
@@ -48,51 +66,82 @@ def _run(data: Data) -> Result:
 
 
 def _tell(result: Result) -> str:
-    parts = []
-    for group in ("held out", "chosen on"):
-        columns = {name: f[group] for name, f in result.figures.items() if group in f}
-        if not columns:
-            continue
-        head = [f"clips {group}", *columns, "paper, its own videos"]
-        rows = [head]
-        for title, text, paper in (
-            ("physical signs", lambda s: str(s["signs"]), ""),
-            ("detected (Table I)", lambda s: _share(s["signs_detected"], s["signs"]), f"{PAPER['detected']} %"),
-            ("false tracks", lambda s: f"{s['false_tracks']} in {s['frames']} frames", "7 in 132,400 frames"),
-            ("classified of the detected (Table II)", lambda s: _share(s["signs_classified"], s["signs_detected"]),
-             f"{PAPER['classified']} %"),
-            ("ids per sign", lambda s: _number(s["ids_per_sign"], 2), ""),
-            ("frames covered", lambda s: f"{100 * (s['coverage'] or 0):.1f} %", ""),
-            ("mean of Eq. 7", lambda s: _number(s["mean_error"], 4), str(PAPER["eq7"])),
-        ):  # fmt: skip
-            rows.append([title, *(text(s) for s in columns.values()), paper])
-        if group == "held out":
-            rows.append(["ms a frame, wall", *(f"{result.figures[n]['ms_a_frame']:.0f}" for n in columns), "128"])
-        parts.append(table(rows))
-    return "\n".join(parts) + (
-        "\nA handful of signs decides nothing by percentages: one sign is worth ten points here. The paper counts 468 "
-        "physical signs over 132,400 frames.\n"
-    )
+    groups = [group for group in ("held out", "chosen on") if group in result.figures["default"]]
+    shipped = result.figures["default"]
+    times = {key: shipped[key] for key in ("detection_ms", "classification_ms")}
+    parts = [
+        "Tables I and II. Times are CPU time of both cores together, means over all clips, decoding left out; the "
+        "paper's are of 720x576 pictures, on the platform in brackets.\n",
+        tables({f"default, clips {group}": shipped[group] | times for group in groups}),
+        _localisation(result.figures, groups),
+        "Against the paper:\n",
+        *(shortfalls(shipped[group], f"clips {group}") for group in groups),
+        _named(shipped, groups),
+        "The classifier knows German signs alone (GTSRB); these drives were recorded in Hungary, where the same signs "
+        "have other figures and arrows. The online detector changes a row only where detections fail and the gate "
+        "refuses the prediction: without such frames its curve is that of the Kalman filter.\n",
+    ]
+    return "\n".join(part for part in parts if part)
 
 
-def _share(part: int, whole: int) -> str:
-    return f"{part}/{whole}" if whole else "-"
+def _localisation(figures: Mapping[str, Mapping[str, Any]], groups: list[str]) -> str:
+    rows = [["", "", "frames covered", "ids per sign", "false tracks", "mean Eq. 7", "right class"]]
+    for group in groups:
+        for name in CONFIGURATIONS:
+            s = figures[name][group]
+            rows.append([
+                f"clips {group}" if name == "default" else "", name, f"{100 * (s['coverage'] or 0):.1f} %",
+                number(s["ids_per_sign"], 2), str(s["false_tracks"]), number(s["mean_error"], 4),
+                share(s["signs_classified"], s["signs_detected"]),
+            ])  # fmt: skip
+    rows.append(["the paper, TS2010", "KF alone", "", "", "", str(paper.EQ7_KF), ""])
+    rows.append(["", "KF and online detector", "", "", "", str(paper.EQ7_ONLINE), ""])
+    return table(rows)
 
 
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:.{digits}f}"
+def _named(shipped: Mapping[str, Any], groups: list[str]) -> str:
+    """Each sign that is missed, misread or split, by name."""
+    lines = []
+    for group in groups:
+        notes = shipped[group]["notes"]
+        for n in notes["missed"]:
+            lines.append(f"- {n['clip']}: sign {n['sign']} ({_class(n['class'])}), {n['frames']} frames: not found.")
+        for n in notes["misread"]:
+            lines.append(
+                f"- {n['clip']}: sign {n['sign']} ({_class(n['class'])}), {n['frames']} frames: "
+                f"read as {_class(n['read'])}."
+            )
+        for n in notes["split"]:
+            lines.append(f"- {n['clip']}: sign {n['sign']} ({_class(n['class'])}): {n['ids']} ids.")
+        lines += [f"- {n['clip']}: track {n['track']} lies on no sign." for n in notes["false"]]
+    if not lines:
+        return "No sign of these clips is missed, misread or split, and no track lies on none.\n"
+    return "What went wrong, sign by sign:\n\n" + "\n".join(lines) + "\n"
+
+
+def _class(number: int | None) -> str:
+    if number is None or not 0 <= number < len(CATALOGUE):
+        return "no class"
+    return f"{number} {CATALOGUE[number].name}"
 
 
 def _plot(result: Result, path: Path) -> None:
-    with drawing(path) as axes:
-        for name in ("KF alone", "default"):
-            counts = np.array(result.figures[name]["held out"]["histogram"], float)
-            edges = np.linspace(0, 1, len(counts) + 1)
-            axes.stairs(counts / max(counts.sum(), 1), edges, label=name, linewidth=1.6)
-        axes.set(
-            xlabel="Eq. 7, share of the box that does not overlap", ylabel="share of matched frames", xlim=(0, 0.5)
-        )
-        axes.legend()
+    groups = [group for group in ("held out", "chosen on") if group in result.figures["default"]]
+    with drawing(path, across=len(groups), size=(4.6, 3.2)) as axes:
+        for ax, group in zip(np.atleast_1d(axes), groups, strict=True):
+            for name, label in (("KF alone", "KF"), ("default", "KF and online detector")):
+                found = result.figures[name][group]
+                counts = np.array(found["histogram"], float)
+                edges = np.linspace(0, 1, len(counts) + 1)
+                mean = number(found["mean_error"], 4)
+                ax.stairs(counts / max(counts.sum(), 1), edges, label=f"{label}, mean {mean}", linewidth=1.6)
+            ax.set(
+                title=f"clips {group}",
+                xlabel="Eq. 7, share of the box that does not overlap",
+                ylabel="share of matched frames",
+                xlim=(0, 0.5),
+            )
+            ax.legend()
 
 
 EXPERIMENT = Experiment(

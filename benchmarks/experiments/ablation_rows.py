@@ -1,0 +1,77 @@
+"""The rows of the ablation: what ``default`` does otherwise than ``paper``, and values that were in question."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tsr_engine.params import PRESETS, Params
+
+__all__ = ["DEPARTURES", "IN_QUESTION", "ON_CLIPS", "Departure", "configurations", "departing"]
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """Parameters of ``default`` that depart from ``paper`` together.
+
+    Attributes:
+        title: what the row says, with the paper's way.
+        leaves: names of the parameters.
+    """
+
+    title: str
+    leaves: tuple[str, ...]
+
+
+DEPARTURES = (
+    Departure("boxes as the training scenes draw them", ("tight_width", "tight_height", "tight_rise")),
+    Departure("motion as in the paper", ("motion",)),
+    Departure("no camera shift", ("use_camera_shift",)),
+    Departure("online windows of one size", ("search_scales",)),
+    Departure("no loss for distance in the search", ("search_penalty",)),
+    Departure("whole pixels in the search", ("search_subpixel",)),
+    Departure("no background windows learned", ("background_negatives",)),
+    Departure("rejected predictions learned as background", ("learn_rejected",)),
+    Departure("plain mean picture for the hash", ("hash_memory",)),
+    Departure("gate's distance in pixels", ("position_unit",)),
+    Departure("gate's distance with the camera's shift", ("position_camera",)),
+    Departure("rejected: the online window replaces the detection", ("rejected_measurement",)),
+    Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),
+)
+"""What ``default`` does otherwise than ``paper``, row by row; a test holds that nothing is left out."""
+
+IN_QUESTION: Mapping[str, tuple[tuple[str, Any], ...]] = {
+    "no online detector": (("use_online", False),),
+    "motion constant_velocity": (("motion", "constant_velocity"),),
+    "tau 10": (("tau", 10.0),),
+    "tau 19": (("tau", 19.0),),
+    "tau 25": (("tau", 25.0),),
+}
+"""Values that neither preset has, and that were in question for ``default``."""
+
+ON_CLIPS = (
+    "default",
+    "boxes as the training scenes draw them",
+    "motion as in the paper",
+    "no camera shift",
+    "gate's distance in pixels",
+    "no online detector",
+    "paper",
+)
+"""Rows that are run on the real clips too, whose pictures are three times as large."""
+
+
+def departing() -> frozenset[str]:
+    """Names of all parameters in which the two presets differ."""
+    ours, theirs = Params.preset("default").model_dump(), Params.preset("paper").model_dump()
+    return frozenset(leaf for section, leaf in Params.names() if ours[section][leaf] != theirs[section][leaf])
+
+
+def configurations() -> dict[str, Params]:
+    """All rows: ``default``, each departure taken back, values in question, ``paper``."""
+    default = Params.preset("default")
+    rows = {"default": default}
+    rows |= {d.title: default.with_settings([(leaf, PRESETS["paper"][leaf]) for leaf in d.leaves]) for d in DEPARTURES}
+    rows |= {title: default.with_settings(settings) for title, settings in IN_QUESTION.items()}
+    return rows | {"paper": Params.preset("paper")}

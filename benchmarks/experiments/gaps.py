@@ -1,0 +1,167 @@
+"""Stretches without detections: our online relocalisation, the filter alone, and OpenCV's generic trackers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from benchmarks.drawing import drawing
+from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments.tracked import CONFIGURATIONS
+from benchmarks.experiments.trackers import annotated
+from benchmarks.peers.gap import LEAD_IN, LENGTHS, Gap, Outcome, Still, carry, find_gaps, our_outcomes, summary
+from benchmarks.peers.generic import GENERIC, maker
+from benchmarks.peers.kept import Kept
+from benchmarks.peers.multi import Missing
+from benchmarks.peers.ours import identity
+from benchmarks.peers.seen import Seen, look, pictures
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, load_components
+
+__all__ = ["EXPERIMENT"]
+
+STILL = "box held still"
+WHEEL = cv2.__version__
+EVERY = {"held out": 12, "chosen on": 12, "approaches": 1000}
+"""Frames from one start on a sign to its next, by group; an approach is short, so one start is taken."""
+
+
+def _run(data: Data) -> Result:
+    videos, without = annotated(data)
+    makers: dict[str, Any] = {STILL: Still}
+    missing: dict[str, str] = {}
+    for name in GENERIC:
+        try:
+            makers[name] = maker(name)
+        except Missing as why:
+            missing[name] = str(why)
+    configurations = {name: (params, load_components(params)) for name, params in CONFIGURATIONS.items()}
+    outcomes: dict[str, dict[str, list[Outcome]]] = {}
+    seconds: dict[str, list[float]] = {}
+    starts: dict[str, int] = {}
+    kept = Kept(data.scratch / "peers")
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)  # so that CPU time is what a step costs
+    try:
+        for seen in list(look(videos, data.scratch / "detections")):
+            group = seen.video.group if seen.video.group in EVERY else "approaches"
+            gaps = find_gaps(seen, EVERY[group])
+            if not gaps:
+                continue
+            starts[group] = starts.get(group, 0) + len(gaps)
+            made_from = ["gaps", seen.video.identity(), EVERY[group], identity(configurations), sorted(makers), WHEEL]
+            record = kept.get(made_from, partial(_one_video, seen, gaps, configurations, makers))
+            for name, found in record.items():
+                outcomes.setdefault(group, {}).setdefault(name, []).extend(Outcome.of(o) for o in found["outcomes"])
+                seconds.setdefault(name, []).extend(found["seconds"])
+    finally:
+        cv2.setNumThreads(threads)
+    if not outcomes:
+        raise Skip("no sign of the clips is seen long enough for a gap.")
+    figures = {
+        group: {
+            name: {str(n): summary(found, n) for n in LENGTHS} | {"ms": 1e3 * float(np.median(seconds[name]))}
+            for name, found in by_name.items()
+        }
+        for group, by_name in sorted(outcomes.items(), key=lambda item: list(EVERY).index(item[0]))
+    }
+    return Result(
+        "gaps",
+        data=f"{sum(starts.values())} starts on signs of the annotated clips and of the simulated approaches"
+        f"{f' ({without})' if without else ''}: {', '.join(f'{n} on {g}' for g, n in starts.items())}. Ours has seen "
+        f"{LEAD_IN} frames with their detections before, a generic tracker begins with the last detection of the sign; "
+        "in the gap no detection is handed on.",
+        figures={"groups": figures, "missing": missing},
+        settings={"seed": data.seed, "opencv": WHEEL},
+        machine=machine(),
+    )
+
+
+def _one_video(
+    seen: Seen, gaps: Sequence[Gap], configurations: Mapping[str, tuple[Params, Components]], makers: Mapping[str, Any]
+) -> dict[str, dict[str, list[Any]]]:
+    """Every tracker over every gap of a video: name -> outcomes, and the CPU seconds of a step, gap by gap."""
+    frames = [picture for _, picture in pictures(seen)]
+    found: dict[str, dict[str, list[Any]]] = {}
+    for gap in gaps:
+        by_name = {
+            name: our_outcomes(seen, frames, gap, params, components.parts)
+            for name, (params, components) in configurations.items()
+        }
+        for name, make in makers.items():
+            cv2.setRNGSeed(gap.first)  # OpenCV's MIL draws its samples
+            by_name[name] = carry(make, frames, gap, gap.box)
+        for name, (outcomes, seconds) in by_name.items():
+            mine = found.setdefault(name, {"outcomes": [], "seconds": []})
+            mine["outcomes"] += [asdict(o) | {"sign": gap.sign, "first": gap.first} for o in outcomes]
+            mine["seconds"].append(seconds)
+    return found
+
+
+def _tell(result: Result) -> str:
+    f = result.figures
+    parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
+    parts.append("All in the last frame of the gap: Eq. 7 (1 for a lost sign), IoU, and share with an IoU of 0.5.\n")
+    for group, by_name in f["groups"].items():
+        gaps = next(iter(by_name.values()))
+        head = [group]
+        for n in LENGTHS:
+            head += [f"{n} frames ({gaps[str(n)]['gaps']}): Eq. 7", "IoU", "held"]
+        rows = [[*head, "ms a frame"]]
+        for name, figures in by_name.items():
+            cells = [name]
+            for n in LENGTHS:
+                s = figures[str(n)]
+                cells += (
+                    [f"{s['error']:.3f}", f"{s['iou']:.3f}", f"{100 * s['held']:.0f} %"] if s["gaps"] else ["-"] * 3
+                )
+            rows.append([*cells, f"{figures['ms']:.1f}"])
+        parts.append(table(rows))
+    parts.append(_verdict(f["groups"]))
+    return "\n".join(parts)
+
+
+def _verdict(groups: Mapping[str, Any]) -> str:
+    beaten = []
+    for group, by_name in groups.items():
+        for n in LENGTHS:
+            mine = by_name["default"][str(n)]
+            others = {k: v[str(n)] for k, v in by_name.items() if k != "default"}
+            if not mine["gaps"]:
+                continue
+            name = min(others, key=lambda k: others[k]["error"])
+            theirs, ours = others[name]["error"], mine["error"]
+            if theirs < ours:
+                beaten.append(f"- {group}, {n} frames: {name} ends with {theirs:.4f} against our {ours:.4f}")
+    if not beaten:
+        return "From the same detections nothing ends nearer to the sign than `default`, on any row.\n"
+    return "**`default` is beaten** by what starts from the same detections at:\n\n" + "\n".join(beaten) + "\n"
+
+
+def _plot(result: Result, path: Path) -> None:
+    groups = result.figures["groups"]
+    with drawing(path, across=len(groups), size=(4.0, 3.4)) as found:
+        for axes, (group, by_name) in zip(np.atleast_1d(found), groups.items(), strict=True):
+            for name, figures in by_name.items():
+                here = [n for n in LENGTHS if figures[str(n)]["gaps"]]
+                style = "-" if name in CONFIGURATIONS else "--"
+                axes.plot(here, [figures[str(n)]["error"] for n in here], style, marker="o", markersize=3, label=name)
+            axes.set(title=group, xlabel="frames without detections", ylabel="mean Eq. 7 at the end", ylim=(0, 1))
+            axes.legend(fontsize=7)
+
+
+EXPERIMENT = Experiment(
+    "gaps",
+    "Stretches without detections",
+    "Does the online detector keep a sign that the offline one does not see, better than the filter alone and better "
+    "than a generic tracker of one object?",
+    _run,
+    _tell,
+    _plot,
+)

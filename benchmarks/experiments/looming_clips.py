@@ -1,0 +1,76 @@
+"""Simulated approaches as videos with truth, by stress."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.experiment import Skip
+from tsr_engine.evaluation.tracking_rows import Truth, read_mot_truth
+
+__all__ = ["EACH", "EACH_TUNED", "LoomingClips", "read_looming"]
+
+EACH, EACH_TUNED = 2, 1
+"""Approaches of each stress that the experiments look at: of those to judge on, and of those parameters came from."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoomingClips:
+    """A folder of approaches.
+
+    Attributes:
+        seed: that it was made with.
+        videos: clip -> (video, truth).
+        stress: clip -> its stress.
+        scenes: names of the photographs that they show.
+    """
+
+    seed: int
+    videos: dict[str, tuple[Path, Truth]]
+    stress: dict[str, str]
+    scenes: frozenset[str]
+
+    @property
+    def stresses(self) -> tuple[str, ...]:
+        """All stresses, by name."""
+        return tuple(sorted(set(self.stress.values())))
+
+
+def read_looming(
+    folder: Path, without: Iterable[str] = (), each: int | None = None, most: int | None = None
+) -> LoomingClips:
+    """Read ``clips.json`` and the truth of each clip.
+
+    Args:
+        folder: holds ``clips.json`` and a folder for each clip with ``video.mp4`` and ``gt.txt``.
+        without: photographs that must not be seen; clips of them are left out.
+        each: only so many clips of each stress, from the first on; unset: all.
+        most: only so many clips, from the first on; unset: all.
+
+    Raises:
+        Skip: the folder holds no such list, or nothing is left of it.
+    """
+    index = folder / "clips.json"
+    if not index.is_file():
+        raise Skip(f"the folder `{folder.name}` of simulated approaches holds no clips.json.")
+    about = json.loads(index.read_text(encoding="utf-8"))
+    left_out = set(without)
+    allowed = [clip for clip in about["clips"] if clip["image"] not in left_out]
+    taken = Counter[str]()
+    chosen = []
+    for clip in allowed:
+        taken[clip["stress"]] += 1
+        if each is None or taken[clip["stress"]] <= each:
+            chosen.append(clip)
+    chosen = chosen[:most]
+    if not chosen:
+        raise Skip(f"the folder `{folder.name}` of simulated approaches holds no clip of a scene that may be shown.")
+    return LoomingClips(
+        int(about["seed"]),
+        {c["clip"]: (folder / c["clip"] / "video.mp4", read_mot_truth(folder / c["clip"] / "gt.txt")) for c in chosen},
+        {c["clip"]: str(c["stress"]) for c in chosen},
+        frozenset(str(c["image"]) for c in chosen),
+    )

@@ -1,0 +1,215 @@
+"""What the offline detector misses on scenes that nothing was trained on, as one sheet of pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import cv2
+import numpy as np
+
+from benchmarks.contact_sheet import Cell, write_sheet
+from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
+from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.prior import SpatialPrior, parzen, with_prior
+from tsr_engine.evaluation.detection import match, score_detections
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.models import load_component
+from tsr_engine.io.pictures import read_picture
+from tsr_engine.params import Params
+from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.records import FloatArray
+from tsr_engine.training.offline import BANDWIDTH, split_scenes
+
+__all__ = ["EXPERIMENT", "Seen", "misses", "reason"]
+
+SHEET = ROOT / "figures" / "misses.png"
+RATE = 0.03
+"""False detections a picture at which the bar on recall stands."""
+MARGIN = 0.6
+"""What is shown around a sign, share of its size on each side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One report scene with its detections.
+
+    Attributes:
+        scene: the picture and its signs.
+        boxes: shape (n, 4), after suppression.
+        scores: shape (n,), with the prior.
+    """
+
+    scene: Scene
+    boxes: FloatArray
+    scores: FloatArray
+
+
+def misses(seen: Sequence[Seen], threshold: float) -> list[dict[str, Any]]:
+    """Signs that no detection of at least ``threshold`` finds at IoU 0.5, the smallest first.
+
+    Returns:
+        For each its ``picture``, ``sign``, ``class``, ``width``, ``box``, the ``score`` of the best detection that lies
+        on it at IoU 0.5, the ``near`` score and ``overlap`` of the best one that only touches it (None: none does).
+    """
+    found = []
+    for number, one in enumerate(seen):
+        kept = one.scores >= threshold
+        _, taken = match(one.boxes[kept], one.scores[kept], one.scene.boxes)
+        for sign in np.flatnonzero(taken < 0):
+            box = one.scene.boxes[sign]
+            overlap = iou(box, one.boxes)[0] if len(one.boxes) else np.zeros(0)
+            on, near = overlap >= 0.5, (overlap > 0.1) & (overlap < 0.5) & kept
+            found.append({
+                "scene": number, "picture": one.scene.path.name, "sign": int(sign),
+                "class": int(one.scene.class_ids[sign]), "width": float(box[2] - box[0]), "box": box.tolist(),
+                "score": float(one.scores[on].max()) if on.any() else None,
+                "near": float(one.scores[near].max()) if near.any() else None,
+                "overlap": float(overlap[near].max()) if near.any() else None,
+            })  # fmt: skip
+    return sorted(found, key=lambda m: m["width"])
+
+
+def reason(miss: dict[str, Any], contrast: float) -> str:
+    """In words why a sign was missed, from what the detector made of it.
+
+    Args:
+        miss: see ``misses``.
+        contrast: standard deviation of the sign's brightness, grey values of 255.
+    """
+    if miss["near"] is not None:
+        return f"found, but its box overlaps by {miss['overlap']:.2f} only"
+    parts = []
+    if miss["width"] < 20:
+        parts.append("small")
+    if contrast < 25:
+        parts.append("low contrast")
+    if miss["score"] is not None:
+        parts.append(f"scored {miss['score']:.2f}")
+    else:
+        parts.append("no window on it")
+    return ", ".join(parts)
+
+
+def _run(data: Data) -> Result:
+    seen = _report_scenes(data)
+    score = score_detections([(one.boxes, one.scores, one.scene.boxes) for one in seen])
+    threshold = score.threshold_at(RATE)
+    missed = misses(seen, threshold)
+    cells = []
+    for number, miss in enumerate(missed, 1):
+        picture = read_picture(seen[miss["scene"]].scene.path)
+        miss["contrast"] = _contrast(picture, np.array(miss["box"]))
+        cells.append(Cell(str(number), picture, np.array(miss["box"])))
+    false = _false(seen, threshold)
+    cells += [
+        Cell(f"F{i}", read_picture(seen[f["scene"]].scene.path), np.array(f["box"])) for i, f in enumerate(false, 1)
+    ]
+    write_sheet(SHEET, cells, margin=MARGIN)
+    signs = [(one.scene.boxes[:, 2] - one.scene.boxes[:, 0]) for one in seen]
+    return Result(
+        "misses",
+        data=f"The {len(seen)} report scenes of GTSDB, with the detections that training kept of the model that had "
+        "not seen them.",
+        figures={
+            "threshold": threshold,
+            "signs": score.signs,
+            "missed": [{k: v for k, v in m.items() if k not in ("scene", "box")} for m in missed],
+            "false": [{k: v for k, v in f.items() if k not in ("scene", "box")} for f in false],
+            "by_width": _by_width(np.concatenate(signs), [m["width"] for m in missed]),
+        },
+        settings={"false_a_picture": RATE},
+        machine=machine(),
+    )
+
+
+def _report_scenes(data: Data) -> list[Seen]:
+    """The report scenes with the detections that training kept.
+
+    Raises:
+        Skip: the folder holds other scenes than the models were trained on.
+    """
+    detector, prior = load_component("detector"), load_component("prior")
+    scenes = read_gtsdb(data.need("gtsdb"))
+    train, calibrate, report = split_scenes(scenes, detector.seed or 0)
+    known = detector.data["figures_from"]
+    if (known["calibrated_on"], known["reported_on"]) != (len(calibrate), len(report)):
+        raise Skip(f"the models report on {known['reported_on']} scenes of another folder than this one.")
+    rows = detector.arrays["heldout_boxes"].astype(float)
+    raw = detector.arrays["heldout_raw"].astype(float)
+    scene_of, boxes = rows[:, 0].astype(int), rows[:, 1:]
+    height, width = read_picture(scenes[0].path).shape[:2]
+    found = np.concatenate([s.boxes for s in train])
+    centres = np.stack([(found[:, 0] + found[:, 2]) / (2 * width), (found[:, 1] + found[:, 3]) / (2 * height)], axis=1)
+    values = SpatialPrior(parzen(centres, BANDWIDTH), 0.0).at(boxes, width, height)
+    scores = with_prior(raw, values, float(prior.params["lambda"]))
+    seen = []
+    for number, scene in enumerate(report):
+        here = np.flatnonzero(scene_of == len(calibrate) + number)
+        kept = here[suppress(boxes[here], scores[here], Params().detector.final_overlap)]
+        seen.append(Seen(scene, boxes[kept], scores[kept]))
+    return seen
+
+
+def _false(seen: Sequence[Seen], threshold: float) -> list[dict[str, Any]]:
+    """Detections from the threshold on that lie on no sign, the surest first."""
+    out = []
+    for number, one in enumerate(seen):
+        kept = one.scores >= threshold
+        boxes, scores = one.boxes[kept], one.scores[kept]
+        hit, _ = match(boxes, scores, one.scene.boxes)
+        out += [
+            {"scene": number, "picture": one.scene.path.name, "score": float(scores[i]), "box": boxes[i].tolist()}
+            for i in np.flatnonzero(~hit)
+        ]
+    return sorted(out, key=lambda f: -f["score"])
+
+
+def _contrast(picture: Any, box: FloatArray) -> float:
+    x1, y1, x2, y2 = (max(0, round(float(v))) for v in box)
+    return float(cv2.cvtColor(picture[y1:y2, x1:x2], cv2.COLOR_BGR2GRAY).std())
+
+
+def _by_width(all_widths: FloatArray, missed: Sequence[float]) -> list[dict[str, Any]]:
+    edges = (0, 20, 24, 32, 48, 1000)
+    return [
+        {
+            "from": low, "to": high, "signs": int(((all_widths >= low) & (all_widths < high)).sum()),
+            "missed": sum(low <= width < high for width in missed),
+        }
+        for low, high in pairwise(edges)
+    ]  # fmt: skip
+
+
+def _tell(result: Result) -> str:
+    f = result.figures
+    bins = [
+        ["width, px", *(f"{b['from']} to {b['to']}" if b["to"] < 1000 else f"from {b['from']}" for b in f["by_width"])]
+    ]
+    bins.append(["signs", *(str(b["signs"]) for b in f["by_width"])])
+    bins.append(["missed", *(str(b["missed"]) for b in f["by_width"])])
+    rows = [["", "scene", "sign", "width, px", "why"]]
+    for number, m in enumerate(f["missed"], 1):
+        name = CATALOGUE[m["class"]].name if 0 <= m["class"] < len(CATALOGUE) else "no class"
+        rows.append([str(number), m["picture"], name, f"{m['width']:.0f}", reason(m, m["contrast"])])
+    return "\n".join((
+        f"At {RATE} false detections a picture (score {f['threshold']:.2f}) {len(f['missed'])} of {f['signs']} signs "
+        f"are missed, and {len(f['false'])} detections lie on no annotated sign (F in the sheet). Such a one counts as "
+        "false also where it shows a sign that is none of the 43 classes, or one that the annotation leaves out: look "
+        "at the pictures before you trust the rate.\n",
+        table(bins),
+        f"![What is missed](figures/{SHEET.name})\n",
+        table(rows),
+    ))  # fmt: skip
+
+
+EXPERIMENT = Experiment(
+    "misses",
+    "What detection misses, with pictures",
+    "Which signs of unseen scenes are not found at the rate of false detections that the bar names, and why?",
+    _run,
+    _tell,
+)

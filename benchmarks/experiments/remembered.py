@@ -1,0 +1,100 @@
+"""Reports of videos that were already tracked with the very same engine, parameters, models and files.
+
+A record is found by a digest of all four, so nothing old ever stands in for something that has changed; it lets long
+experiments go on where they were stopped, and several share what they have in common.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import tsr_engine
+from tsr_engine.evaluation.tracking import SignReport, VideoReport
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.io.atomic import atomic_text
+from tsr_engine.params import Params
+
+__all__ = ["Memory"]
+
+_STEPS = (
+    "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params", "pipeline", "recognition",
+    "tracking",
+)  # fmt: skip
+
+
+class Memory:
+    """Records in a folder.
+
+    Args:
+        folder: made when the first record is kept; None: nothing is remembered.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+
+    def find(self, key: str) -> tuple[VideoReport, dict[str, float]] | None:
+        """The report and the times by stage that were kept under a key."""
+        path = self._path(key)
+        if path is None or not path.is_file():
+            return None
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return _report(record["report"]), {str(k): float(v) for k, v in record["stages"].items()}
+
+    def keep(self, key: str, report: VideoReport, stages: Mapping[str, float]) -> None:
+        """Remember one video."""
+        path = self._path(key)
+        if path is not None:
+            with atomic_text(path) as out:
+                json.dump({"report": asdict(report), "stages": dict(stages)}, out)
+
+    def _path(self, key: str) -> Path | None:
+        return None if self._folder is None else self._folder / f"{key}.json"
+
+    @staticmethod
+    def key(title: str, video: Path, truth: Truth, params: Params, models: Mapping[str, str]) -> str:
+        """Digest of everything that a report depends on."""
+        digest = hashlib.sha256()
+        for part in (
+            _engine(),
+            _file(video),
+            title,
+            params.model_dump_json(),
+            json.dumps(dict(models), sort_keys=True),
+        ):
+            digest.update(part.encode() + b"\0")
+        for column in (truth.frame, truth.track_id, truth.boxes, truth.class_id, truth.ignore):
+            digest.update(column.tobytes())
+        return digest.hexdigest()
+
+
+@cache
+def _engine() -> str:
+    """Digest of the engine's steps as they are written."""
+    digest = hashlib.sha256()
+    root = Path(tsr_engine.__file__).parent
+    for step in _STEPS:
+        for path in sorted((root / step).rglob("*.py")):
+            digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def _file(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _report(record: Mapping[str, Any]) -> VideoReport:
+    signs = tuple(SignReport(**(sign | {"ids": tuple(sign["ids"])})) for sign in record["signs"])
+    lists = {
+        "signs": signs,
+        "errors": tuple((float(error), str(source)) for error, source in record["errors"]),
+        "followed_errors": tuple(record["followed_errors"]),
+        "false_tracks": tuple(record["false_tracks"]),
+    }
+    return VideoReport(**(dict(record) | lists))

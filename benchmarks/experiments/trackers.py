@@ -1,0 +1,277 @@
+"""Peers on identical detections: SORT, ByteTrack, OC-SORT and C-BIoU beside our presets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from benchmarks.drawing import drawing
+from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.experiments.tracked import CONFIGURATIONS
+from benchmarks.peers.figures import sequence, trackeval_figures
+from benchmarks.peers.kept import Kept
+from benchmarks.peers.multi import PEERS, Missing, load, rows_of, version
+from benchmarks.peers.ours import follow
+from benchmarks.peers.seen import Annotated, Seen, look
+from benchmarks.peers.tuning import tune
+from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
+from tsr_engine.evaluation.tracking_rows import Results
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.pipeline import load_components
+
+__all__ = ["EXPERIMENT", "annotated", "ideal", "run_peers"]
+
+MOST = 18
+"""Simulated approaches that are looked at."""
+LIVE = "default, while driving"
+BOUND = "detections, perfect identities"
+PRESETS = ("default", "paper")
+
+BETTER = {
+    "HOTA": (1, "HOTA"),
+    "IDF1": (1, "IDF1"),
+    "MOTA": (1, "MOTA"),
+    "coverage": (1, "coverage"),
+    "ids_per_sign": (-1, "ids per sign"),
+    "signs_detected": (1, "signs found"),
+    "false_tracks": (-1, "false tracks"),
+    "mean_error": (-1, "mean Eq. 7"),
+}
+"""Figure -> which way is better, and its heading."""
+
+
+def annotated(data: Data) -> tuple[list[Annotated], str]:
+    """The clips by group and the simulated approaches by stress; and why there are none of the latter, if so.
+
+    Approaches to scenes that parameters were chosen on are left out.
+
+    Raises:
+        Skip: there are no clips.
+    """
+    clips = read_clips(data.need("clips"))
+    videos = [
+        Annotated(name, group, *clips[name]) for group, names in clip_groups(list(clips)).items() for name in names
+    ]
+    try:
+        tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
+        approaches = read_looming(data.need("looming"), without=tuned, most=MOST)
+    except Skip as why:
+        return videos, str(why)
+    return videos + [Annotated(name, approaches.stress[name], *clip) for name, clip in approaches.videos.items()], ""
+
+
+def _run(data: Data) -> Result:
+    videos, without = annotated(data)
+    seen = list(look(videos, data.scratch / "detections"))
+    judged = [s for s in seen if s.video.group != "chosen on"]
+    rows: dict[str, list[tuple[Results, float]]] = {name: [] for name in (*PRESETS, LIVE)}
+    kept = Kept(data.scratch / "peers")
+    configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)  # so that CPU time is what a frame costs
+    try:
+        for video in judged:
+            for name, found in follow(video, configurations, kept).items():
+                rows[name].append((found.rows, found.seconds))
+                if name == "default":
+                    rows[LIVE].append((found.live, found.seconds))
+    finally:
+        cv2.setNumThreads(threads)
+    chosen, missing = run_peers([s for s in seen if s.video.group == "chosen on"], judged, rows, kept)
+    rows[BOUND] = [(ideal(s), 0.0) for s in judged]
+    clips = [s.video.name for s in judged if s.video.group == "held out"]
+    chosen_on = [s.video.name for s in seen if s.video.group == "chosen on"]
+    approaches = len(judged) - len(clips)
+    also = f"no simulated approach: {without}" if without else f"{approaches} simulated approaches with exact truth"
+    return Result(
+        "trackers",
+        data="One run of our detector a video; every tracker starts from the same boxes. The peers' thresholds were "
+        f"chosen by HOTA on {', '.join(chosen_on)}, where ours were chosen too; judged on {', '.join(clips)} and "
+        f"{also.rstrip('.')}.",
+        figures={
+            "groups": _figures(judged, rows),
+            "chosen": chosen,
+            "missing": missing,
+        },
+        settings={name: version(name) for name in ("trackers", "supervision", "trackeval") if version(name)},
+        machine=machine(),
+    )
+
+
+def run_peers(
+    tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[Results, float]]], kept: Kept
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Tune and run each peer; those that cannot be run, with the reason."""
+    chosen: dict[str, Any] = {}
+    missing: dict[str, str] = {}
+    try:
+        load("trackeval")
+    except Missing as why:
+        missing["TrackEval"] = str(why)
+    for peer in PEERS:
+        if "TrackEval" in missing:
+            missing[peer.name] = f"it is tuned by HOTA, and {missing['TrackEval']}"
+            continue
+        try:
+            best = tune(peer, tuned_on, kept)
+            rows[peer.name] = [rows_of(peer, video, best.settings) for video in judged]
+        except Missing as why:
+            missing[peer.name] = str(why)
+            continue
+        chosen[peer.name] = {"settings": best.settings, "hota": best.hota, "tried": best.tried}
+    return chosen, missing
+
+
+def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[Results, float]]]) -> dict[str, Any]:
+    """Group -> tracker -> figures. Groups: held-out clips, each stress, all stresses."""
+    stresses = sorted({s.video.group for s in judged} - {"held out"})
+    groups = ["held out", *stresses, *(["all approaches"] if len(stresses) > 1 else [])]
+    figures: dict[str, Any] = {}
+    for name, found in rows.items():
+        pairs = [(s.video, r, len(s.frames)) for s, (r, _) in zip(judged, found, strict=True)]
+        reports = [evaluate_video(v.name, v.truth, r, frames) for v, r, frames in pairs]
+        sequences = [sequence(v.truth, r, frames) for v, r, frames in pairs]
+        for group in groups:
+            mine = [i for i, s in enumerate(judged) if _belongs(s.video.group, group)]
+            if mine:
+                seconds = sum(found[i][1] for i in mine)
+                figures.setdefault(group, {})[name] = _one([reports[i] for i in mine], [sequences[i] for i in mine]) | {
+                    "ms_a_frame": 1e3 * seconds / sum(len(judged[i].frames) for i in mine)
+                }
+    return figures
+
+
+def _belongs(own: str, group: str) -> bool:
+    return own == group or (group == "all approaches" and own != "held out")
+
+
+def _one(reports: list[VideoReport], sequences: list[dict[str, Any]]) -> dict[str, Any]:
+    s = summarise(reports).as_dict()
+    kept = ("signs", "signs_detected", "false_tracks", "coverage", "ids_per_sign", "mean_error", "switches")
+    figures: dict[str, Any] = {name: s[name] for name in kept}
+    figures["mean_error_detected"] = s["mean_error_by_source"].get("detected")
+    try:
+        return figures | trackeval_figures(sequences)
+    except Missing:
+        return figures | dict.fromkeys(("HOTA", "IDF1", "MOTA"))
+
+
+def ideal(seen: Seen) -> Results:
+    """Every detection on a counted sign with that sign's own id: no tracker that returns detections covers more."""
+    truth, rows = seen.video.truth, []
+    for frame in seen.frames:
+        here = np.flatnonzero((truth.frame == frame.ordinal) & ~truth.ignore)
+        found = frame.detections
+        if not len(here) or not len(found):
+            continue
+        overlap = iou(found.boxes, truth.boxes[here])
+        for column, row in enumerate(here):
+            best = int(overlap[:, column].argmax())
+            if overlap[best, column] >= 0.5 and overlap[best].argmax() == column:
+                sign = int(truth.track_id[row])
+                rows.append((frame.ordinal, sign, found.boxes[best], 0, float(found.scores[best]), "detected"))
+    return Results.of(rows)
+
+
+def _tell(result: Result) -> str:
+    f = result.figures
+    parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
+    parts += [
+        f"`{LIVE}` leaves out the frames before a track was confirmed; the product writes them afterwards, the peers "
+        "never do. Ours goes on without a detection, the peers return detections only: "
+        f"`{BOUND}` is the most that any of them could cover. `paper` starts from the same boxes, so the detector of "
+        "its preset plays no part. Times are CPU ms of all that follows detection; ours look at the pictures and name "
+        "the signs, the peers do neither.\n"
+    ]
+    for group, by_name in f["groups"].items():
+        head = [group, *(title for _, title in BETTER.values()), "Eq. 7, detected", "ms a frame"]
+        order = [n for n in (*PRESETS, LIVE, *f["chosen"], BOUND) if n in by_name]
+        rows = [head] + [[name, *_cells(by_name[name])] for name in order]
+        parts.append(table(rows))
+    parts.append(_verdict(f["groups"], list(f["chosen"])))
+    if f["chosen"]:
+        parts.append(_settings(f["chosen"]))
+    return "\n".join(parts)
+
+
+def _cells(s: Mapping[str, Any]) -> list[str]:
+    return [
+        *(_number(s[name], 3) for name in ("HOTA", "IDF1", "MOTA", "coverage")),
+        _number(s["ids_per_sign"], 2),
+        f"{s['signs_detected']}/{s['signs']}",
+        str(s["false_tracks"]),
+        _number(s["mean_error"], 4),
+        _number(s["mean_error_detected"], 4),
+        _number(s["ms_a_frame"] or None, 2),
+    ]
+
+
+def _verdict(groups: Mapping[str, Any], peers: Sequence[str]) -> str:
+    """Where a peer is better than ``default``, and where ``paper`` is, row by row and without rounding."""
+    if not peers:
+        return "No peer could be run, so nothing is compared.\n"
+    lines = []
+    for others, title in ((tuple(peers), "a tuned peer"), (("paper",), "`paper`")):
+        beaten = []
+        for group, by_name in groups.items():
+            for figure, (sign, heading) in BETTER.items():
+                mine = by_name["default"][figure]
+                found = {n: by_name[n][figure] for n in others if n in by_name and by_name[n][figure] is not None}
+                if mine is None or not found:
+                    continue
+                name = max(found, key=lambda n: sign * found[n])
+                if sign * found[name] > sign * mine:
+                    who = f" by {name}" if others != ("paper",) else ""
+                    beaten.append(f"{group}, {heading}{who}: {_short(found[name])} against our {_short(mine)}")
+        if beaten:
+            lines.append(f"**`default` is beaten by {title}** at:\n\n" + "\n".join(f"- {b}" for b in beaten) + "\n")
+        else:
+            lines.append(f"`default` is nowhere beaten by {title}.\n")
+    return "\n".join(lines)
+
+
+def _settings(chosen: Mapping[str, Any]) -> str:
+    rows = [["peer", "combinations tried", "HOTA where chosen", "settings"]]
+    for name, best in chosen.items():
+        text = ", ".join(f"{k} {v:g}" for k, v in best["settings"].items())
+        rows.append([name, str(best["tried"]), f"{best['hota']:.3f}", text])
+    note = "Settings ending in `_score` are scores of our detector; the peers get them as logistic confidences."
+    return f"{table(rows)}\n{note}\n"
+
+
+def _short(value: float) -> str:
+    return str(value) if isinstance(value, int) else f"{value:.4g}"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def _plot(result: Result, path: Path) -> None:
+    groups = result.figures["groups"]
+    names = [n for n in ("default", "paper", *result.figures["chosen"]) if n in groups["held out"]]
+    with drawing(path, across=2, size=(5.2, 3.6)) as both:
+        for axes, figure, title in ((both[0], "coverage", "coverage"), (both[1], "mean_error", "mean Eq. 7")):
+            for k, name in enumerate(names):
+                values = [by_name[name][figure] or 0.0 for by_name in groups.values()]
+                places = np.arange(len(groups)) + (k - (len(names) - 1) / 2) * 0.8 / len(names)
+                axes.bar(places, values, 0.8 / len(names), label=name)
+            axes.set_xticks(np.arange(len(groups)), list(groups), rotation=30, ha="right")
+            axes.set_ylabel(title)
+        both[0].legend(fontsize=7)
+
+
+EXPERIMENT = Experiment(
+    "trackers",
+    "Trackers on identical detections",
+    "What does tracking add that a tuned tracker of today, given the very same detections, does not?",
+    _run,
+    _tell,
+    _plot,
+)

@@ -1,0 +1,73 @@
+"""Pictures of what went wrong on clips whose pictures may be shown: signs missed or misread, tracks on no sign."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.contact_sheet import Cell, write_sheet
+from benchmarks.experiments.tracked import Videos, track_together
+from benchmarks.peers.seen import Annotated, Seen, look, pictures
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, load_components
+from tsr_engine.records import FloatArray
+
+__all__ = ["draw_wrong", "largest"]
+
+LABELS = {"missed": "N", "misread": "M", "false": "F"}
+"""What a label begins with, in the order of the sheet."""
+
+
+def draw_wrong(
+    sheet: Path, scratch: Path, videos: Videos, notes: Mapping[str, Sequence[dict[str, Any]]], most: int = 24
+) -> None:
+    """A sheet of what ``notes`` names: each sign or track in the frame in which it is largest.
+
+    Args:
+        sheet: PNG to write; removed where there is nothing to show.
+        scratch: where evidence of earlier runs is.
+        videos: name -> (file, truth).
+        notes: see ``sign_notes``; the notes that are shown get a ``label``.
+        most: only so many pictures.
+    """
+    sheet.unlink(missing_ok=True)
+    wanted = [(kind, note) for kind in LABELS for note in notes[kind]][:most]
+    params = Params.preset("default")
+    components = load_components(params)
+    for number, (kind, note) in enumerate(wanted, 1):
+        note["label"] = f"{LABELS[kind]}{number}"
+    cells: dict[str, Cell] = {}
+    for name in sorted({note["clip"] for _, note in wanted}):
+        video, truth = videos[name]
+        here = [(kind, note) for kind, note in wanted if note["clip"] == name]
+        seen = next(look([Annotated(name, "", video, truth)], scratch / "detections", components))
+        boxes = {note["label"]: _boxes(kind, note, seen, truth, components, params) for kind, note in here}
+        places = {label: largest(found) for label, found in boxes.items() if found}
+        for frame, picture in pictures(seen):
+            for label, (ordinal, box) in places.items():
+                if frame.ordinal == ordinal:
+                    cells[label] = Cell(label, picture, box)
+    write_sheet(sheet, [cells[note["label"]] for _, note in wanted if note["label"] in cells], columns=8)
+
+
+def largest(boxes: Mapping[int, FloatArray]) -> tuple[int, FloatArray]:
+    """Frame and box of the largest one."""
+    frame = max(boxes, key=lambda k: float((boxes[k][2] - boxes[k][0]) * (boxes[k][3] - boxes[k][1])))
+    return frame, boxes[frame]
+
+
+def _boxes(
+    kind: str, note: Mapping[str, Any], seen: Seen, truth: Truth, components: Components, params: Params
+) -> dict[int, FloatArray]:
+    """Frame -> box of a sign, as annotated, or of a track."""
+    if kind != "false":
+        own = np.flatnonzero(truth.track_id == note["sign"])
+        whole = own[truth.visibility[own] >= 0.99]
+        own = whole if len(whole) else own
+        return {int(truth.frame[i]): truth.boxes[i] for i in own}
+    rows = track_together(seen, {"default": params}, {"default": components})["default"].rows
+    return {r.frame: np.array([r.x1, r.y1, r.x2, r.y2]) for r in rows if r.track_id == note["track"]}

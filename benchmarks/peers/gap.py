@@ -1,0 +1,225 @@
+"""Where a sign is at the end of a stretch without detections, by our tracker and by generic ones.
+
+A *gap* starts after a frame in which the detector saw the sign. Our tracker has followed the video for some frames
+before, as in a drive; a generic tracker is started on that frame's detection, which is how it is used.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from benchmarks.peers.ours import frame_input, start
+from benchmarks.peers.seen import Seen
+from tsr_engine.geometry.boxes import iou, non_overlap
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Parts, one_blas_thread
+from tsr_engine.records import Detections, FloatArray, FrameEvidence, Picture
+
+__all__ = ["LENGTHS", "Follower", "Gap", "Outcome", "Still", "carry", "find_gaps", "our_outcomes", "summary"]
+
+LENGTHS = (5, 10, 20)
+"""Frames without detections."""
+LEAD_IN = 12
+"""Frames that our tracker sees before a gap."""
+MIN_WIDTH = 20.0
+"""Narrowest sign whose gap is looked at, px."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """One start.
+
+    Attributes:
+        sign: id of the physical sign.
+        first: last frame with detections.
+        box: the detection of the sign in it, shape (4,).
+        ends: length of a gap -> the sign's true box in its last frame, shape (4,).
+    """
+
+    sign: int
+    first: int
+    box: FloatArray
+    ends: Mapping[int, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What one tracker knew at the end of one gap.
+
+    Attributes:
+        length: of the gap, frames.
+        error: Eq. 7 in [0, 1]; 1 where the tracker had lost the sign.
+        iou: in [0, 1]; 0 where it had lost the sign.
+        lost: whether it returned no box.
+    """
+
+    length: int
+    error: float
+    iou: float
+    lost: bool
+
+    @classmethod
+    def of(cls, record: Mapping[str, Any]) -> Outcome:
+        """An outcome from its fields; others are left alone."""
+        return cls(int(record["length"]), float(record["error"]), float(record["iou"]), bool(record["lost"]))
+
+
+class Follower(Protocol):
+    """A tracker of one box."""
+
+    def start(self, picture: Picture, box: FloatArray) -> None:
+        """Begin with a box, shape (4,)."""
+        ...
+
+    def step(self, picture: Picture) -> FloatArray | None:
+        """The box in the next picture; None: lost."""
+        ...
+
+
+class Still:
+    """The box stays where it was: what any tracker must beat."""
+
+    def start(self, picture: Picture, box: FloatArray) -> None:
+        """Begin with a box, shape (4,)."""
+        self._box = box
+
+    def step(self, picture: Picture) -> FloatArray | None:
+        """The same box."""
+        return self._box
+
+
+def find_gaps(seen: Seen, every: int, lengths: Sequence[int] = LENGTHS) -> list[Gap]:
+    """Starts on every sign that is counted and detected.
+
+    The sign's truth must reach back over the lead-in and forward to the end of the shortest gap at least.
+
+    Args:
+        seen: the video.
+        every: least number of frames from one start on a sign to its next.
+        lengths: of the gaps, frames.
+    """
+    truth = seen.video.truth
+    place = {(int(truth.track_id[i]), int(truth.frame[i])): i for i in np.flatnonzero(~truth.ignore)}
+    gaps = []
+    for sign in np.unique(truth.track_id[~truth.ignore]).tolist():
+        last = -every
+        for frame in seen.frames:
+            k = frame.ordinal
+            row = place.get((sign, k))
+            if row is None or k - last < every or (sign, k - LEAD_IN + 1) not in place:
+                continue
+            box = truth.boxes[row]
+            ends = {n: truth.boxes[place[sign, k + n]] for n in lengths if (sign, k + n) in place}
+            detection = _detection(frame.detections, box)
+            if box[2] - box[0] < MIN_WIDTH or min(lengths) not in ends or detection is None:
+                continue
+            gaps.append(Gap(sign, k, detection, ends))
+            last = k
+    return gaps
+
+
+def carry(
+    make: Callable[[], Follower], pictures: Sequence[Picture], gap: Gap, box: FloatArray
+) -> tuple[list[Outcome], float]:
+    """Follow a gap with a generic tracker.
+
+    Args:
+        make: makes a fresh one.
+        pictures: of the whole video.
+        gap: which gap.
+        box: where it starts, shape (4,).
+
+    Returns:
+        One outcome for each length, and the CPU seconds of a step, on average.
+    """
+    tracker = make()
+    tracker.start(pictures[gap.first], box)
+    outcomes, seconds = [], 0.0
+    longest = max(gap.ends)
+    for n in range(1, longest + 1):
+        began = time.thread_time()
+        found = tracker.step(pictures[gap.first + n])
+        seconds += time.thread_time() - began
+        if n in gap.ends:
+            outcomes.append(_outcome(n, found, gap.ends[n]))
+    return outcomes, seconds / longest
+
+
+def our_outcomes(
+    seen: Seen, pictures: Sequence[Picture], gap: Gap, params: Params, parts: Parts
+) -> tuple[list[Outcome], float]:
+    """Follow a gap with our tracker, which has seen ``LEAD_IN`` frames before it.
+
+    No detection of any sign reaches it in the gap; everything else (prediction, gate, online detector, the camera's
+    shift) works as ever.
+
+    Returns:
+        As :func:`carry`.
+    """
+    core = start(seen, params, parts)
+    mine: int | None = None
+    outcomes, seconds = [], 0.0
+    longest = max(gap.ends)
+    with one_blas_thread():
+        for n in range(1 - LEAD_IN, longest + 1):
+            k = gap.first + n
+            none = Detections.empty() if n > 0 else None
+            given = frame_input(
+                seen.frames[k], pictures[k], use_shift=params.tracking.use_camera_shift, detections=none
+            )
+            began = time.thread_time()
+            out = core.step(given)
+            seconds += time.thread_time() - began if n > 0 else 0.0
+            if n == 0:
+                mine = _track_on(out, gap.box)
+            elif n in gap.ends:
+                outcomes.append(_outcome(n, _box_of(out, mine), gap.ends[n]))
+    return outcomes, seconds / longest
+
+
+def _track_on(frame: FrameEvidence, box: FloatArray) -> int | None:
+    """The living track that lies on a box."""
+    living = [t for t in frame.tracks if t.state != "dead"]
+    if not living:
+        return None
+    overlap = iou(np.array([t.box for t in living]), box)[:, 0]
+    best = int(overlap.argmax())
+    return living[best].track_id if overlap[best] > 0.3 else None
+
+
+def _box_of(frame: FrameEvidence, track: int | None) -> FloatArray | None:
+    return next((t.box for t in frame.tracks if t.track_id == track and t.state != "dead"), None)
+
+
+def _detection(detections: Detections, box: FloatArray) -> FloatArray | None:
+    """The detection of a sign; None: it was not seen."""
+    if not len(detections):
+        return None
+    overlap = iou(detections.boxes, box)[:, 0]
+    best = int(overlap.argmax())
+    return np.array(detections.boxes[best]) if overlap[best] >= 0.5 else None
+
+
+def _outcome(length: int, found: FloatArray | None, truth: FloatArray) -> Outcome:
+    if found is None or not np.isfinite(found).all():
+        return Outcome(length, 1.0, 0.0, True)
+    return Outcome(length, float(non_overlap(truth, found)[0, 0]), float(iou(truth, found)[0, 0]), False)
+
+
+def summary(outcomes: Sequence[Outcome], length: int) -> dict[str, Any]:
+    """Means over the gaps of one length; ``held`` is the share with an IoU of at least 0.5."""
+    here = [o for o in outcomes if o.length == length]
+    if not here:
+        return {"gaps": 0}
+    return {
+        "gaps": len(here),
+        "error": float(np.mean([o.error for o in here])),
+        "iou": float(np.mean([o.iou for o in here])),
+        "held": float(np.mean([o.iou >= 0.5 for o in here])),
+        "lost": sum(o.lost for o in here),
+    }

@@ -1,0 +1,58 @@
+"""OpenCV's trackers of a single box, as far as the installed wheel has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import cv2
+import numpy as np
+
+from benchmarks.peers.gap import Follower
+from benchmarks.peers.multi import Missing
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["GENERIC", "OpenCvTracker", "maker"]
+
+WITH_WEIGHTS = ("Vit", "Nano", "DaSiamRPN")
+"""Trackers that are networks; OpenCV's wheels hold their code without the weights."""
+
+GENERIC = ("MIL", "KCF", "CSRT", *WITH_WEIGHTS)
+"""Names of the trackers, as OpenCV calls them after ``Tracker``."""
+
+
+class OpenCvTracker:
+    """One of OpenCV's trackers; boxes go in and come out in whole px, as its interface has it."""
+
+    def __init__(self, tracker: Any) -> None:
+        self._tracker = tracker
+
+    def start(self, picture: Picture, box: FloatArray) -> None:
+        """Begin with a box, shape (4,)."""
+        x1, y1, x2, y2 = (round(float(v)) for v in box)
+        height, width = picture.shape[:2]
+        # A rectangle that reaches beyond the picture is refused.
+        x1, y1 = min(max(x1, 0), width - 2), min(max(y1, 0), height - 2)
+        self._tracker.init(picture, (x1, y1, max(2, min(x2, width) - x1), max(2, min(y2, height) - y1)))
+
+    def step(self, picture: Picture) -> FloatArray | None:
+        """The box in the next picture; None: lost."""
+        found, (x, y, w, h) = self._tracker.update(picture)
+        return np.array([x, y, x + w, y + h], dtype=np.float64) if found else None
+
+
+def maker(name: str) -> Callable[[], Follower]:
+    """What makes a fresh tracker.
+
+    Raises:
+        Missing: this wheel has none of that name, or it is a network whose weights the wheel lacks.
+    """
+    create = getattr(cv2, f"Tracker{name}_create", None) or getattr(getattr(cv2, name, None), "create", None)
+    if create is None:
+        raise Missing(
+            f"the installed OpenCV {cv2.__version__} has no Tracker{name} "
+            "(the wheel opencv-contrib-python-headless has more trackers)."
+        )
+    if name in WITH_WEIGHTS:
+        raise Missing(f"Tracker{name} is a network, and OpenCV's wheel holds no weights for it.")
+    return lambda: OpenCvTracker(create())

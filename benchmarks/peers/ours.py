@@ -1,0 +1,145 @@
+"""Our own tracker on detections that are already there: any parameters after detection, on the video's own pixels."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peers.kept import Kept
+from benchmarks.peers.seen import Seen, SeenFrame, pictures
+from tsr_engine.evaluation.tracking_rows import Results
+from tsr_engine.evidence import FramePixels, ResultRow
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, FrameInput, Parts, ResultStream, TrackingCore, one_blas_thread
+from tsr_engine.records import Detections, FloatArray, Picture
+
+__all__ = ["Followed", "follow", "frame_input", "identity", "start"]
+
+
+@dataclass(slots=True)
+class Followed:
+    """What one configuration made of one video.
+
+    Attributes:
+        rows: confirmed tracks from their first frame on, as the product writes them.
+        live: the same without the frames before a track was confirmed: what is known while the car drives.
+        seconds: CPU time of all that follows detection, naming the sign included.
+    """
+
+    rows: Results
+    live: Results
+    seconds: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, exact."""
+        return {"rows": _plain(self.rows), "live": _plain(self.live), "seconds": self.seconds}
+
+    @classmethod
+    def of(cls, record: Mapping[str, Any]) -> Followed:
+        """What ``as_dict`` gave."""
+        return cls(_results(record["rows"]), _results(record["live"]), float(record["seconds"]))
+
+
+def _plain(rows: Results) -> list[list[Any]]:
+    columns = (rows.frame, rows.track_id, rows.boxes, rows.class_id, rows.score)
+    return [list(row) for row in zip(*(column.tolist() for column in columns), rows.source, strict=True)]
+
+
+def _results(rows: list[list[Any]]) -> Results:
+    return Results.of((f, t, np.array(box), c, s, source) for f, t, box, c, s, source in rows)
+
+
+@dataclass(slots=True)
+class _Run:
+    """One configuration on its way through a video."""
+
+    core: TrackingCore
+    use_shift: bool
+    stream: ResultStream = field(default_factory=ResultStream)
+    settled: list[ResultRow] = field(default_factory=list)
+    live: list[tuple[int, int, FloatArray, int, float, str]] = field(default_factory=list)
+    seconds: float = 0.0
+
+    def take(self, given: FrameInput) -> None:
+        began = time.thread_time()
+        frame = self.core.step(given)
+        self.seconds += time.thread_time() - began
+        self.settled.extend(self.stream.add(frame))
+        for t in frame.tracks:
+            if t.state == "confirmed":
+                self.live.append((frame.ordinal, t.track_id, t.box, 0, float(t.score), t.source))
+
+    def finish(self) -> Followed:
+        self.settled.extend(self.stream.finish())
+        rows = [
+            (r.frame, r.track_id, np.array([r.x1, r.y1, r.x2, r.y2]), r.class_id, r.score, r.source)
+            for r in self.settled
+        ]
+        return Followed(Results.of(rows), Results.of(self.live), self.seconds)
+
+
+def start(seen: Seen, params: Params, parts: Parts) -> TrackingCore:
+    """A fresh core for a video."""
+    return TrackingCore(params, parts, seen.width, seen.height, interval=seen.interval)
+
+
+def frame_input(
+    frame: SeenFrame, picture: Picture, *, use_shift: bool, detections: Detections | None = None
+) -> FrameInput:
+    """One frame as a live run would hand it to the core.
+
+    Args:
+        frame: as our detector saw it.
+        picture: its pixels.
+        use_shift: whether the parameters take the camera's shift into account.
+        detections: others than the stored ones.
+    """
+    return FrameInput(
+        frame.ordinal,
+        frame.seconds,
+        frame.detections if detections is None else detections,
+        frame.shift if use_shift else (0.0, 0.0),
+        FramePixels(picture),
+    )
+
+
+def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], kept: Kept) -> dict[str, Followed]:
+    """Track one video under several parameters; it is decoded once.
+
+    Detections, and so the parameters of the detector, are those of ``seen`` for all.
+
+    Args:
+        seen: the video with its detections.
+        configurations: parameters and trained parts by name.
+        kept: where earlier results are.
+
+    Returns:
+        The result of each configuration by its name.
+    """
+    made_from = ["followed", seen.video.identity(), identity(configurations)]
+    records = kept.get(made_from, lambda: {n: f.as_dict() for n, f in _follow(seen, configurations).items()})
+    return {name: Followed.of(record) for name, record in records.items()}
+
+
+def identity(configurations: Mapping[str, tuple[Params, Components]]) -> dict[str, Any]:
+    """What decides the results of configurations, besides the code."""
+    return {
+        name: [params.model_dump(mode="json"), dict(components.models)]
+        for name, (params, components) in configurations.items()
+    }
+
+
+def _follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]]) -> dict[str, Followed]:
+    runs = {
+        name: _Run(start(seen, params, components.parts), params.tracking.use_camera_shift)
+        for name, (params, components) in configurations.items()
+    }
+    with one_blas_thread():
+        for frame, picture in pictures(seen):
+            for run in runs.values():
+                run.take(frame_input(frame, picture, use_shift=run.use_shift))
+    return {name: run.finish() for name, run in runs.items()}

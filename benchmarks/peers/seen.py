@@ -1,0 +1,127 @@
+"""One run of our detector over a video, kept, so that every tracker starts from the same boxes."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.peers.kept import code, file_digest
+from tsr_engine.errors import TsrError
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.video import open_video
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, load_components
+from tsr_engine.records import Detections, Picture
+from tsr_engine.runs import RunRequest, track_video
+
+__all__ = ["Annotated", "Seen", "SeenFrame", "look", "pictures"]
+
+STEPS = ("channels", "detection", "geometry", "io", "tracking/camera_shift.py")
+"""Parts of the engine's code that what is seen of a video depends on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Annotated:
+    """A video with truth.
+
+    Attributes:
+        name: of the clip.
+        group: ``chosen on``, ``held out``, or the stress of a simulated approach.
+        path: the file.
+        truth: annotated boxes.
+    """
+
+    name: str
+    group: str
+    path: Path
+    truth: Truth
+
+    def identity(self) -> list[str]:
+        """Digests of the file and of its truth."""
+        truth = hashlib.sha256()
+        for column in (self.truth.frame, self.truth.track_id, self.truth.boxes, self.truth.ignore):
+            truth.update(column.tobytes())
+        return [file_digest(self.path), truth.hexdigest()]
+
+
+@dataclass(frozen=True, slots=True)
+class SeenFrame:
+    """What a tracker may know of one frame.
+
+    Attributes:
+        ordinal: 0-based position in the video.
+        seconds: presentation time.
+        detections: of our detector, best first, with the score after the spatial prior.
+        shift: global camera shift since the frame before, px (only our tracker asks for it).
+    """
+
+    ordinal: int
+    seconds: float
+    detections: Detections
+    shift: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A video as our detector saw it.
+
+    Attributes:
+        video: the video and its truth.
+        width: of the pictures, px.
+        height: of the pictures, px.
+        interval: nominal seconds between two frames.
+        frames: every frame, in order.
+    """
+
+    video: Annotated
+    width: int
+    height: int
+    interval: float
+    frames: tuple[SeenFrame, ...]
+
+
+def look(videos: Sequence[Annotated], store: Path, components: Components | None = None) -> Iterator[Seen]:
+    """Detect in each video once, with the shipped detector and the ``default`` preset.
+
+    A store of an earlier call is read again where video, models, parameters and the code that detects are the same;
+    else it is made anew.
+
+    Args:
+        videos: what to look at.
+        store: folder of the evidence, one run a video.
+        components: the engine's parts; unset: the shipped ones.
+    """
+    params = Params.preset("default")
+    parts = load_components(params) if components is None else components
+    for video in videos:
+        folder = store / f"{file_digest(video.path)[:16]}-{code(STEPS)[:16]}"
+        if not _is_current(folder, video.path, params, parts.models):
+            track_video(RunRequest(video.path, params, evidence=folder, restart=True), parts)
+        with EvidenceReader(folder) as reader:
+            table = reader.header.frame_table
+            frames = tuple(
+                SeenFrame(f.ordinal, f.seconds, f.detections, (float(f.shift[0]), float(f.shift[1])))
+                for f in reader.frames(pixels=False)
+            )
+        yield Seen(video, int(table["width"]), int(table["height"]), float(table["interval"]), frames)
+
+
+def pictures(seen: Seen) -> Iterator[tuple[SeenFrame, Picture]]:
+    """The frames once more with their pixels, decoded anew."""
+    with open_video(seen.video.path) as video:
+        for frame, known in zip(video.frames(), seen.frames, strict=True):
+            yield known, frame.picture
+
+
+def _is_current(folder: Path, video: Path, params: Params, models: Mapping[str, str]) -> bool:
+    """Whether a finished run of exactly this lies in the folder."""
+    try:
+        with EvidenceReader(folder) as reader:
+            header = reader.header
+            same = header.video.sha256 == file_digest(video) and dict(header.models) == dict(models)
+            return same and reader.state == "complete" and header.parameters == params.model_dump(mode="json")
+    except TsrError:  # whatever is wrong with an old store, a new one replaces it
+        return False

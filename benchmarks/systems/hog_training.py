@@ -1,0 +1,234 @@
+"""Training of the HOG cascade: the ACF detector's scenes, crops, jitter, light and hard background, other features."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.systems.hog import integral, orientation_cells
+from benchmarks.systems.hog_blocks import FEATURES, WINDOW, window_bytes
+from benchmarks.systems.hog_cascade import HogCascade, search
+from benchmarks.systems.hog_scan import HogLevel, levels, scales_of
+from benchmarks.systems.sign_patches import SignPatch, crop_patches, scene_patches
+from tsr_engine.detection.boosting import BoostingPlan, boost
+from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.calibration import fit_calibration
+from tsr_engine.training.mining import MIN_WIDTH, away_from_signs, read_picture, searched_picture
+
+__all__ = ["HogPlan", "train_hog_cascade"]
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class HogPlan:
+    """What decides the result besides data and seed.
+
+    Attributes:
+        rounds: trees of each round; between rounds hard background is collected.
+        mining_share: share of the scenes that are searched after each round but the last.
+        feature_share: share of the features that one tree may look at.
+        jittered: windows cut around each annotated sign.
+        crop_frames: windows from each GTSRB track.
+        random_per_scene: random background windows a scene.
+        per_scene: hard background windows a scene and round.
+        relit: share of the scenes that are searched under another light.
+        most_negatives: background is thinned to this number.
+        lost: share of the calibration scenes' signs, the weakest, that early rejection need not keep.
+        log_odds: so many calibration scenes are searched for the log-odds.
+        slack: how far below the weakest kept sign's running score rejection starts, half log-odds.
+    """
+
+    rounds: tuple[int, ...] = (32, 128, 512)
+    mining_share: tuple[float, ...] = (0.15, 0.4)
+    feature_share: float = 1 / 16
+    jittered: int = 12
+    crop_frames: int = 4
+    random_per_scene: int = 250
+    per_scene: int = 80
+    relit: float = 0.35
+    most_negatives: int = 40_000
+    lost: float = 0.02
+    log_odds: int = 60
+    slack: float = 0.5
+
+
+def train_hog_cascade(
+    train: Sequence[Scene],
+    calibrate: Sequence[Scene],
+    crops: Sequence[CropItem],
+    seed: int,
+    tell: Tell,
+    plan: HogPlan | None = None,
+) -> tuple[HogCascade, dict[str, Any]]:
+    """Train a cascade.
+
+    Args:
+        train: annotated scenes to learn from.
+        calibrate: scenes from which rejection thresholds and log-odds come.
+        crops: GTSRB crops as further signs.
+        seed: of everything random.
+        tell: told what is going on.
+        plan: unset: the defaults.
+
+    Returns:
+        The model and a record of the training.
+
+    Raises:
+        ValueError: no scene holds a sign.
+    """
+    plan = plan or HogPlan()
+    if not any(len(scene.boxes) for scene in train) or not any(len(scene.boxes) for scene in calibrate):
+        raise ValueError("A cascade is trained and calibrated on scenes with signs. Got none.")
+    rng = np.random.default_rng([seed, 31])
+    positives, weights = _positives(train, crops, plan, rng)
+    negatives = _random_background(train, plan.random_per_scene, rng)
+    traces = [_windows_on_signs(scene) for scene in calibrate if len(scene.boxes)]
+    cascade = None
+    for number, trees in enumerate(plan.rounds):
+        tell(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others")
+        grown = boost(positives, negatives, BoostingPlan(trees, 2, plan.feature_share), rng, WINDOW.cells, weights)
+        cascade = _with_rejection(grown, traces, plan)
+        if number == len(plan.rounds) - 1:
+            break
+        count = max(1, round(len(train) * plan.mining_share[number]))
+        chosen = [train[i] for i in rng.permutation(len(train))[:count]]
+        hard = np.concatenate([_hard_background(scene, cascade, plan, rng) for scene in chosen])
+        room = max(plan.most_negatives - len(hard), plan.most_negatives // 4)
+        negatives = np.concatenate([negatives[np.sort(rng.permutation(len(negatives))[:room])], hard])
+    assert cascade is not None
+    tell("calibration")
+    model = HogCascade(cascade, _log_odds(cascade, calibrate[: plan.log_odds]))
+    record = {
+        "scenes": len(train),
+        "signs": sum(len(s.boxes) for s in train),
+        "crops": len(crops),
+        "positives": len(positives),
+        "negatives": len(negatives),
+        "plan": asdict(plan),
+    }
+    return model, record
+
+
+def _patch_bytes(patch: Picture) -> NDArray[np.uint8]:
+    """Features of the window in the middle of a patch, shape (FEATURES,)."""
+    grey = np.asarray(cv2.cvtColor(patch, cv2.COLOR_BGR2GRAY), np.uint8)
+    planes = integral(orientation_cells(grey, WINDOW.shrink))
+    first = np.array([(planes.shape[1] - 1 - WINDOW.cells) // 2])
+    return window_bytes(planes, first, first)[0]
+
+
+def _positives(
+    train: Sequence[Scene], crops: Sequence[CropItem], plan: HogPlan, rng: np.random.Generator
+) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    """Windows of signs and their weights: rare classes weigh more, crops half as much as scenes."""
+
+    def seen(patches: list[SignPatch]) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+        if not patches:
+            return np.zeros((0, FEATURES), np.uint8), np.zeros(0)
+        classes = np.array([patch.class_id for patch in patches])
+        share = np.bincount(classes, minlength=43)[classes] ** -0.5
+        return np.stack([_patch_bytes(patch.picture) for patch in patches]), share / share.sum()
+
+    windows, weights = seen(list(scene_patches(train, plan.jittered, WINDOW.sign, rng)))
+    more, others = seen(list(crop_patches(crops, train, plan.crop_frames, WINDOW.sign, rng)) if crops else [])
+    return np.concatenate([windows, more]), np.concatenate([weights, 0.5 * others])
+
+
+def _levels(picture: Picture) -> list[HogLevel]:
+    return list(levels(picture, scales_of(picture.shape[1], picture.shape[0], MIN_WIDTH)))
+
+
+def _random_background(scenes: Sequence[Scene], per_scene: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Windows that hold no sign, spread over a fifth of the scenes and their levels by size."""
+    out = [np.zeros((0, FEATURES), np.uint8)]
+    for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 5)]:
+        scene = scenes[i]
+        found = _levels(read_picture(scene))
+        sizes = [max(0, level.windows[0]) * max(0, level.windows[1]) for level in found]
+        for level, size in zip(found, sizes, strict=True):
+            if not size:
+                continue
+            count = max(1, round(per_scene * size / sum(sizes)))
+            y, x = rng.integers(0, level.windows[0], count), rng.integers(0, level.windows[1], count)
+            clear = away_from_signs(level.boxes(y, x), scene.taken)
+            out.append(window_bytes(level.planes, y[clear], x[clear]))
+    return np.concatenate(out)
+
+
+def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np.random.Generator) -> NDArray[np.uint8]:
+    """The windows without a sign that the cascade likes best."""
+    params = DetectorParams(far_top=0.0, far_bottom=1.0)
+    found = search(searched_picture(scene, rng, plan.relit), cascade, params, keep=True)
+    clear = away_from_signs(found.boxes, scene.taken)
+    places = found.places[clear]
+    places = places[suppress(found.boxes[clear], found.scores[clear], 0.6, plan.per_scene)]
+    out = [np.zeros((0, FEATURES), np.uint8)]
+    for index in np.unique(places[:, 0]):
+        here = places[places[:, 0] == index]
+        out.append(window_bytes(found.levels[int(index)].planes, here[:, 1], here[:, 2]))
+    return np.concatenate(out)
+
+
+def _windows_on_signs(scene: Scene) -> list[NDArray[np.uint8]]:
+    """Per sign of a scene the windows of the scan that lie on it, shape (n, FEATURES) each; n may be 0."""
+    out: list[list[NDArray[np.uint8]]] = [[] for _ in scene.boxes]
+    for level in _levels(read_picture(scene)):
+        for number, box in enumerate(scene.boxes):
+            side = np.sqrt((box[2] - box[0]) * (box[3] - box[1]))
+            if abs(np.log(WINDOW.sign / level.scale_x / side)) > 0.12:
+                continue
+            middle = WINDOW.cells / 2 - WINDOW.pad
+            row = int((box[1] + box[3]) / 2 * level.scale_y / WINDOW.shrink - middle)
+            column = int((box[0] + box[2]) / 2 * level.scale_x / WINDOW.shrink - middle)
+            y, x = (g.ravel() for g in np.mgrid[row - 1 : row + 3, column - 1 : column + 3])
+            inside = (y >= 0) & (x >= 0) & (y < level.windows[0]) & (x < level.windows[1])
+            y, x = y[inside], x[inside]
+            near = iou(level.boxes(y, x), box[None])[:, 0] > 0.65 if len(y) else np.zeros(0, bool)
+            if near.any():
+                out[number].append(window_bytes(level.planes, y[near], x[near]))
+    return [np.concatenate(parts) for parts in out if parts]
+
+
+def _with_rejection(ensemble: TreeEnsemble, traces: list[list[NDArray[np.uint8]]], plan: HogPlan) -> TreeEnsemble:
+    """Thresholds below the running scores of the best window on each sign of scenes that trained nothing.
+
+    The weakest signs, which would not be found anyway, do not count (direct backward pruning, Zhang & Viola 2007).
+    """
+    best = []
+    for windows in (windows for scene in traces for windows in scene):
+        sums = ensemble.partial_sums(windows)
+        best.append(sums[np.argmax(sums[:, -1])])
+    if not best:
+        return ensemble.with_rejection(np.full(len(ensemble), NEVER, np.int32))
+    table = np.stack(best)
+    kept = np.argsort(-table[:, -1])[: max(1, round(len(table) * (1 - plan.lost)))]
+    return ensemble.with_rejection((table[kept].min(axis=0) - round(plan.slack * UNIT)).astype(np.int32))
+
+
+def _log_odds(cascade: TreeEnsemble, scenes: Sequence[Scene]) -> tuple[float, float]:
+    """``log-odds = c0 * score + c1`` from what the cascade leaves on scenes that trained nothing."""
+    scores: list[FloatArray] = []
+    labels: list[FloatArray] = []
+    for scene in scenes:
+        found = search(read_picture(scene), cascade, DetectorParams())
+        kept = suppress(found.boxes, found.scores, DetectorParams().final_overlap, 200)
+        boxes = found.boxes[kept]
+        overlap = iou(boxes, scene.boxes).max(axis=1) if len(scene.boxes) and len(boxes) else np.zeros(len(boxes))
+        clear = (overlap >= 0.5) | (overlap < 0.3)
+        scores.append(found.scores[kept][clear])
+        labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
+    values = np.concatenate(scores)
+    _, c0, c1 = fit_calibration(np.zeros_like(values), values, np.concatenate(labels))
+    return c0, c1

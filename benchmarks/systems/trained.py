@@ -1,0 +1,121 @@
+"""The trained systems: made once from the scenes that the ACF detector's held-out model was trained on, then read."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from benchmarks.experiment import Data
+from benchmarks.systems.colour_mser import ColourMser, ColourMserDetector
+from benchmarks.systems.colour_mser_training import train_colour_mser
+from benchmarks.systems.hog_cascade import HogCascade, HogCascadeDetector
+from benchmarks.systems.hog_training import train_hog_cascade
+from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.gtsrb import read_items
+from tsr_engine.io.models import Component, load_component, save_component
+from tsr_engine.params.detector import DetectorParams
+from tsr_engine.protocols import OfflineDetector
+from tsr_engine.training.offline import split_scenes
+
+__all__ = ["SYSTEMS", "System", "TrainedSystem", "split", "trained"]
+
+Train = Callable[..., tuple[Any, dict[str, Any]]]
+
+
+@dataclass(frozen=True, slots=True)
+class System:
+    """One system of the comparison.
+
+    Attributes:
+        name: of its component, for files.
+        title: in the report.
+        train: from scenes to train and to calibrate on, crops, seed and a listener to a model and a record.
+        read: a model from arrays and settings.
+        detector: a detector from a model and parameters.
+    """
+
+    name: str
+    title: str
+    train: Train
+    read: Callable[[Mapping[str, Any], Mapping[str, Any]], Any]
+    detector: Callable[[Any, DetectorParams], OfflineDetector]
+
+
+@dataclass(frozen=True, slots=True)
+class TrainedSystem:
+    """A system that is ready.
+
+    Attributes:
+        system: which.
+        model: what was trained.
+        record: how; ``cpu_seconds`` and ``processor`` among it.
+        sha256: of the component.
+    """
+
+    system: System
+    model: Any
+    record: Mapping[str, Any] = field(default_factory=dict)
+    sha256: str = ""
+
+    def detector(self, params: DetectorParams | None = None) -> OfflineDetector:
+        """The detector."""
+        return self.system.detector(self.model, params or DetectorParams())
+
+
+SYSTEMS: Final = (
+    System("hog_cascade", "HOG cascade", train_hog_cascade, HogCascade.from_arrays, HogCascadeDetector),
+    System(
+        "colour_mser", "colour + MSER + HOG SVM [20]", train_colour_mser, ColourMser.from_arrays, ColourMserDetector
+    ),
+)
+
+
+def split(data: Data) -> tuple[list[Scene], list[Scene], list[Scene]]:
+    """Scenes to train, to calibrate and to report on: the shipped detector's split of the same folder.
+
+    Raises:
+        Skip: there are no scenes.
+    """
+    seed = load_component("detector").seed or 0
+    return split_scenes(read_gtsdb(data.need("gtsdb")), seed)
+
+
+def trained(data: Data, only: Sequence[str] | None = None) -> list[TrainedSystem]:
+    """The systems; those that are not in the scratch folder yet are trained and kept there.
+
+    Args:
+        data: scenes and crops.
+        only: names; unset: all.
+
+    Raises:
+        Skip: scenes or crops are missing.
+    """
+    train, calibrate, _ = split(data)
+    gtsrb = data.need("gtsrb")
+    out = []
+    for system in SYSTEMS:
+        if only is not None and system.name not in only:
+            continue
+        folder = data.scratch / f"system-{system.name}-{data.seed}"
+        if not (folder / "manifest.json").is_file():
+            crops = read_items(gtsrb)
+            began = time.process_time()
+            model, record = system.train(train, calibrate, crops, data.seed, _tell(system.name, began))
+            record["cpu_seconds"] = round(time.process_time() - began, 1)
+            arrays, settings = model.to_arrays()
+            save_component(Component(system.name, arrays, settings, record, {}, data.seed), folder)
+        component = load_component(system.name, folder)
+        model = system.read(component.arrays, component.params)
+        out.append(TrainedSystem(system, model, component.data, component.sha256))
+    return out
+
+
+def _tell(name: str, began: float) -> Callable[[str], None]:
+    def tell(stage: str) -> None:
+        sys.stderr.write(f"  {name}, {time.process_time() - began:.0f} s CPU: {stage}\n")
+        sys.stderr.flush()
+
+    return tell

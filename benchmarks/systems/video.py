@@ -1,0 +1,138 @@
+"""Detections over a video, followed by the Kalman filter or not, against what the frames truly show."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.io.video import open_video
+from tsr_engine.params import Params
+from tsr_engine.params.tracking import TrackingParams
+from tsr_engine.protocols import OfflineDetector
+from tsr_engine.records import Detections, FloatArray
+from tsr_engine.tracking.camera_shift import CameraShift
+from tsr_engine.tracking.tracker import Tracker
+
+__all__ = ["FrameTruth", "Rows", "Seen", "counted", "followed", "frame_truths", "watch"]
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a detector saw in one frame.
+
+    Attributes:
+        ordinal: of the frame.
+        seconds: its time.
+        size: width and height, px.
+        shift: of the camera since the frame before, px.
+        detections: best first.
+    """
+
+    ordinal: int
+    seconds: float
+    size: tuple[int, int]
+    shift: tuple[float, float]
+    detections: Detections
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTruth:
+    """Signs of one frame that count, (n, 4), and boxes that count neither way, (m, 4)."""
+
+    boxes: FloatArray
+    ignored: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Tracked boxes of one frame.
+
+    Attributes:
+        boxes: shape (n, 4), of tracks that are confirmed at some time.
+        scores: shape (n,).
+        known: shape (n,), whether the track is confirmed already.
+    """
+
+    boxes: FloatArray
+    scores: FloatArray
+    known: NDArray[np.bool_]
+
+
+def watch(video: Path, detector: OfflineDetector, times: list[float]) -> Iterator[Seen]:
+    """Run a detector over a video.
+
+    Args:
+        video: the file.
+        detector: any.
+        times: gets the CPU seconds of this thread that each detection took.
+    """
+    tracking = Params().tracking
+    shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
+    with open_video(video) as opened:
+        for frame in opened.frames():
+            if not times:
+                detector.detect(frame.picture)  # may compile
+            began = time.thread_time()
+            found = detector.detect(frame.picture)
+            times.append(time.thread_time() - began)
+            size = (frame.picture.shape[1], frame.picture.shape[0])
+            yield Seen(frame.ordinal, frame.seconds, size, shift.step(frame.picture), found)
+
+
+def followed(frames: Sequence[Seen], params: TrackingParams) -> list[Rows]:
+    """The frames' detections through the tracker, Kalman filter alone, without gate and online detector."""
+    if not frames:
+        return []
+    tracker = Tracker(params, *frames[0].size)
+    gaps = np.diff([frame.seconds for frame in frames])
+    interval = float(np.median(gaps)) if len(gaps) else 1.0
+    raw: list[list[tuple[int, bool, FloatArray, float]]] = []
+    confirmed: set[int] = set()
+    before: float | None = None
+    for frame in frames:
+        dt = 1.0 if before is None else max(1e-3, (frame.seconds - before) / max(interval, 1e-9))
+        before = frame.seconds
+        tracks = tracker.step(frame.ordinal, frame.detections, dt, frame.shift).tracks
+        raw.append([(t.track_id, t.state == "confirmed", t.box, t.score) for t in tracks])
+        confirmed |= {t.track_id for t in tracks if t.state == "confirmed"}
+    out = []
+    for rows in raw:
+        kept = [row for row in rows if row[0] in confirmed]
+        out.append(
+            Rows(
+                np.array([row[2] for row in kept], float).reshape(-1, 4),
+                np.array([row[3] for row in kept], float),
+                np.array([row[1] for row in kept], bool),
+            )
+        )
+    return out
+
+
+def frame_truths(truth: Truth, ordinals: Sequence[int], min_width: float) -> list[FrameTruth]:
+    """Truth frame by frame; signs narrower than ``min_width`` px count neither way."""
+    counts = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
+    return [
+        FrameTruth(truth.boxes[(truth.frame == k) & counts], truth.boxes[(truth.frame == k) & ~counts])
+        for k in ordinals
+    ]
+
+
+def counted(boxes: FloatArray, scores: FloatArray, truth: FrameTruth) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Boxes, scores and truth without the boxes that an ignored one excuses, unless they are on a sign that counts.
+
+    A box is excused by an IoU, or a share of its own area inside the ignored box, of at least a half.
+    """
+    if len(boxes) and len(truth.ignored):
+        own = intersection(boxes, truth.ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
+        excused = (np.maximum(iou(boxes, truth.ignored), own) >= 0.5).any(axis=1)
+        if len(truth.boxes):
+            excused &= ~(iou(boxes, truth.boxes) >= 0.5).any(axis=1)
+        boxes, scores = boxes[~excused], scores[~excused]
+    return boxes, scores, truth.boxes

@@ -1,0 +1,129 @@
+"""The networks that our times stand beside, each as a function of a picture."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from benchmarks.deep.yolo import name_of
+from benchmarks.experiment import ROOT, Skip
+from tsr_engine.detection.onnx import OnnxDetector, letterbox
+from tsr_engine.records import Picture
+
+__all__ = ["ENLARGED", "EQUAL", "SIGNS", "Networks", "deep_networks", "runtime", "session", "yolo_networks"]
+
+EQUAL: Final = "YOLO11n, 736x576"
+ENLARGED: Final = "YOLO11n, 1440x1152"
+SIZES: Final = {EQUAL: (736, 576), ENLARGED: (1440, 1152)}
+SIGNS: Final = ROOT / "deep" / "signs.onnx"
+"""The small deep detector of this report."""
+
+Contender = Callable[[Picture], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Networks:
+    """Networks by name, and what they are, for the report."""
+
+    run: Mapping[str, Contender]
+    about: Mapping[str, Any]
+
+
+def runtime() -> Any:
+    """The module `onnxruntime`.
+
+    Raises:
+        Skip: it is not installed.
+    """
+    if importlib.util.find_spec("onnxruntime") is None:
+        raise Skip("the package `onnxruntime` is not installed here; `pip install -e '.[bench]'` brings it.")
+    return importlib.import_module("onnxruntime")
+
+
+def session(onnxruntime: Any, network: Path | bytes) -> Any:
+    """A session of one thread."""
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    options.log_severity_level = 3
+    given = network if isinstance(network, bytes) else str(network)
+    return onnxruntime.InferenceSession(given, options, providers=["CPUExecutionProvider"])
+
+
+def yolo_networks(onnxruntime: Any, folder: Path) -> Networks:
+    """YOLO11n with random weights at both input sizes, exported into a folder if it does not hold them.
+
+    Raises:
+        Skip: no interpreter at hand can export them.
+    """
+    files = {name: folder / name_of(size) for name, size in SIZES.items()}
+    about = folder / "yolo11n.json"
+    if not all(path.is_file() for path in (*files.values(), about)):
+        _export(folder)
+    run = {name: _answer(session(onnxruntime, path), SIZES[name]) for name, path in files.items()}
+    return Networks(run, {f"YOLO11n {k}": v for k, v in json.loads(about.read_text(encoding="utf-8")).items()})
+
+
+def _export(folder: Path) -> None:
+    """By this interpreter, or by the one that TSR_ORACLES names, whichever has the package."""
+    said = ""
+    for python in (sys.executable, os.environ.get("TSR_ORACLES", "")):
+        if not python:
+            continue
+        sizes = [f"{w}x{h}" for w, h in SIZES.values()]
+        command = [python, "-m", "benchmarks.deep.yolo", str(folder.resolve()), *sizes]
+        done = subprocess.run(command, cwd=ROOT.parent, capture_output=True, text=True, timeout=900)  # noqa: S603
+        if done.returncode == 0:
+            return
+        said = (done.stderr.strip().splitlines() or [""])[-1]
+    raise Skip(
+        f"the package `ultralytics` could not build the network ({said}). Install the extra `bench`, or name an "
+        "interpreter that has `ultralytics`, `torch` and `onnx` in TSR_ORACLES."
+    )
+
+
+def deep_networks(onnxruntime: Any) -> dict[str, Contender]:
+    """The small deep detector at 736x576, by onnxruntime and by the engine's own plug-in; none if it lacks.
+
+    It lacks where it was not trained, or where `onnx`, which sets its input size, is not installed.
+    """
+    if not SIGNS.is_file() or importlib.util.find_spec("onnx") is None:
+        return {}
+    from benchmarks.deep.onnx_file import resized
+
+    size = SIZES[EQUAL]
+    network = resized(SIGNS.read_bytes(), size)
+    return {
+        "small deep detector, 736x576": _answer(session(onnxruntime, network), size),
+        "small deep detector, 736x576, OpenCV": OnnxDetector(network, size).detect,
+    }
+
+
+def _answer(network: Any, size: tuple[int, int]) -> Contender:
+    """Runs on the picture enlarged to the input; the tensor is made once a picture and not timed again."""
+    name = network.get_inputs()[0].name
+    kept: dict[int, Any] = {}
+
+    def prepare(picture: Picture) -> Any:
+        tensor = kept.get(id(picture))
+        if tensor is None:
+            kept.clear()
+            canvas, _, _ = letterbox(picture, size)
+            tensor = kept[id(picture)] = np.ascontiguousarray(cv2.dnn.blobFromImage(canvas, 1 / 255.0, swapRB=True))
+        return tensor
+
+    def run(picture: Picture) -> object:
+        return network.run(None, {name: prepare(picture)})
+
+    run.prepare = prepare  # type: ignore[attr-defined]
+    return run

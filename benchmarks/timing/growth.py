@@ -1,0 +1,110 @@
+"""How cost grows: with the number of signs in view, and with the size of the picture."""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+
+from benchmarks.timing.looped import RATE, SIZE
+from tsr_engine.evidence import FramePixels
+from tsr_engine.io.video import open_video
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, FrameInput, TrackingCore, load_detector, one_blas_thread
+from tsr_engine.records import Detections, Picture
+
+__all__ = ["exponent", "picture_cost", "sign_cost", "sign_faces"]
+
+_STARTING: Final = 12
+"""Frames until the tracks are confirmed and everything is compiled; they are not counted."""
+
+
+def exponent(x: Sequence[float], y: Sequence[float]) -> float:
+    """``b`` of the best ``y = a * x ** b``, by least squares of the logarithms."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def sign_faces(video: Path, truth: Path, count: int = 4, side: int = 64) -> list[Picture]:
+    """The largest view of each of some signs of an annotated drive, square, side px."""
+    best: dict[int, tuple[float, int, list[float]]] = {}
+    with truth.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            box = [float(row[name]) for name in ("x1", "y1", "x2", "y2")]
+            size, number = min(box[2] - box[0], box[3] - box[1]), int(row["track_id"])
+            inside = float(row["visibility"]) > 0.95 and box[0] >= 0 and box[1] >= 0
+            if inside and size > best.get(number, (0.0,))[0]:
+                best[number] = size, int(row["frame"]), box
+    chosen = sorted(best.values(), reverse=True)[:count]
+    faces = []
+    with open_video(video) as opened:
+        for _, number, (x1, y1, x2, y2) in chosen:
+            picture = next(iter(opened.frames(number, number + 1))).picture
+            part = picture[round(y1) : round(y2), round(x1) : round(x2)]
+            faces.append(cv2.resize(part, (side, side), interpolation=cv2.INTER_AREA))
+    return faces
+
+
+def sign_cost(
+    background: Picture, faces: Sequence[Picture], counts: Sequence[int], components: Components, frames: int = 30
+) -> dict[int, float]:
+    """Median CPU ms of a step of the core by the number of signs in view, all detected in every frame.
+
+    Args:
+        background: shape of SIZE.
+        faces: of signs, pasted in turn.
+        counts: numbers of signs, at most 20.
+        components: trained parts; the detector is not asked.
+        frames: of which the first dozen are not counted.
+    """
+    costs = {}
+    with one_blas_thread():
+        for count in counts:
+            core = TrackingCore(Params(), components.parts, *SIZE, interval=1 / RATE)
+            times = []
+            for k in range(frames):
+                boxes = np.array([_place(number, k) for number in range(count)])
+                pixels = FramePixels(_pasted(background, faces, boxes))
+                scores, prior = np.full(count, 5.0), np.full(count, 0.5)
+                given = FrameInput(k, k / RATE, Detections(boxes, scores, prior, scores), (0.0, 0.0), pixels)
+                began = time.process_time()
+                core.step(given)
+                if k >= _STARTING:
+                    times.append(time.process_time() - began)
+            costs[count] = 1e3 * float(np.median(times))
+    return costs
+
+
+def _place(number: int, k: int) -> list[float]:
+    """Five columns and four rows of signs that grow from 24 px on and drift outwards, never onto each other."""
+    column, row = number % 5, number // 5
+    side = 24 + 0.5 * k
+    x, y = 110 + 125 * column + 0.3 * k, 90 + 125 * row + 0.2 * k
+    return [x - side / 2, y - side / 2, x + side / 2, y + side / 2]
+
+
+def _pasted(background: Picture, faces: Sequence[Picture], boxes: np.ndarray) -> Picture:
+    picture = background.copy()
+    for number, (x1, y1, x2, y2) in enumerate(np.round(boxes).astype(int)):
+        face = faces[number % len(faces)]
+        picture[y1:y2, x1:x2] = cv2.resize(face, (x2 - x1, y2 - y1), interpolation=cv2.INTER_AREA)
+    return picture
+
+
+def picture_cost(pictures: Sequence[Picture], factors: Sequence[float]) -> dict[tuple[int, int], float]:
+    """Median CPU ms of a detection, one thread, by size: pictures scaled to SIZE times each factor, in turn."""
+    detector = load_detector(Params().with_settings([("second_core", False)]))
+    sizes = [(round(SIZE[0] * factor), round(SIZE[1] * factor)) for factor in factors]
+    times: dict[tuple[int, int], list[float]] = {size: [] for size in sizes}
+    for number, picture in enumerate([pictures[0], *pictures]):  # the first time prepares and is not counted
+        for size in sizes:
+            scaled = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+            began = time.thread_time()
+            detector.detect(scaled)
+            if number:
+                times[size].append(time.thread_time() - began)
+    return {size: 1e3 * float(np.median(values)) for size, values in times.items()}

@@ -1,0 +1,130 @@
+"""Contenders in turn within one process, so that a busy or slow moment of the machine meets all of them alike."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tsr_engine.io.video import open_video
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components
+from tsr_engine.records import Picture
+from tsr_engine.runs import Progress, RunRequest, track_video
+
+__all__ = ["Turns", "pipeline_beside", "scenes_in_turn"]
+
+Contender = Callable[[Picture], object]
+_STARTING = 12
+"""Frames of a drive that are not counted: code is compiled and the decoder fills its queue."""
+
+
+@dataclass(slots=True)
+class Turns:
+    """CPU times, ms, by contender.
+
+    Attributes:
+        ms: a list each, in the order of the pictures.
+        signs_in_view: mean number of tracks a frame, where a drive was tracked.
+    """
+
+    ms: dict[str, list[float]] = field(default_factory=dict)
+    signs_in_view: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The contenders, in their order."""
+        return tuple(self.ms)
+
+    def add(self, name: str, seconds: float) -> None:
+        """Count a turn."""
+        self.ms.setdefault(name, []).append(1e3 * seconds)
+
+    def median(self, name: str) -> float:
+        """Median time, ms."""
+        return float(np.median(self.ms[name]))
+
+    def summary(self, name: str) -> dict[str, float]:
+        """Number of turns, median, quartiles and mean, ms."""
+        values = np.array(self.ms[name])
+        low, middle, high = np.percentile(values, [25, 50, 75])
+        parts = {"median": middle, "low": low, "high": high, "mean": values.mean()}
+        return {"turns": len(values)} | {key: round(float(value), 3) for key, value in parts.items()}
+
+    def paired(self, one: str, other: str) -> dict[str, float]:
+        """Median and quartiles of the ratio of two contenders' times on the same picture."""
+        ratios = np.array(self.ms[one]) / np.array(self.ms[other])
+        low, middle, high = np.percentile(ratios, [25, 50, 75])
+        return {"median": round(float(middle), 4), "low": round(float(low), 4), "high": round(float(high), 4)}
+
+
+def scenes_in_turn(contenders: Mapping[str, Contender], pictures: Sequence[Picture]) -> Turns:
+    """Every contender on every picture; who begins changes from picture to picture.
+
+    Times are of the calling thread: contenders must not use others. A contender with an attribute ``prepare`` has it
+    called with the picture beforehand, untimed.
+    """
+    turns = Turns({name: [] for name in contenders})
+    names = list(contenders)
+    for name in names:
+        contenders[name](pictures[0])  # compiles and reserves memory
+    for number, picture in enumerate(pictures):
+        first = number % len(names)
+        for name in names[first:] + names[:first]:
+            _prepare(contenders[name], picture)
+            turns.add(name, _thread_seconds(contenders[name], picture))
+    return turns
+
+
+def pipeline_beside(
+    video: Path, params: Params, components: Components, others: Mapping[str, tuple[Contender, int]]
+) -> Turns:
+    """The whole engine over a video, with others let in between its frames.
+
+    The engine's time of a frame is that of the whole process, the decoding thread included, less that of the others.
+
+    Args:
+        video: the file.
+        params: of the run.
+        components: trained parts for those parameters.
+        others: name -> contender, and after how many frames its turn comes.
+    """
+    turns = Turns({"whole engine": [], **{name: [] for name in others}})
+    with open_video(video) as opened:
+        still = next(iter(opened.frames(0, 1))).picture
+    for work, _ in others.values():
+        _prepare(work, still)
+        work(still)
+    before, theirs = time.process_time(), 0.0
+
+    def after(progress: Progress) -> None:
+        # what the decoding thread does meanwhile counts for the next frame: only the others' own time is taken off
+        nonlocal before, theirs
+        now = time.process_time()
+        if progress.done > _STARTING:
+            turns.add("whole engine", now - before - theirs)
+        before, theirs = now, 0.0
+        for name, (work, every) in others.items():
+            if progress.done > _STARTING and progress.done % every == 0:
+                seconds = _thread_seconds(work, still)
+                turns.add(name, seconds)
+                theirs += seconds
+
+    report = track_video(RunRequest(video, params), components, progress=after)
+    turns.signs_in_view = sum(sum(t.frames.values()) for t in report.tracks) / max(1, report.frames)
+    return turns
+
+
+def _prepare(work: Contender, picture: Picture) -> None:
+    prepare = getattr(work, "prepare", None)
+    if prepare is not None:
+        prepare(picture)
+
+
+def _thread_seconds(work: Contender, picture: Picture) -> float:
+    began = time.thread_time()
+    work(picture)
+    return time.thread_time() - began

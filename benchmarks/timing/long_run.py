@@ -1,0 +1,224 @@
+"""A long run in a process of its own, which notes every few hundred frames how long it took and how large it is.
+
+    python -m benchmarks.timing.long_run real VIDEO FOLDER --stop 4500 --seconds 500
+    python -m benchmarks.timing.long_run repeated VIDEO FOLDER --stop 132400 --seconds 500
+
+``real`` is `tsr track` on the file. ``repeated`` decodes, detects and measures the camera's shift once for each frame
+of a short clip, and then gives those answers again turn after turn: tracking, gate, online detector, recognition,
+result rows and the evidence store do all their work for every frame of the long drive. In most turns the detections
+are withheld, so that signs are as rare as on the paper's drives.
+
+Both keep evidence in FOLDER and notes in FOLDER/notes.jsonl. When the time is over they stop; the same command goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from benchmarks.timing.looped import RATE
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, VideoIdentity
+from tsr_engine.evidence.schema import RUN_FILE
+from tsr_engine.io.video import open_video, video_sha256
+from tsr_engine.params import Params
+from tsr_engine.pipeline import (
+    Components,
+    FrameInput,
+    ResultStream,
+    TrackingCore,
+    keep_regions,
+    load_components,
+    one_blas_thread,
+    rebuild,
+)
+from tsr_engine.records import Detections, Picture
+from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.tracking.camera_shift import CameraShift
+
+__all__ = ["NOTES", "SHOWN", "Seen", "look_once", "note_writer", "repeated"]
+
+NOTES: Final = "notes.jsonl"
+STEP: Final = 250
+"""Frames from one note to the next."""
+SHOWN: Final = 8
+"""Signs are shown in the first of so many turns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A frame of the short clip with all that comes before tracking."""
+
+    picture: Picture
+    detections: Detections
+    shift: tuple[float, float]
+
+
+def memory() -> dict[str, float]:
+    """Resident memory of this process now and at its peak, MB (10^6 bytes)."""
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    values = {line.split(":")[0]: line.split()[1] for line in lines if line.startswith(("VmRSS", "VmHWM"))}
+    return {"rss_mb": int(values["VmRSS"]) * 1024 / 1e6, "peak_mb": int(values["VmHWM"]) * 1024 / 1e6}
+
+
+def look_once(video: Path, components: Components, params: Params, kept: Path | None = None) -> list[Seen]:
+    """Every frame of a short clip, decoded, detected in, and its camera shift measured.
+
+    Args:
+        video: the clip.
+        components: of which only the detector is asked.
+        params: of the run.
+        kept: file of the answers, so that the next process need only decode; unset: none.
+    """
+    key = {"video": video_sha256(video), "models": dict(components.models), "params": params.model_dump(mode="json")}
+    answers = _read_answers(kept, key) if kept is not None else []
+    tracking = params.tracking
+    shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
+    clip = []
+    with open_video(video) as opened:
+        for frame in opened.frames(0, None):
+            if len(answers) > len(clip):
+                boxes, raw, prior, scores, moved = (np.array(values) for values in answers[len(clip)])
+                found = Detections(boxes.reshape(-1, 4), raw, prior, scores)
+                clip.append(Seen(frame.picture, found, (float(moved[0]), float(moved[1]))))
+            else:
+                step = shift.step(frame.picture)
+                clip.append(Seen(frame.picture, components.detector.detect(frame.picture), step))
+    if kept is not None and not answers:
+        rows = [
+            [d.boxes.tolist(), d.raw_scores.tolist(), d.prior.tolist(), d.scores.tolist(), list(seen.shift)]
+            for seen in clip
+            for d in (seen.detections,)
+        ]
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        kept.write_text(json.dumps({"key": key, "answers": rows}), encoding="utf-8")
+    return clip
+
+
+def _read_answers(path: Path, key: dict[str, Any]) -> list[Any]:
+    """Answers of an earlier process to the same question; none if it was another."""
+    if not path.is_file():
+        return []
+    told = json.loads(path.read_text(encoding="utf-8"))
+    return list(told["answers"]) if told["key"] == json.loads(json.dumps(key)) else []
+
+
+def repeated(
+    clip: list[Seen],
+    components: Components,
+    params: Params,
+    identity: VideoIdentity,
+    folder: Path,
+    stop: int,
+    note: Callable[[int], bool],
+) -> int:
+    """All of a run that comes after detection, over a drive made of one clip; goes on where FOLDER ends.
+
+    Args:
+        clip: the frames of a turn.
+        components: of which the detector is not asked.
+        params: of the run.
+        identity: of the clip.
+        folder: of the evidence.
+        stop: frame after the last.
+        note: told after each frame how many are done; false ends the run.
+
+    Returns:
+        Frames done, those of earlier calls included.
+    """
+    height, width = clip[0].picture.shape[:2]
+    table: dict[str, Any] = {"time_base": f"1/{RATE}", "frames": stop, "width": width, "height": height}
+    table |= {"rotation": 0, "interval": 1 / RATE, "learned_lambda": components.learned_lambda}
+    header = RunHeader(identity, params.model_dump(mode="json"), dict(components.models), table)
+    begun = (folder / RUN_FILE).is_file()
+    writer = EvidenceWriter.resume(folder, header) if begun else EvidenceWriter.create(folder, header)
+    first = 0 if writer.last_frame is None else writer.last_frame + 1
+    state: Any = "interrupted"
+    try:
+        core = TrackingCore(params, components.parts, width, height, interval=1 / RATE)
+        if first:
+            with EvidenceReader(folder) as reader:
+                core = rebuild(reader, params, components.parts, first - 1)
+        rows = ResultStream()
+        done = first
+        with one_blas_thread():
+            for ordinal in range(first, stop):
+                seen = clip[ordinal % len(clip)]
+                shown = (ordinal // len(clip)) % SHOWN == 0
+                pixels = FramePixels(seen.picture)
+                detections = seen.detections if shown else Detections.empty()
+                given = FrameInput(ordinal, ordinal / RATE, detections, seen.shift, pixels)
+                evidence = core.step(given)
+                _drain(rows.add(evidence))
+                writer.append(replace(evidence, regions=keep_regions(evidence, pixels, params)))
+                done = ordinal + 1
+                if not note(done):
+                    break
+        if done == stop:
+            state = "complete"
+    finally:
+        writer.close(state, "" if state == "complete" else "The time was over.")
+    return done
+
+
+def note_writer(lines: Any, seconds: float) -> Callable[[int], bool]:
+    """Writes a note every `STEP` frames; says whether there is time left."""
+    began, cpu = time.monotonic(), time.process_time()
+
+    def note(done: int) -> bool:
+        passed = time.monotonic() - began
+        if done % STEP == 0:
+            now = {"frames": done, "wall": passed, "cpu": time.process_time() - cpu}
+            lines.write(json.dumps({k: round(v, 3) for k, v in (now | memory()).items()}) + "\n")
+            lines.flush()
+        return passed < seconds
+
+    return note
+
+
+def _drain(rows: Iterator[object]) -> None:
+    for _ in rows:
+        pass
+
+
+def main() -> None:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kind", choices=("real", "repeated"))
+    parser.add_argument("video", type=Path)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--stop", type=int, required=True)
+    parser.add_argument("--seconds", type=float, default=1e9, help="stop after this long")
+    args = parser.parse_args()
+    cv2.setNumThreads(1)
+    params = Params()
+    components = load_components(params)
+    clip = look_once(args.video, components, params, args.folder / "seen.json") if args.kind == "repeated" else []
+    args.folder.mkdir(parents=True, exist_ok=True)
+    with (args.folder / NOTES).open("a", encoding="utf-8") as lines:
+        held = sum(seen.picture.nbytes for seen in clip) / 1e6
+        lines.write(json.dumps({"held_mb": round(held, 3), "at": time.time()}) + "\n")
+        note = note_writer(lines, args.seconds)
+        if args.kind == "repeated":
+            identity = VideoIdentity(args.video.name, video_sha256(args.video), args.video.stat().st_size)
+            repeated(clip, components, params, identity, args.folder, args.stop, note)
+            return
+        enough = False
+
+        def after(progress: Any) -> None:
+            nonlocal enough
+            enough = not note(progress.done)
+
+        request = RunRequest(args.video, params, evidence=args.folder, stop=args.stop)
+        track_video(request, components, progress=after, stop=lambda: enough)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,268 @@
+"""Peers get our boxes, their rows are judged by our rules, and what is not installed says so by name."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.experiment import Data, Result
+from benchmarks.experiments import trackers
+from benchmarks.peers import multi, tuning
+from benchmarks.peers.figures import sequence, trackeval_figures
+from benchmarks.peers.kept import Kept
+from benchmarks.peers.multi import LEAST, PEERS, Missing, Peer, confidence, rows_of
+from benchmarks.peers.ours import Followed
+from benchmarks.peers.seen import Annotated, Seen, SeenFrame
+from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.records import Detections
+
+FRAMES = 12
+
+
+def _truth(boxes: list[tuple[int, int, tuple[float, ...], bool]]) -> Truth:
+    n = len(boxes)
+    return Truth(
+        np.array([b[0] for b in boxes]),
+        np.array([b[1] for b in boxes]),
+        np.array([b[2] for b in boxes], float).reshape(-1, 4),
+        np.zeros(n, int),
+        np.ones(n),
+        np.array([b[3] for b in boxes], bool),
+    )
+
+
+def _box(frame: int, left: float = 100.0, side: float = 40.0) -> tuple[float, ...]:
+    return (left + 2 * frame, 50.0, left + 2 * frame + side, 50.0 + side)
+
+
+def _rows(*rows: tuple[int, int, tuple[float, ...]]) -> Results:
+    return Results.of((f, t, np.array(b), 0, 1.0, "detected") for f, t, b in rows)
+
+
+def _seen(gap: range = range(0), score: float = 2.0) -> Seen:
+    """One sign that moves to the right, seen in each frame but those of the gap."""
+    frames = []
+    for k in range(FRAMES):
+        n = 0 if k in gap else 1
+        boxes, scores = np.array([_box(k)])[:n], np.full(n, score)
+        frames.append(SeenFrame(k, k / 30, Detections(boxes, scores, scores * 0, scores), (0.0, 0.0)))
+    truth = _truth([(k, 1, _box(k), False) for k in range(FRAMES)])
+    return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(frames))
+
+
+class _Toy:
+    """A tracker that gives every box the same identity, or as many as it is told."""
+
+    def __init__(self, frame_rate: float, change: int = 100, track_activation_threshold: float = 0.0) -> None:
+        self.frame, self.change, self.least = 0, change, track_activation_threshold
+
+    def update(self, detections: Any) -> Any:
+        detections.tracker_id = np.where(detections.confidence >= self.least, self.frame // self.change, -1)
+        self.frame += 1
+        return detections
+
+
+class _Boxes:
+    def __init__(self, xyxy: Any, confidence: Any, class_id: Any) -> None:
+        self.xyxy, self.confidence, self.class_id, self.tracker_id = xyxy, confidence, class_id, None
+
+
+@pytest.fixture
+def toy(monkeypatch: pytest.MonkeyPatch) -> Peer:
+    class Package:
+        Detections = _Boxes
+        Toy = _Toy
+
+    monkeypatch.setattr(multi, "load", lambda name: Package)
+    grid = {"change": (3, 100, 5), "activation_score": (0.0,), LEAST: (-1.0,)}
+    return Peer("toy", "Toy", grid, {"activation_score": "track_activation_threshold"})
+
+
+def test_a_peer_gets_our_boxes_in_order_and_keeps_its_identities(toy: Peer) -> None:
+    rows, seconds = rows_of(toy, _seen(range(4, 6)), {"change": 6, "activation_score": 0.0})
+    assert rows.frame.tolist() == [0, 1, 2, 3, 6, 7, 8, 9, 10, 11]
+    assert rows.track_id.tolist() == [0] * 4 + [1] * 6
+    assert rows.boxes[0].tolist() == list(_box(0))
+    assert seconds >= 0
+
+
+def test_scores_become_confidences_and_thresholds_with_them(toy: Peer) -> None:
+    assert confidence(0.0) == 0.5
+    assert (np.diff(confidence(np.linspace(-3, 3, 7))) > 0).all()
+    settings = {"change": 100, "activation_score": 1.0}
+    assert len(rows_of(toy, _seen(score=0.9), settings)[0].frame) == 0  # activation is a score of 1
+    assert len(rows_of(toy, _seen(score=1.1), settings)[0].frame) == FRAMES
+    assert len(rows_of(toy, _seen(score=-1.5), {LEAST: -1.0, "change": 100})[0].frame) == 0
+    assert len(rows_of(toy, _seen(score=-1.5), {"change": 100})[0].frame) == FRAMES
+
+
+def test_what_a_package_does_not_take_is_named(toy: Peer) -> None:
+    with pytest.raises(Missing, match="other settings"):
+        toy.make(30.0, {"wish": 1.0})
+    with pytest.raises(Missing, match="has no Other"):
+        Peer("other", "Other", {}, {}).make(30.0, {})
+
+
+def test_the_best_of_the_grid_is_chosen(toy: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    def whole(videos: list[dict[str, Any]], names: Any) -> dict[str, float]:
+        return {"HOTA": 1.0 / sum(v["num_tracker_ids"] for v in videos)}
+
+    monkeypatch.setattr(tuning, "trackeval_figures", whole)
+    monkeypatch.setattr(tuning, "load", lambda name: None)
+    monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
+    best = tuning.tune(toy, [_seen(), _seen(range(3, 5))], Kept(None))
+    assert best.settings["change"] == 100
+    assert best.hota == 0.5
+    assert best.tried == 3
+    with pytest.raises(ValueError, match="at least one clip"):
+        tuning.tune(toy, [], Kept(None))
+
+
+def test_what_was_done_is_found_again_and_what_changed_is_not(tmp_path: Path) -> None:
+    kept, calls = Kept(tmp_path / "kept"), []
+
+    def make() -> dict[str, Any]:
+        calls.append(1)
+        return {"box": (1.25, 2.0), "n": len(calls)}
+
+    first = kept.get(["a", {"x": 1}], make)
+    assert first == {"box": [1.25, 2.0], "n": 1}
+    assert kept.get(["a", {"x": 1}], make) == first
+    assert kept.get(["a", {"x": 2}], make)["n"] == 2
+    assert Kept(None).get(["a", {"x": 1}], make)["n"] == 3
+
+
+def test_results_come_back_exactly() -> None:
+    rows = _rows((0, 7, (0.1, 1 / 3, 20.0, 30.0)), (2, 8, _box(2)))
+    again = Followed.of(json.loads(json.dumps(Followed(rows, _rows(), 0.25).as_dict())))
+    assert again.rows.boxes.tolist() == rows.boxes.tolist()
+    assert (again.rows.track_id.tolist(), again.rows.source) == ([7, 8], ("detected", "detected"))
+    assert (len(again.live.frame), again.seconds) == (0, 0.25)
+
+
+def test_every_grid_is_small_and_of_known_settings() -> None:
+    for peer in PEERS:
+        assert 2 <= len(list(peer.settings())) <= 150
+        assert set(peer.scored) <= set(peer.grid)
+
+
+def test_what_does_not_count_is_left_out_before_trackeval() -> None:
+    truth = _truth(
+        [
+            (0, 1, _box(0), False),
+            (0, 2, _box(0, left=300, side=15), False),  # narrower than 20 px
+            (0, 3, _box(0, left=400, side=60), True),  # ignored
+            (1, 1, _box(1), False),
+        ]
+    )
+    rows = _rows(
+        (0, 7, _box(0)),
+        (0, 8, _box(0, left=300, side=15)),
+        (0, 9, _box(0, left=410, side=20)),  # inside the ignored area
+        (1, 7, _box(1)),
+        (1, 5, _box(1, left=500)),  # false
+    )
+    made = sequence(truth, rows, 3)
+    assert (made["num_gt_dets"], made["num_gt_ids"]) == (2, 1)
+    assert (made["num_tracker_dets"], made["num_tracker_ids"]) == (3, 2)
+    assert [len(ids) for ids in made["tracker_ids"]] == [1, 2, 0]
+    assert made["similarity_scores"][0].tolist() == [[1.0]]
+    assert made["similarity_scores"][2].shape == (0, 0)
+
+
+def test_a_box_on_a_counted_sign_is_not_excused_by_an_ignored_one_over_it() -> None:
+    truth = _truth([(0, 1, _box(0), False), (0, 2, _box(0, side=80), True)])
+    made = sequence(truth, _rows((0, 7, _box(0))), 1)
+    assert made["num_tracker_dets"] == 1
+
+
+def test_the_bound_takes_each_detection_once() -> None:
+    seen = _seen(range(2, 5))
+    rows = trackers.ideal(seen)
+    assert rows.frame.tolist() == [0, 1, *range(5, FRAMES)]
+    assert set(rows.track_id.tolist()) == {1}
+
+
+@pytest.mark.skipif(importlib.util.find_spec("trackers") is not None, reason="the peers are installed here")
+def test_peers_that_are_not_installed_are_skipped_by_name() -> None:
+    rows: dict[str, Any] = {}
+    chosen, missing = trackers.run_peers([_seen()], [_seen()], rows, Kept(None))
+    assert (chosen, rows) == ({}, {})
+    assert set(missing) == {"TrackEval", *(peer.name for peer in PEERS)}
+    assert all("pip install" in why for why in missing.values())
+
+
+def test_installed_peers_are_tuned_and_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in ("trackeval", "trackers"):
+        pytest.importorskip(package, reason="the peers are not installed")
+    peer = Peer("SORT", "SORTTracker", {"minimum_consecutive_frames": (1, 8)}, {})
+    monkeypatch.setattr(trackers, "PEERS", (peer,))
+    monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
+    rows: dict[str, Any] = {}
+    chosen, missing = trackers.run_peers([_seen()], [_seen(), _seen(range(3, 4))], rows, Kept(None))
+    assert missing == {}
+    assert chosen["SORT"]["settings"] == {"minimum_consecutive_frames": 1}
+    assert [len(set(found.track_id.tolist())) for found, _ in rows["SORT"]] == [1, 1]
+
+
+def _figures(coverage: float, error: float, **others: Any) -> dict[str, Any]:
+    return {
+        "HOTA": 0.5, "IDF1": 0.5, "MOTA": 0.5, "coverage": coverage, "ids_per_sign": 1.0, "signs": 4,
+        "signs_detected": 3, "false_tracks": 0, "mean_error": error, "mean_error_detected": error, "switches": 0,
+        "ms_a_frame": 1.0,
+    } | others  # fmt: skip
+
+
+def _told(**rows: dict[str, Any]) -> str:
+    chosen = {"SORT": {"settings": {"activation_score": 0.0}, "hota": 0.6, "tried": 4}} if "SORT" in rows else {}
+    missing = {"C-BIoU": "the package trackers cannot be imported."}
+    figures = {"groups": {"held out": rows}, "chosen": chosen, "missing": missing}
+    return trackers.EXPERIMENT.tell(Result("trackers", "toys", figures))
+
+
+def test_the_report_names_each_row_on_which_a_peer_is_better() -> None:
+    text = _told(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2), SORT=_figures(0.65, 0.09))
+    assert "**`default` is beaten by a tuned peer**" in text
+    assert "- held out, mean Eq. 7 by SORT: 0.09 against our 0.1" in text
+    assert "coverage by SORT" not in text
+    assert "`default` is nowhere beaten by `paper`." in text
+    assert "*Skipped:* C-BIoU: the package trackers cannot be imported." in text
+
+
+def test_without_peers_the_report_claims_nothing() -> None:
+    text = _told(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2))
+    assert "No peer could be run" in text
+    assert "nowhere beaten" not in text
+
+
+def test_a_missing_folder_of_approaches_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trackers, "read_clips", lambda folder: {"a": (Path("a.mp4"), _truth([]))})
+    videos, without = trackers.annotated(Data(None, None, tmp_path, None, tmp_path))
+    assert [v.group for v in videos] == ["held out"]
+    assert "`looming`" in without
+
+
+def test_trackeval_agrees_on_toys() -> None:
+    pytest.importorskip("trackeval", reason="TrackEval is not installed")
+    seen = _seen()
+    whole = _rows(*((k, 7, _box(k)) for k in range(FRAMES)))
+    torn = _rows(*((k, k // 6, _box(k)) for k in range(FRAMES)))
+    perfect = trackeval_figures([sequence(seen.video.truth, whole, FRAMES)])
+    assert perfect == pytest.approx({"HOTA": 1.0, "IDF1": 1.0, "MOTA": 1.0})
+    halves = trackeval_figures([sequence(seen.video.truth, torn, FRAMES)])
+    assert halves["IDF1"] == pytest.approx(0.5)
+    assert halves["MOTA"] == pytest.approx(11 / 12)
+    assert halves["HOTA"] == pytest.approx(np.sqrt(0.5))
+
+
+@pytest.mark.parametrize("peer", PEERS, ids=[peer.name for peer in PEERS])
+def test_each_peer_follows_a_toy(peer: Peer) -> None:
+    pytest.importorskip("trackers", reason="the peers are not installed")
+    rows, _ = rows_of(peer, _seen(), next(peer.settings()))
+    assert len(rows.frame) >= FRAMES - 2
+    assert len(set(rows.track_id.tolist())) == 1

@@ -1,0 +1,175 @@
+"""Gaps: where they start, that nothing is detected in them, and what the report says of who keeps the sign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.experiment import Result
+from benchmarks.experiments import gaps
+from benchmarks.peers import gap as gap_module
+from benchmarks.peers.gap import LEAD_IN, Gap, Still, carry, find_gaps, our_outcomes, summary
+from benchmarks.peers.generic import OpenCvTracker, maker
+from benchmarks.peers.multi import Missing
+from benchmarks.peers.seen import Annotated, Seen, SeenFrame
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.params import Params
+from tsr_engine.pipeline import FrameInput
+from tsr_engine.records import Detections, FrameEvidence, TrackFrame
+
+FRAMES = 40
+
+
+def _box(k: int) -> Any:
+    return np.array([100.0 + 2 * k, 50.0, 140.0 + 2 * k, 90.0])
+
+
+def _seen(unseen: range = range(0), frames: int = FRAMES) -> Seen:
+    made = []
+    for k in range(frames):
+        n = 0 if k in unseen else 1
+        one = np.ones(n)
+        made.append(SeenFrame(k, k / 30, Detections(_box(k)[None][:n], one, one, one), (1.0, 0.0)))
+    truth = Truth(
+        np.arange(frames),
+        np.full(frames, 4),
+        np.array([_box(k) for k in range(frames)]),
+        np.zeros(frames, int),
+        np.ones(frames),
+        np.zeros(frames, bool),
+    )
+    return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(made))
+
+
+def test_gaps_start_on_detections_after_the_lead_in() -> None:
+    found = find_gaps(_seen(range(LEAD_IN - 1, LEAD_IN + 1)), every=8)
+    assert [g.first for g in found] == [13, 21, 29]
+    assert [sorted(g.ends) for g in found] == [[5, 10, 20], [5, 10], [5, 10]]
+    assert found[0].ends[20].tolist() == _box(33).tolist()
+    assert found[0].box.tolist() == _box(13).tolist()
+    assert find_gaps(_seen(range(FRAMES)), every=8) == []
+    assert find_gaps(_seen(frames=LEAD_IN + 4), every=8) == []
+
+
+def test_a_still_box_falls_behind() -> None:
+    where = find_gaps(_seen(), every=100)[0]
+    pictures = [np.zeros((360, 640, 3), np.uint8)] * FRAMES
+    outcomes, seconds = carry(Still, pictures, where, where.box)
+    assert [o.length for o in outcomes] == [5, 10, 20]
+    assert [o.error for o in outcomes] == pytest.approx([0.25, 0.5, 1.0])
+    assert seconds >= 0
+    means = summary([*outcomes, *outcomes], 10)
+    assert means == {"gaps": 2, "error": 0.5, "iou": pytest.approx(1 / 3), "held": 0.0, "lost": 0}
+    assert summary(outcomes, 7) == {"gaps": 0}
+
+
+class _Core:
+    """Takes down what it is given; its one track moves by the camera's shift."""
+
+    given: list[FrameInput]
+
+    def __init__(self, last: int) -> None:
+        self.given, self.last = [], last
+
+    def step(self, frame: FrameInput) -> FrameEvidence:
+        self.given.append(frame)
+        state = "confirmed" if frame.ordinal <= self.last else "dead"
+        track = TrackFrame(
+            track_id=3, state=state, source="predicted", box=_box(frame.ordinal) + 4.0, score=1.0, prediction=None,
+            detection=None, gate=None, relocalisation=None, samples=(), recognition=None,
+        )  # fmt: skip
+        return FrameEvidence(
+            ordinal=frame.ordinal, seconds=frame.seconds, width=640, height=360, detections=frame.detections,
+            shift=frame.shift, tracks=(track,), events=(), regions=(), timings={},
+        )  # fmt: skip
+
+
+def test_our_tracker_gets_no_detection_in_a_gap(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = _seen()
+    where = find_gaps(seen, every=100)[0]
+    core = _Core(last=where.first + 12)
+    monkeypatch.setattr(gap_module, "start", lambda *_: core)
+    pictures = [np.zeros((360, 640, 3), np.uint8)] * FRAMES
+    params: Any = Params.preset("default")
+    outcomes, _ = our_outcomes(seen, pictures, where, params, None)  # type: ignore[arg-type]
+    numbers = [frame.ordinal for frame in core.given]
+    assert numbers == list(range(where.first - LEAD_IN + 1, where.first + 21))
+    assert all(len(f.detections) == (f.ordinal <= where.first) for f in core.given)
+    assert {f.shift for f in core.given} == {(1.0, 0.0)}
+    assert [o.lost for o in outcomes] == [False, False, True]  # it died after 12 frames
+    assert outcomes[0].error == pytest.approx(1 - 36 * 36 / 1600)
+    assert (outcomes[2].error, outcomes[2].iou) == (1.0, 0.0)
+
+
+def test_a_track_elsewhere_is_not_taken_for_the_sign(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = _seen()
+    start = find_gaps(seen, every=100)[0]
+    away = Gap(start.sign, start.first, start.box + 300.0, start.ends)
+    monkeypatch.setattr(gap_module, "start", lambda *_: _Core(last=FRAMES))
+    pictures = [np.zeros((360, 640, 3), np.uint8)] * FRAMES
+    outcomes, _ = our_outcomes(seen, pictures, away, Params.preset("paper"), None)  # type: ignore[arg-type]
+    assert all(o.lost for o in outcomes)
+
+
+def test_opencv_follows_a_moving_square() -> None:
+    if not hasattr(cv2, "TrackerMIL_create"):
+        pytest.skip("the installed OpenCV has no TrackerMIL")
+    rng = np.random.default_rng(0)
+    pictures = []
+    for k in range(4):
+        picture = rng.integers(0, 40, (120, 200, 3)).astype(np.uint8)
+        cv2.rectangle(picture, (60 + 2 * k, 40), (90 + 2 * k, 70), (0, 0, 255), -1)
+        pictures.append(picture)
+    cv2.setRNGSeed(1)
+    tracker = maker("MIL")()
+    tracker.start(pictures[0], np.array([60.0, 40.0, 91.0, 71.0]))
+    box = [tracker.step(p) for p in pictures[1:]][-1]
+    assert box is not None
+    assert abs(box[:2] - [66, 40]).max() <= 6
+
+
+def test_a_box_over_the_edge_is_started_inside() -> None:
+    class Fake:
+        def init(self, picture: Any, box: tuple[int, ...]) -> None:
+            self.box = box
+
+        def update(self, picture: Any) -> tuple[bool, tuple[int, ...]]:
+            return False, (0, 0, 0, 0)
+
+    fake = Fake()
+    tracker = OpenCvTracker(fake)
+    tracker.start(np.zeros((100, 100, 3), np.uint8), np.array([-5.0, 90.0, 20.0, 130.0]))
+    assert fake.box == (0, 90, 20, 10)
+    assert tracker.step(np.zeros((100, 100, 3), np.uint8)) is None
+
+
+def test_trackers_that_a_wheel_lacks_are_named() -> None:
+    with pytest.raises(Missing, match="TrackerWish"):
+        maker("Wish")
+    if hasattr(cv2, "TrackerVit_create"):
+        with pytest.raises(Missing, match="TrackerVit is a network"):
+            maker("Vit")
+
+
+def _row(error: float) -> dict[str, Any]:
+    one = {"gaps": 2, "error": error, "iou": 1 - error, "held": 1.0, "lost": 0}
+    return {"5": one, "10": one, "20": {"gaps": 0}, "ms": 3.0}
+
+
+def test_the_report_says_who_ends_nearer(tmp_path: Path) -> None:
+    rows = {"default": _row(0.2), "paper": _row(0.3), "CSRT": _row(0.1)}
+    missing = {"Vit": "TrackerVit is a network."}
+    result = Result("gaps", "toys", {"groups": {"held out": rows}, "missing": missing})
+    text = gaps.EXPERIMENT.tell(result)
+    assert "- held out, 5 frames: CSRT ends with 0.1000 against our 0.2000" in text
+    assert "*Skipped:* Vit: TrackerVit is a network." in text
+    assert "| - |" in text  # no gap of 20 frames
+    del rows["CSRT"]
+    assert "nothing ends nearer" in gaps.EXPERIMENT.tell(result)
+    assert gaps.EXPERIMENT.plot is not None
+    gaps.EXPERIMENT.plot(result, tmp_path / "gaps.svg")
+    assert "<svg" in (tmp_path / "gaps.svg").read_text()

@@ -1,0 +1,110 @@
+"""Detections over a video against truth, and what the report says about who is ahead."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.experiment import Data, Result, Skip, machine
+from benchmarks.experiments import detection, detection_video, systems
+from benchmarks.systems.curves import RATES, outdone, plain
+from benchmarks.systems.video import FrameTruth, Seen, counted, followed, frame_truths
+from tsr_engine.evaluation.detection import score_detections
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.params import Params
+from tsr_engine.records import Detections
+
+SIGN = np.array([100.0, 100, 130, 130])
+
+
+def _seen(ordinal: int, *rows: tuple[np.ndarray, float]) -> Seen:
+    boxes = np.array([box for box, _ in rows], float).reshape(-1, 4)
+    scores = np.array([score for _, score in rows], float)
+    found = Detections(boxes, scores, np.full(len(rows), 0.5), scores)
+    return Seen(ordinal, ordinal / 25, (640, 480), (0.01, 0.01), found)
+
+
+def test_ignored_boxes_excuse_but_do_not_hide_a_sign() -> None:
+    truth = FrameTruth(SIGN[None], np.array([[90.0, 90, 140, 140], [300, 300, 340, 340]]))
+    boxes = np.array([SIGN, [310, 310, 330, 330], [400, 100, 430, 130]])
+    kept, scores, signs = counted(boxes, np.array([3.0, 2.0, 1.0]), truth)
+    np.testing.assert_array_equal(kept, boxes[[0, 2]])  # the one inside an ignored box is gone
+    np.testing.assert_array_equal(scores, [3.0, 1.0])
+    assert len(signs) == 1
+
+
+def test_narrow_signs_are_ignored() -> None:
+    rows = np.array([[0.0, 0, 15, 15], [50, 50, 70, 70]])
+    truth = Truth(np.array([4, 4]), np.array([1, 2]), rows, np.zeros(2, int), np.ones(2), np.zeros(2, bool))
+    here, none = frame_truths(truth, [4, 5], 16.0)
+    np.testing.assert_array_equal(here.boxes, rows[1:])
+    np.testing.assert_array_equal(here.ignored, rows[:1])
+    assert len(none.boxes) == len(none.ignored) == 0
+
+
+def test_a_track_counts_from_its_first_frame_and_through_gaps() -> None:
+    frames = [_seen(k, (SIGN + k, 2.0)) if k != 5 else _seen(k) for k in range(10)]
+    frames[2] = _seen(2, (SIGN + 2, 2.0), (np.array([400.0, 200, 430, 230]), 1.0))  # seen once: no track
+    rows = followed(frames, Params().tracking)
+    assert [len(row.boxes) for row in rows] == [1] * 10
+    assert [bool(row.known[0]) for row in rows] == [False, False] + [True] * 8  # three detections confirm
+    assert abs(rows[5].boxes[0] - (SIGN + 5)).max() < 4
+    assert rows[5].scores[0] < rows[4].scores[0]
+
+
+def test_no_frames_no_rows() -> None:
+    assert followed([], Params().tracking) == []
+
+
+def test_a_curve_of_nothing_can_be_told() -> None:
+    empty = plain(score_detections([(np.zeros((0, 4)), np.zeros(0), SIGN[None])]))
+    assert empty["ap"] == 0
+    assert empty["recall"] == []
+
+
+def _curve(ap: float, recall: float, ms: float) -> dict[str, object]:
+    at = dict.fromkeys(RATES, recall)
+    return {"ap": ap, "recall_at": at, "recall": [0.0, recall], "precision": [1.0, 0.5], "ms": ms}
+
+
+def test_who_is_ahead_is_named() -> None:
+    columns = {"AP": (lambda row: row["ap"], 1), "time": (lambda row: row.get("ms"), -1)}
+    curves = {"a": _curve(0.9, 0.9, 50), "b": _curve(0.8, 0.9, 20), "c": {"ap": 0.95}}
+    assert outdone(curves, ("a",), columns) == ["AP: behind c", "time: behind b"]
+    assert outdone(curves, ("a", "b", "c"), columns) == []
+
+
+def test_the_report_says_where_ours_loses(tmp_path: Path) -> None:
+    ours = {name: _curve(0.9, 0.8, 50) for name in detection.OURS}
+    for other, expected in (
+        (_curve(0.8, 0.7, 90), "In no column of this table."),
+        (_curve(0.8, 0.7, 40), "time a picture: behind HOG cascade."),
+        (_curve(0.95, 0.7, 90), "AP: behind HOG cascade."),
+    ):
+        result = Result("detection", figures={"curves": ours | {"HOG cascade": other}, "missing": ""})
+        assert expected in detection.EXPERIMENT.tell(result)
+    detection.EXPERIMENT.plot(result, tmp_path / "curves.svg")  # type: ignore[misc]
+    assert (tmp_path / "curves.svg").read_text().count("<path") > 3
+
+
+def test_what_was_not_trained_is_said() -> None:
+    ours = {name: _curve(0.9, 0.8, 50) for name in detection.OURS}
+    text = detection.EXPERIMENT.tell(Result("detection", figures={"curves": ours, "missing": "no crops."}))
+    assert "The other systems are not here: no crops." in text
+    assert "Where ours loses" not in text
+
+
+def test_a_budget_that_was_overrun_is_said() -> None:
+    record = {"scenes": 1, "signs": 2, "crops": 3, "positives": 4, "negatives": 5, "title": "slow one", "name": "s"}
+    for seconds, expected in ((60, "and was kept"), (6000, "which slow one overran")):
+        figures = {"budget_minutes": 15, "systems": [record | {"cpu_seconds": seconds}]}
+        assert expected in systems.EXPERIMENT.tell(Result("systems", figures=figures, machine=machine()))
+
+
+def test_without_data_all_three_skip(tmp_path: Path) -> None:
+    nowhere = Data(None, None, None, None, tmp_path)
+    for experiment in (systems.EXPERIMENT, detection.EXPERIMENT, detection_video.EXPERIMENT):
+        with pytest.raises(Skip, match="was not given"):
+            experiment.run(nowhere)
