@@ -65,13 +65,13 @@ class Training:
         part.replace(path)  # a kill while saving does not cost the state before
 
     def load(self, path: Path, settings: dict[str, Any]) -> None:
-        """Go on from a state.
+        """Go on from a state; only the number of steps may be another, and the rate then falls to that end.
 
         Raises:
             SystemExit: it is of a training with other settings.
         """
         parts, self.hard.places, self.step, self.cpu_seconds, before = torch.load(path, weights_only=True)
-        if before != settings:
+        if before | {"steps": 0} != settings | {"steps": 0}:
             raise SystemExit(f"{path} is of a training with {before}, expected {settings}. Remove it or name another.")
         self.network.load_state_dict(parts[0])
         self.average = parts[1]

@@ -37,8 +37,12 @@ const editor = createEditor({
 const app = { store, api, operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, loader: /** @type {any} */ (null) };
 app.loader = createLoader(app, { opened: (run) => void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }))), closed: () => editor.close() });
 
+/** The address as it was last read or written here. */
+let known = '';
+
 function readRoute() {
-  const route = parseRoute(location.hash);
+  known = location.hash;
+  const route = parseRoute(known);
   store.dispatch((state) => setRoute(state, route));
   const { review } = store.get();
   if (route.screen === 'review' && review?.video.id === route.video && (route.run === null || route.run === review.run?.id)) {
@@ -54,10 +58,13 @@ let written;
 function writeRoute() {
   clearTimeout(written);
   written = undefined;
+  // somebody has just changed it, and the event that says so is on its way
+  if (location.hash !== known) return readRoute();
   const { route, review } = store.get();
   if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return;
   const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? null, frame: review.frame, track: review.selected });
-  if (location.hash !== wanted) history.replaceState(null, '', wanted);
+  if (known !== wanted) history.replaceState(null, '', wanted);
+  known = location.hash;
 }
 
 const shell = createShell(app);

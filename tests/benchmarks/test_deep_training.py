@@ -54,9 +54,10 @@ def test_a_stopped_training_goes_on_as_if_it_had_not_been(tmp_path: Path) -> Non
 
 
 def test_a_state_of_other_settings_is_refused(tmp_path: Path) -> None:
-    train.Training.start(0).save(tmp_path / "state.pt", {"steps": 2})
-    with pytest.raises(SystemExit, match="expected {'steps': 3}"):
-        train.Training.start(0).load(tmp_path / "state.pt", {"steps": 3})
+    train.Training.start(0).save(tmp_path / "state.pt", {"seed": 2, "steps": 5})
+    train.Training.start(0).load(tmp_path / "state.pt", {"seed": 2, "steps": 9})
+    with pytest.raises(SystemExit, match="expected {'seed': 3"):
+        train.Training.start(0).load(tmp_path / "state.pt", {"seed": 3, "steps": 5})
 
 
 def test_the_rate_rises_and_falls() -> None:
