@@ -122,7 +122,9 @@ def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -
     folder = artefact_folder(context.settings.home, artefact.id)
 
     def half_made() -> int | None:
-        busy = row(context, Artefact, artefact.id).state == "running" and any(folder.glob(".export.zip.*/export/*"))
+        if row(context, Artefact, artefact.id).state != "running":
+            return None
+        busy = any(path.is_file() for path in folder.glob(".export.zip.*/**/*"))
         return holder(context.settings.home, job_of(context, artefact.id).id) if busy else None
 
     os.kill(wait(half_made), signal.SIGKILL)
