@@ -54,7 +54,7 @@ class HardPlaces:
 
     def put(self, score: float, scene: int, x: float, y: float) -> None:
         """Remember a place; the easiest one makes room."""
-        self.places.append((score, scene, x, y))
+        self.places.append((float(score), int(scene), float(x), float(y)))  # plain: a state holds no numpy types
         self.places.sort(reverse=True)
         del self.places[self.most :]
 

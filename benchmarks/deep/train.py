@@ -81,7 +81,7 @@ class Training:
 def rate_at(step: int, steps: int) -> float:
     """Learning rate: up over the first twentieth, then down along a cosine."""
     up = max(1, steps // 20)
-    return RATE * (min(1.0, (step + 1) / up) * 0.5 * (1 + np.cos(np.pi * step / steps)) + 1e-3)
+    return float(RATE * (min(1.0, (step + 1) / up) * 0.5 * (1 + np.cos(np.pi * step / steps)) + 1e-3))
 
 
 def draw(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
@@ -70,7 +71,7 @@ def _run(data: Data) -> Result:
         "given goes. *After detection* goes the whole way: decoding, detection and camera shift were done once for "
         f"the {BASE} frames and their answers given again; tracking, gate, online detector, recognition, result rows "
         "and the evidence store, pixels included, work for every frame. Signs are shown in one turn of "
-        f"{SHOWN}, about as rare as on the paper's drives.",
+        f"{SHOWN}, for on real drives they are rare.",
         figures=figures,
         settings={f"seconds a call, {kind}": seconds for kind, seconds in SECONDS.items()},
         machine=machine(),
@@ -92,8 +93,8 @@ def _tell(result: Result) -> str:
                 "" if number else title, f"{s['frames']:,}", f"{s['frames'] / RATE / 60:.1f} min",
                 f"{s['per_second']:.1f}", f"{s['cpu_ms']:.1f}", f"{s['peak_mb']:.0f}", str(s["sittings"]),
             ])  # fmt: skip
-    signs = [["signs in view", *f["signs"]], ["ms a frame after detection", *(f"{v:.1f}" for v in f["signs"].values())]]
-    sizes = [["picture", *f["sizes"]], ["ms a detection", *(f"{v:.1f}" for v in f["sizes"].values())]]
+    signs = _across("signs in view", "ms a frame after detection", f["signs"])
+    sizes = _across("picture", "ms a detection", f["sizes"])
     return (
         table(rows) + f"\n{_verdict(f)} The evidence of both runs takes {f['real_evidence_mb']:.0f} and "
         f"{f['repeated_evidence_mb']:.0f} MB.\n\n"
@@ -106,13 +107,19 @@ def _tell(result: Result) -> str:
     )
 
 
+def _across(name: str, what: str, values: Mapping[str, float]) -> list[list[str]]:
+    """A table of two rows, smallest first: what was saved has lost its order."""
+    ordered = sorted(values.items(), key=lambda item: int(item[0].split("x")[0]))
+    return [[name, *(key for key, _ in ordered)], [what, *(f"{value:.1f}" for _, value in ordered)]]
+
+
 def _verdict(figures: Any) -> str:
     """How memory and rate at the end stand to those at the beginning."""
     words = []
     for kind, title in (("real", "Everything"), ("repeated", "After detection")):
         sections = figures[kind]
         if not sections:
-            words.append(f"{title}: nothing yet; another call goes on.")
+            words.append(f"{title}: **not measured yet**; another call does it.")
             continue
         last, first = sections[-1], sections[0]
         reached = (

@@ -6,7 +6,7 @@
 ``real`` is `tsr track` on the file. ``repeated`` decodes, detects and measures the camera's shift once for each frame
 of a short clip, and then gives those answers again turn after turn: tracking, gate, online detector, recognition,
 result rows and the evidence store do all their work for every frame of the long drive. In most turns the detections
-are withheld, so that signs are as rare as on the paper's drives.
+are withheld, for on real drives signs are rare.
 
 Both keep evidence in FOLDER and notes in FOLDER/notes.jsonl. When the time is over they stop; the same command goes on.
 """

@@ -159,12 +159,13 @@ def _section(frames: int, mb: float) -> dict[str, float]:
 def test_the_text_about_scale_says_how_far_it_got(sections: list[dict[str, float]], tmp_path: Path) -> None:
     figures = {
         "real": [], "repeated": sections, "real_evidence_mb": 1.0, "repeated_evidence_mb": 2.0,
-        "signs": {"1": 5.0, "2": 10.0}, "signs_exponent": 1.0, "sizes": {"360x288": 20.0, "720x576": 60.0},
+        "signs": {"1": 5.0, "16": 80.0, "2": 10.0}, "signs_exponent": 1.0, "sizes": {"360x288": 20.0, "720x576": 60.0},
         "sizes_exponent": 0.79,
     }  # fmt: skip
     result = Result("scale", "", figures, {}, machine())
     text = scale.EXPERIMENT.tell(result)
-    assert "Everything: nothing yet" in text
+    assert "Everything: **not measured yet**" in text
+    assert "| signs in view | 1 | 2 | 16 |" in text
     assert ("the peak of memory rises by 12 MB" in text) == (len(sections) == 2)
     assert ("the time ended at frame 1,500" in text) == (len(sections) == 1)
     if not sections:
