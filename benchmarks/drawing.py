@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "drawing"]
+__all__ = ["COLOURS", "draw_precision_recall", "drawing"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe and Ito: told apart by people who see fewer colours."""
@@ -24,3 +24,19 @@ def drawing(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6))
         axes = figure.subplots(1, across)
         yield axes
         figure.savefig(path, format="svg", metadata={"Date": None})
+
+
+def draw_precision_recall(path: Path, curves: Mapping[str, Mapping[str, Any]], styles: Mapping[str, str]) -> None:
+    """Curves with their average precision, in the order of ``styles``.
+
+    Args:
+        path: of the SVG file.
+        curves: name -> ``recall``, ``precision`` and ``ap``.
+        styles: name -> Matplotlib's line style.
+    """
+    with drawing(path) as axes:
+        for name, style in styles.items():
+            f = curves[name]
+            axes.plot(f["recall"], f["precision"], style, label=f"{name} (AP {f['ap']:.3f})")
+        axes.set(xlabel="recall", ylabel="precision", xlim=(0, 1.005), ylim=(0, 1.02))
+        axes.legend(loc="lower left")

@@ -8,24 +8,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from benchmarks.drawing import drawing
+from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments.held_out import Found, held_out
+from benchmarks.systems.curves import plain
 from benchmarks.timing.contenders import SIGNS
-from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.onnx import OnnxDetector
 from tsr_engine.evaluation.detection import DetectionScore, score_detections
-from tsr_engine.io.gtsdb import Scene, read_gtsdb
-from tsr_engine.io.models import Component, load_component
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.records import FloatArray
-from tsr_engine.training.offline import split_scenes
 
 __all__ = ["EXPERIMENT"]
 
-Found = list[tuple[FloatArray, FloatArray, FloatArray]]
 LEAST = -4.0
 """Log-odds from which its detections are kept: below, there are only false ones by the thousand."""
 SIZES = ((16, 32), (32, 64), (64, 1000))
@@ -33,7 +28,7 @@ SIZES = ((16, 32), (32, 64), (64, 1000))
 
 
 def _run(data: Data) -> Result:
-    scenes = read_gtsdb(data.need("gtsdb"))
+    data.need("gtsdb")
     about = SIGNS.with_suffix(".json")
     if not SIGNS.is_file() or not about.is_file():
         raise Skip(
@@ -41,20 +36,21 @@ def _run(data: Data) -> Result:
             f"benchmarks/deep/{SIGNS.name}` makes it (needs `torch` and `onnx`, extra `bench`)."
         )
     told = json.loads(about.read_text(encoding="utf-8"))
-    component = load_component("detector")
+    known = held_out(data)
+    component, report = known.detector, known.report
     if told["training"]["seed"] != (component.seed or 0):
         raise Skip("the network was trained on another split of the scenes than the shipped detector.")
-    train, calibrate, report = split_scenes(scenes, component.seed or 0)
-    if told["training"]["scenes"] != len(train):
+    if told["training"]["scenes"] != len(known.train):
         raise Skip(
-            f"the network was trained on {told['training']['scenes']} scenes, this folder's split has {len(train)}."
+            f"the network was trained on {told['training']['scenes']} scenes, this folder's split has "
+            f"{len(known.train)}."
         )
-    found = {"small deep detector": _detect(told, report), "ACF": _kept(component, len(calibrate), report)}
+    found = {"small deep detector": _detect(told, report), "ACF": known.found(prior=False)}
     return Result(
         "deep",
-        data=f"GTSDB, split by scene as for *Detection on unseen scenes*: {len(train)} scenes train, the "
-        f"{len(calibrate)} of calibration are not used, {len(report)} are reported on. Both without the prior, IoU "
-        "0.5, all classes as one, pictures at full size.",
+        data=f"GTSDB, split by scene as for *Detection on unseen scenes*: {len(known.train)} scenes train, the "
+        f"{len(known.calibrate)} of calibration are not used, {len(report)} are reported on. Both without the "
+        "prior, IoU 0.5, all classes as one, pictures at full size.",
         figures={name: _plain(results) for name, results in found.items()}
         | {"training": told["training"], "bytes": told["bytes"]},
         settings={
@@ -77,29 +73,9 @@ def _detect(told: dict[str, Any], report: Sequence[Scene]) -> Found:
     return results
 
 
-def _kept(component: Component, calibrated: int, report: Sequence[Scene]) -> Found:
-    """The detections on the same scenes that training kept of the ACF model of this split."""
-    rows = component.arrays["heldout_boxes"].astype(float)
-    raw = component.arrays["heldout_raw"].astype(float)
-    overlap = DetectorParams().final_overlap
-    results = []
-    for number, scene in enumerate(report):
-        here = np.flatnonzero(rows[:, 0].astype(int) == calibrated + number)
-        kept = here[suppress(rows[here, 1:], raw[here], overlap)]
-        results.append((rows[kept, 1:], raw[kept], scene.boxes))
-    return results
-
-
 def _plain(results: Found) -> dict[str, Any]:
     score = score_detections(results)
-    some = np.unique(np.linspace(0, max(0, len(score.recall) - 1), 400).astype(int)) if len(score.recall) else []
-    return {
-        "ap": score.average_precision,
-        "recall_at": {str(rate): score.recall_at(rate) for rate in (0.03, 0.1, 1.0)},
-        "by_width": _by_width(results, score),
-        "recall": np.round(score.recall[some], 5).tolist(),
-        "precision": np.round(score.precision[some], 5).tolist(),
-    }
+    return {**plain(score), "by_width": _by_width(results, score)}
 
 
 def _by_width(results: Found, score: DetectionScore) -> dict[str, list[int]]:
@@ -142,12 +118,7 @@ def _widths(figures: dict[str, Any]) -> list[str]:
 
 
 def _plot(result: Result, path: Path) -> None:
-    with drawing(path) as axes:
-        for name, style in (("small deep detector", "--"), ("ACF", "-")):
-            f = result.figures[name]
-            axes.plot(f["recall"], f["precision"], style, label=f"{name} (AP {f['ap']:.3f})")
-        axes.set(xlabel="recall", ylabel="precision", xlim=(0, 1.005), ylim=(0, 1.02))
-        axes.legend(loc="lower left")
+    draw_precision_recall(path, result.figures, {"small deep detector": "--", "ACF": "-"})
 
 
 EXPERIMENT = Experiment(

@@ -10,38 +10,33 @@ from typing import Any
 import cv2
 import numpy as np
 
-from benchmarks.drawing import drawing
+from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiments.held_out import Found, held_out
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.trained import SYSTEMS, trained
-from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.prior import SpatialPrior, parzen, with_prior
-from tsr_engine.evaluation.detection import DetectionScore, score_detections
-from tsr_engine.io.gtsdb import Scene, read_gtsdb
-from tsr_engine.io.models import Component, load_component
+from tsr_engine.evaluation.detection import score_detections
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.params import Params
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.pipeline import load_detector, one_blas_thread
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.records import FloatArray
-from tsr_engine.training.offline import BANDWIDTH, split_scenes
 
 __all__ = ["EXPERIMENT"]
 
 OURS = ("ACF", "ACF and prior")
-Found = list[tuple[FloatArray, FloatArray, FloatArray]]
 
 
 def _run(data: Data) -> Result:
-    detector, prior = load_component("detector"), load_component("prior")
-    seed = detector.seed or 0
-    train, calibrate, report = split_scenes(read_gtsdb(data.need("gtsdb")), seed)
-    known = detector.data["figures_from"]
-    if (known["calibrated_on"], known["reported_on"]) != (len(calibrate), len(report)):
-        raise Skip(f"the models report on {known['reported_on']} scenes of another folder than this one.")
-    curves = _ours(detector, prior, train, len(calibrate), report)
-    settings: dict[str, Any] = {"seed": seed, "detector": detector.sha256[:12], "prior": prior.sha256[:12]}
+    known = held_out(data)
+    detector, report = known.detector, known.report
+    curves = {name: score_detections(known.found(prior=prior)) for name, prior in zip(OURS, (False, True), strict=True)}
+    settings: dict[str, Any] = {
+        "seed": detector.seed or 0,
+        "detector": detector.sha256[:12],
+        "prior": known.prior.sha256[:12],
+    }
     detectors: dict[str, OfflineDetector] = {"ACF": load_detector(Params().with_settings([("second_core", False)]))}
     try:
         for system in trained(data):
@@ -58,37 +53,13 @@ def _run(data: Data) -> Result:
             figures[row]["ms"] = value
     return Result(
         "detection",
-        data=f"GTSDB, split by scene: trained on {len(train)}, calibrated on {len(calibrate)}, reported on the "
-        f"{len(report)} others ({curves['ACF'].signs} signs, all 43 classes as one, IoU 0.5). Our detections are those "
-        "that training kept of its model before it was trained once more on all scenes.",
+        data=f"GTSDB, split by scene: trained on {len(known.train)}, calibrated on {len(known.calibrate)}, reported on "
+        f"the {len(report)} others ({curves['ACF'].signs} signs, all 43 classes as one, IoU 0.5). Our detections are "
+        "those that training kept of its model before it was trained once more on all scenes.",
         figures={"curves": figures, "missing": missing},
         settings=settings,
         machine=machine(),
     )
-
-
-def _ours(
-    detector: Component, prior: Component, train: Sequence[Scene], calibrated: int, report: Sequence[Scene]
-) -> dict[str, DetectionScore]:
-    """Curves of the held-out detections that training kept, with and without a prior of the training scenes."""
-    rows = detector.arrays["heldout_boxes"].astype(float)
-    raw = detector.arrays["heldout_raw"].astype(float)
-    scene_of, boxes = rows[:, 0].astype(int), rows[:, 1:]
-    height, width = read_picture(report[0].path).shape[:2]
-    found = np.concatenate([s.boxes for s in train])
-    centres = np.stack([(found[:, 0] + found[:, 2]) / (2 * width), (found[:, 1] + found[:, 3]) / (2 * height)], axis=1)
-    values = SpatialPrior(parzen(centres, BANDWIDTH), 0.0).at(boxes, width, height)
-    overlap = Params().detector.final_overlap
-    curves = {}
-    for name, weight in zip(OURS, (0.0, float(prior.params["lambda"])), strict=True):
-        results = []
-        for number, scene in enumerate(report):
-            here = np.flatnonzero(scene_of == calibrated + number)
-            scores = with_prior(raw[here], values[here], weight)
-            kept = suppress(boxes[here], scores, overlap)
-            results.append((boxes[here][kept], scores[kept], scene.boxes))
-        curves[name] = score_detections(results)
-    return curves
 
 
 def _side_by_side(
@@ -166,13 +137,7 @@ def _tell(result: Result) -> str:
 
 def _plot(result: Result, path: Path) -> None:
     curves = result.figures["curves"]
-    styles = dict(zip(_order(curves)[::-1], ("-", "--", ":", "-."), strict=False))
-    with drawing(path) as axes:
-        for name in _order(curves)[::-1]:
-            f = curves[name]
-            axes.plot(f["recall"], f["precision"], styles[name], label=f"{name} (AP {f['ap']:.3f})")
-        axes.set(xlabel="recall", ylabel="precision", xlim=(0, 1.005), ylim=(0, 1.02))
-        axes.legend(loc="lower left")
+    draw_precision_recall(path, curves, dict(zip(_order(curves)[::-1], ("-", "--", ":", "-."), strict=False)))
 
 
 EXPERIMENT = Experiment(

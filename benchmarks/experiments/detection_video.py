@@ -13,7 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from benchmarks.drawing import drawing
+from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.systems.curves import RATES, outdone, plain
@@ -204,13 +204,8 @@ def _against_paper(curves: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _plot(result: Result, path: Path) -> None:
-    curves = result.figures["curves"]
-    with drawing(path) as axes:
-        for name, style in zip(ROWS, ("--", ":", "-.", "-", "-"), strict=True):
-            f = curves[name]
-            axes.plot(f["recall"], f["precision"], style, label=f"{name} (AP {f['ap']:.3f})")
-        axes.set(xlabel="recall", ylabel="precision", xlim=(0, 1.005), ylim=(0, 1.02))
-        axes.legend(loc="lower left")
+    styles = dict(zip(ROWS, ("--", ":", "-.", "-", "-"), strict=True))
+    draw_precision_recall(path, result.figures["curves"], styles)
 
 
 EXPERIMENT = Experiment(

@@ -11,18 +11,14 @@ import cv2
 import numpy as np
 
 from benchmarks.contact_sheet import Cell, write_sheet
-from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
-from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.prior import SpatialPrior, parzen, with_prior
+from benchmarks.experiment import ROOT, Data, Experiment, Result, machine, table
+from benchmarks.experiments.held_out import held_out
 from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import iou
-from tsr_engine.io.gtsdb import Scene, read_gtsdb
-from tsr_engine.io.models import load_component
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
-from tsr_engine.params import Params
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.records import FloatArray
-from tsr_engine.training.offline import BANDWIDTH, split_scenes
 
 __all__ = ["EXPERIMENT", "Seen", "misses", "reason"]
 
@@ -95,8 +91,10 @@ def reason(miss: dict[str, Any], contrast: float) -> str:
 
 
 def _run(data: Data) -> Result:
-    seen = _report_scenes(data)
-    score = score_detections([(one.boxes, one.scores, one.scene.boxes) for one in seen])
+    known = held_out(data)
+    found = known.found(prior=True)
+    seen = [Seen(scene, boxes, scores) for scene, (boxes, scores, _) in zip(known.report, found, strict=True)]
+    score = score_detections(found)
     threshold = score.threshold_at(RATE)
     missed = misses(seen, threshold)
     cells = []
@@ -124,34 +122,6 @@ def _run(data: Data) -> Result:
         settings={"false_a_picture": RATE},
         machine=machine(),
     )
-
-
-def _report_scenes(data: Data) -> list[Seen]:
-    """The report scenes with the detections that training kept.
-
-    Raises:
-        Skip: the folder holds other scenes than the models were trained on.
-    """
-    detector, prior = load_component("detector"), load_component("prior")
-    scenes = read_gtsdb(data.need("gtsdb"))
-    train, calibrate, report = split_scenes(scenes, detector.seed or 0)
-    known = detector.data["figures_from"]
-    if (known["calibrated_on"], known["reported_on"]) != (len(calibrate), len(report)):
-        raise Skip(f"the models report on {known['reported_on']} scenes of another folder than this one.")
-    rows = detector.arrays["heldout_boxes"].astype(float)
-    raw = detector.arrays["heldout_raw"].astype(float)
-    scene_of, boxes = rows[:, 0].astype(int), rows[:, 1:]
-    height, width = read_picture(scenes[0].path).shape[:2]
-    found = np.concatenate([s.boxes for s in train])
-    centres = np.stack([(found[:, 0] + found[:, 2]) / (2 * width), (found[:, 1] + found[:, 3]) / (2 * height)], axis=1)
-    values = SpatialPrior(parzen(centres, BANDWIDTH), 0.0).at(boxes, width, height)
-    scores = with_prior(raw, values, float(prior.params["lambda"]))
-    seen = []
-    for number, scene in enumerate(report):
-        here = np.flatnonzero(scene_of == len(calibrate) + number)
-        kept = here[suppress(boxes[here], scores[here], Params().detector.final_overlap)]
-        seen.append(Seen(scene, boxes[kept], scores[kept]))
-    return seen
 
 
 def _false(seen: Sequence[Seen], threshold: float) -> list[dict[str, Any]]:
