@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.experiment import Data, Experiment, Result, machine, table
-from benchmarks.review.desk import open_desk, open_review, until_ready
+from benchmarks.review.desk import open_desk, open_review
 from benchmarks.review.first_use import first_correction
 from benchmarks.review.handling import measure_handling
 from benchmarks.review.long import first_paint, lane_intervals, play_on
@@ -28,8 +28,7 @@ def _clip(data: Data, home: Path) -> tuple[str, dict[str, Any]]:
         clip = data.clips / CLIP
         truth = (data.clips / "gt" / CLIP).with_suffix(".csv").read_bytes()
     with open_desk(home, (clip.parent,), sample=False) as desk:
-        video = desk.server.call("POST", "/videos", {"path": str(clip)})["id"]
-        until_ready(desk.server, video)
+        video = desk.server.add_video(clip)["id"]
         # somebody else's run stands in for the engine's: what is timed here is the page
         where = f"/videos/{video}/imports?as=run&name=boxes&format=tracks-csv"
         run = desk.server.call("POST", where, truth, "application/octet-stream")["id"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
     from tests.e2e.live_server import LiveServer
 
-__all__ = ["Desk", "descendants", "open_desk", "open_review", "renderers", "resident_mb", "until_ready"]
+__all__ = ["Desk", "descendants", "open_desk", "open_review", "renderers", "resident_mb"]
 
 SIZE = {"width": 1280, "height": 720}
 
@@ -56,20 +55,12 @@ def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool) -> Iterator[
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         raise Skip("no browser: Chromium is not installed.")
-    before = os.environ.get("TSR_SAMPLE")
-    os.environ["TSR_SAMPLE"] = str(sample).lower()
-    try:
-        with sync_playwright() as playwright, LiveServer(home, roots=roots) as server:
-            browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-            try:
-                yield Desk(server, browser)
-            finally:
-                browser.close()
-    finally:
-        if before is None:
-            del os.environ["TSR_SAMPLE"]
-        else:
-            os.environ["TSR_SAMPLE"] = before
+    with sync_playwright() as playwright, LiveServer(home, roots, sample=sample) as server:
+        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        try:
+            yield Desk(server, browser)
+        finally:
+            browser.close()
 
 
 def open_review(page: Page, video: str, run: str, frame: int = 0) -> None:
@@ -115,16 +106,3 @@ def renderers() -> list[int]:
             if b"--type=renderer" in Path(f"/proc/{pid}/cmdline").read_bytes():
                 found.append(pid)
     return found
-
-
-def until_ready(server: LiveServer, video: str, seconds: float = 300) -> None:
-    """Wait for the end of an import.
-
-    Raises:
-        TimeoutError: it did not end.
-    """
-    end = time.monotonic() + seconds
-    while server.call("GET", f"/videos/{video}")["state"] != "ready":
-        if time.monotonic() > end:
-            raise TimeoutError(f"the import of {video} did not end within {seconds:.0f} s")
-        time.sleep(0.2)

@@ -26,11 +26,15 @@ class LiveServer:
     Args:
         home: data folder.
         roots: folders that videos may be added from; the samples' where it is left out.
+        sample: whether the library begins with the sample drives.
     """
 
-    def __init__(self, home: Path, roots: tuple[Path, ...] = (SHIPPED[0].video.parent,)) -> None:
+    def __init__(
+        self, home: Path, roots: tuple[Path, ...] = (SHIPPED[0].video.parent,), *, sample: bool = True
+    ) -> None:
         self.home = home
         self._roots = roots
+        self._sample = "--sample" if sample else "--no-sample"
         self._process: subprocess.Popen[str] | None = None
         self.base = ""
         self._log = home / "server.log"
@@ -60,7 +64,7 @@ class LiveServer:
     def start(self, port: int = 0) -> None:
         """Start and wait until it answers."""
         command = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "review"]
-        command += ["--home", str(self.home), "--port", str(port), "--no-browser"]
+        command += ["--home", str(self.home), "--port", str(port), "--no-browser", self._sample]
         for root in self._roots:
             command += ["--root", str(root)]
         with self._log.open("w") as log:
@@ -115,6 +119,20 @@ class LiveServer:
         with urllib.request.urlopen(request, timeout=60) as answer:
             text = answer.read()
         return json.loads(text) if text else None
+
+    def add_video(self, path: Path, timeout: float = 300) -> dict[str, Any]:
+        """Add a video of one of the folders and wait for the end of its import.
+
+        Raises:
+            RuntimeError: it failed, or did not end.
+        """
+        video = self.call("POST", "/videos", {"path": str(path)})["id"]
+        end = time.monotonic() + timeout
+        while (now := self.call("GET", f"/videos/{video}"))["state"] != "ready":
+            if now["state"] == "failed" or time.monotonic() > end:
+                raise RuntimeError(f"The import of {path.name} failed or took over {timeout:.0f} s: {now}")
+            time.sleep(0.1)
+        return dict(now)
 
     def wait_for_run(self, name: str, timeout: float = 240) -> dict[str, Any]:
         """The video of that name, as soon as its newest run is complete."""

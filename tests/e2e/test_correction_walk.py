@@ -154,9 +154,6 @@ def box_of(now: dict[str, Any], key: str) -> list[float]:
 def tracked(server: LiveServer, video: str, wanted: dict[str, Any]) -> str:
     """A complete run over a video that has just been added."""
     end = time.monotonic() + 500
-    while server.call("GET", f"/videos/{video}")["state"] != "ready":
-        assert time.monotonic() < end
-        time.sleep(0.1)
     run = str(server.call("POST", f"/videos/{video}/runs", wanted)["id"])
     while (now := server.call("GET", f"/runs/{run}"))["state"] != "complete":
         assert time.monotonic() < end, now
@@ -172,16 +169,12 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     home = tmp_path_factory.mktemp("walk")
     roots = tmp_path_factory.mktemp("clips")
     shutil.copyfile(clip, roots / "clip.mp4")
-    os.environ["TSR_SAMPLE"] = "false"
-    try:
-        with LiveServer(home, roots=(roots,)) as server, sync_playwright() as playwright:
-            video = server.call("POST", "/videos", {"path": str(roots / "clip.mp4")})["id"]
-            run = tracked(server, video, {"stop": FRAMES})
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-            yield Desk(server, browser, video, run)
-            browser.close()
-    finally:
-        del os.environ["TSR_SAMPLE"]
+    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
+        video = str(server.add_video(roots / "clip.mp4")["id"])
+        run = tracked(server, video, {"stop": FRAMES})
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Desk(server, browser, video, run)
+        browser.close()
 
 
 @pytest.fixture

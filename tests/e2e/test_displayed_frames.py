@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -62,10 +61,8 @@ WATCH = """async () => {
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory, files: dict[str, corpus.Made]) -> Iterator[LiveServer]:
     roots = next(iter(files.values())).path.parent
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("TSR_SAMPLE", "false")
-        with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,)) as running:
-            yield running
+    with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")
@@ -93,14 +90,9 @@ def page(server: LiveServer) -> Iterator[Page]:
 
 def add(server: LiveServer, made: corpus.Made) -> str:
     """Import a file; its id as soon as it is ready."""
-    video = str(server.call("POST", "/videos", {"path": str(made.path)})["id"])
-    end = time.monotonic() + 60
-    while (now := server.call("GET", f"/videos/{video}"))["state"] != "ready":
-        assert now["state"] != "failed", now
-        assert time.monotonic() < end, now
-        time.sleep(0.1)
-    assert now["frames"] == len(made.codes)
-    return video
+    video = server.add_video(made.path)
+    assert video["frames"] == len(made.codes)
+    return str(video["id"])
 
 
 def show(page: Page, video: str) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import json
 import shutil
-import time
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -50,23 +49,18 @@ class Desk(NamedTuple):
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     roots = tmp_path_factory.mktemp("clips")
     shutil.copyfile(SHIPPED[1].video, roots / NAME)
-    with pytest.MonkeyPatch.context() as patch, sync_playwright() as playwright:
-        patch.setenv("TSR_SAMPLE", "false")
-        with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,)) as server:
-            video = server.call("POST", "/videos", {"path": str(roots / NAME)})["id"]
-            end = time.monotonic() + 120
-            while server.call("GET", f"/videos/{video}")["state"] != "ready":
-                assert time.monotonic() < end
-                time.sleep(0.1)
-            found = server.call(
-                "POST",
-                f"/videos/{video}/imports?as=run&name=tracker&format=tracks-csv",
-                SHIPPED[1].truth.read_bytes(),
-                "application/octet-stream",
-            )
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-            yield Desk(server, browser, video, found["id"], found["tracks"], found["boxes"])
-            browser.close()
+    home = tmp_path_factory.mktemp("home")
+    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
+        video = str(server.add_video(roots / NAME)["id"])
+        found = server.call(
+            "POST",
+            f"/videos/{video}/imports?as=run&name=tracker&format=tracks-csv",
+            SHIPPED[1].truth.read_bytes(),
+            "application/octet-stream",
+        )
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Desk(server, browser, video, found["id"], found["tracks"], found["boxes"])
+        browser.close()
 
 
 @pytest.fixture

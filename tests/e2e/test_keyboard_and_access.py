@@ -39,14 +39,13 @@ FOCUSED = """() => { const one = document.activeElement; const style = getComput
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     roots = tmp_path_factory.mktemp("clips")
     shutil.copyfile(SHIPPED[0].video, roots / NAME)
-    with pytest.MonkeyPatch.context() as patch, sync_playwright() as playwright:
-        patch.setenv("TSR_SAMPLE", "false")
-        with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,)) as server:
-            video = server.call("POST", "/videos", {"path": str(roots / NAME)})["id"]
-            run = tracked(server, video, {"name": MARKUP[:100], "stop": 70})
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-            yield Desk(server, browser, video, run)
-            browser.close()
+    home = tmp_path_factory.mktemp("home")
+    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
+        video = str(server.add_video(roots / NAME)["id"])
+        run = tracked(server, video, {"name": MARKUP[:100], "stop": 70})
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Desk(server, browser, video, run)
+        browser.close()
 
 
 @pytest.fixture

@@ -59,10 +59,8 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 
 @pytest.fixture(scope="module")
 def server(home: ToyHome) -> Iterator[LiveServer]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("TSR_SAMPLE", "false")
-        with LiveServer(home.settings.home, roots=(home.video.parent,)) as running:
-            yield running
+    with LiveServer(home.settings.home, roots=(home.video.parent,), sample=False) as running:
+        yield running
 
 
 @pytest.fixture

@@ -54,18 +54,17 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 
 @pytest.fixture
 def page(home: ToyHome) -> Iterator[Page]:
-    with pytest.MonkeyPatch.context() as patch, sync_playwright() as playwright:
-        patch.setenv("TSR_SAMPLE", "false")
-        with LiveServer(home.settings.home, roots=(home.video.parent,)) as server:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-            page = browser.new_page(viewport={"width": 1280, "height": 720})
-            errors: list[str] = []
-            page.on("pageerror", lambda error: errors.append(str(error)))
-            page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
-            expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
-            yield page
-            browser.close()
-            assert errors == []
+    roots = (home.video.parent,)
+    with LiveServer(home.settings.home, roots, sample=False) as server, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page(viewport={"width": 1280, "height": 720})
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
+        expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
+        yield page
+        browser.close()
+        assert errors == []
 
 
 def test_the_loop_by_clicks(page: Page) -> None:
