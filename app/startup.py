@@ -6,6 +6,7 @@ import asyncio
 import threading
 from dataclasses import dataclass
 
+from app.artefacts.placing import sweep as sweep_placing
 from app.context import Context
 from app.jobs.supervisor import Supervisor
 from app.streaming import EventStream
@@ -28,7 +29,7 @@ def start(context: Context) -> Running:
         context.videos.add_samples(context.truths)
     context.artefacts.sweep()
     context.imports.sweep()
-    context.bundle_imports.sweep()
+    sweep_placing(context.settings.home, context.database)
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.events, context.jobs)

@@ -15,8 +15,8 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
+from app.artefacts.placing import Placing, placing
 from app.bundles.corrections import moved_document, read_corrections
-from app.bundles.placing import Placing, placing, sweep
 from app.edits.documents import TrackDoc, engine_doc
 from app.errors import Invalid
 from app.events import EventBus
@@ -83,10 +83,6 @@ class BundleImports:
         self._database = database
         self._events = events
         self._jobs = jobs
-
-    def sweep(self) -> None:
-        """Remove what imports of processes that died have left; those that are going on are let alone."""
-        sweep(self._settings.home, self._database)
 
     def bring_in(self, path: Path, folder: Path, author: str) -> BundleImport:
         """Check a bundle, then store all of it in one transaction.
@@ -178,7 +174,7 @@ class BundleImports:
         run_id = uuid.uuid4().hex
         clip = place / manifest.clip.file
         upload = home / "uploads" / f"{manifest.clip.sha256}{clip.suffix}"
-        with placing(home, run_id, manifest.clip.sha256, upload) as work, self._database.write() as session:
+        with placing(home, run_id, upload) as work, self._database.write() as session:
             video = self._video(session, manifest, clip, upload, work)
             run = self._run(manifest, video.id, run_id, report, len(spans))
             session.add(run)

@@ -16,6 +16,7 @@ from typing import Literal
 from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
+from app.artefacts.placing import placing
 from app.edits.documents import TrackDoc
 from app.edits.service import EditService
 from app.errors import Invalid, NotFound
@@ -231,17 +232,16 @@ class ImportService:
             author = incoming.author or self._settings.author
             said = marks(tracks, track_numbers(track.uid for track in tracks), author)
             edit = None
-            with self._database.write() as session:
+            with placing(home, run_id) as work, self._database.write() as session:
                 if session.get(Video, video_id) is None:
                     raise NotFound(f"There is no video {video_id[:80]!r} any more.")
                 session.add(run)
                 publish_run(session, self._events, run)
                 if said:
                     edit = self._edits.record_first(session, run, author, _command(incoming), said)
-                part.rename(folder)
+                work.put(part, folder)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
-            shutil.rmtree(folder, ignore_errors=True)
             raise
         boxes = sum(len(track.frames) for track in tracks)
         told = _result("run", run_id, len(tracks), boxes, dataset, _lost_in_run(tracks))

@@ -20,6 +20,7 @@ from bundle_office import FIRST, STOP, WRONG, Bundled
 from import_now import work_off
 from toy_server import Server
 
+from app.artefacts.placing import sweep
 from app.bundles import importing
 from app.edits.commands import Undo
 from app.errors import Busy
@@ -175,7 +176,8 @@ def test_twice_is_one_video_with_two_runs(bundled: Bundled, server: Server) -> N
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from app.bundles import importing, placing
+from app.artefacts import placing
+from app.bundles import importing
 from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.settings import Settings
@@ -220,9 +222,9 @@ def test_a_kill_between_files_and_commit_leaves_nothing_for_the_next_server(bund
 def test_what_was_committed_stays_though_its_note_was_left(bundled: Bundled, server: Server) -> None:
     told = bring_in(server, bundled.path).json()
     kept = rubbish(server)
-    note = {"run": told["run"]["id"], "video": told["video"]["id"], "upload": Path(told["video"]["path"]).name}
+    note = {"run": told["run"]["id"], "upload": Path(told["video"]["path"]).name}
     (server.settings.home / "runs" / f".placing-{told['run']['id']}").write_text(json.dumps(note))
-    server.context.bundle_imports.sweep()
+    sweep(server.settings.home, server.context.database)
     assert sorted(rubbish(server)) == sorted(kept)
     assert {Path(name).parts[0] for name in kept} == {"runs", "uploads"}
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import errno
 import io
 import json
+import signal
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -13,6 +16,7 @@ import numpy as np
 import pytest
 from exchange_desk import Desk, assert_same_track, unzipped, visible
 
+from app.artefacts.placing import sweep
 from app.exchange.imports import ImportService
 from app.storage.models import Run, Truth
 
@@ -268,6 +272,38 @@ def test_what_a_killed_import_has_left_is_swept(untouched: Desk) -> None:
     imports.sweep()
     assert not any(path.exists() for path in left)
     assert (desk.home / "runs" / desk.run_id).is_dir()
+
+
+# A process that imports a run and dies by SIGKILL between the last file and the commit.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from app.artefacts import placing
+from app.context import build_context
+from app.exchange.imports import Incoming
+from app.settings import Settings
+put = placing.Placing.put
+def put_and_die(self, source, place):
+    put(self, source, place)
+    os.kill(os.getpid(), signal.SIGKILL)
+placing.Placing.put = put_and_die
+home, video, file = sys.argv[1:]
+build_context(Settings(home=Path(home))).imports.bring_in(video, Incoming(Path(file), "late"), "run")
+"""
+
+
+def test_a_kill_between_files_and_commit_leaves_nothing(desk: Desk, annotations: bytes, tmp_path: Path) -> None:
+    before = state(desk)
+    file = tmp_path / "theirs.xml"
+    file.write_bytes(annotations)
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED, str(desk.home), desk.video_id, str(file)],
+        stderr=subprocess.PIPE, timeout=500, check=False,
+    )  # fmt: skip
+    assert done.returncode == -signal.SIGKILL, done.stderr.decode()
+    assert state(desk) != before, "the test must leave something to clean up"
+    sweep(desk.home, desk.server.context.database)
+    assert state(desk) == before
 
 
 def test_an_import_that_is_going_on_is_not_swept(untouched: Desk) -> None:

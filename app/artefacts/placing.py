@@ -15,6 +15,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from sqlalchemy import select
+
 from app.artefacts.folders import settle_file
 from app.storage.database import Database
 from app.storage.models import Run, Video
@@ -48,20 +50,19 @@ class Placing:
 
 
 @contextmanager
-def placing(home: Path, run_id: str, video_id: str, upload: Path) -> Iterator[Placing]:
+def placing(home: Path, run_id: str, upload: Path | None = None) -> Iterator[Placing]:
     """Around a transaction that gives a run, and perhaps its video, their files; if it fails, they are gone again.
 
     Args:
         home: the data folder.
         run_id: the run; its folder is ``runs/<run_id>``.
-        video_id: its video.
-        upload: where the video will lie, if it is placed.
+        upload: where its video will lie, if it is placed.
     """
     note = home / "runs" / f"{_NOTE}{run_id}"
     note.parent.mkdir(parents=True, exist_ok=True)
     with note.open("x", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        json.dump({"run": run_id, "video": video_id, "upload": upload.name}, file)
+        json.dump({"run": run_id, "upload": upload and upload.name}, file)
         file.flush()
         settle_file(note)
         work = Placing()
@@ -87,14 +88,15 @@ def _undo(home: Path, database: Database, note: Path, content: bytes) -> None:
     run_id = note.name.removeprefix(_NOTE)
     try:
         facts = json.loads(content)
-        video_id, upload = str(facts["video"]), home / "uploads" / Path(str(facts["upload"])).name
+        upload = facts["upload"] and home / "uploads" / Path(str(facts["upload"])).name
     except (ValueError, KeyError, TypeError):
         return  # cut off while it was written: nothing had been placed yet
     with database.read() as session:
-        run, video = session.get(Run, run_id), session.get(Video, video_id)
+        run = session.get(Run, run_id)
+        video = session.scalars(select(Video.id).where(Video.path == str(upload))).first()
     if run is None:
         _remove(home / "runs" / run_id)
-    if video is None or Path(video.path) != upload:
+    if upload and video is None:
         _remove(upload)
 
 
