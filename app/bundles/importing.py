@@ -27,7 +27,7 @@ from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
 from app.videos.table import restamp
-from app.videos.view import VideoView, publish_video, video_view
+from app.videos.view import VideoView, video_view
 from tsr_engine.bundle.expectation import read_expectation
 from tsr_engine.bundle.judge import sentence
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
@@ -182,7 +182,6 @@ class BundleImports:
             self._correct(session, run, documents, spans, report, author)
             work.put(folder / EVIDENCE, home / "runs" / run_id)
             # What pages are told includes whether the file is there: so it is, by now.
-            publish_video(session, self._events, video)
             publish_run(session, self._events, run)
             views = video_view(session, video), run_view(run)
         return BundleImport(video=views[0], run=views[1], report=report)

@@ -19,6 +19,7 @@ from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
 __all__ = ["RunService"]
@@ -151,6 +152,7 @@ class RunService:
             session.flush()
             session.delete(run)
             self._events.publish(session, "removed", run.id, {"run": run.id, "video": run.video_id})
+            publish_video(session, self._events, session.get_one(Video, run.video_id))
         for folder in folders:
             if folder.startswith("runs/"):
                 shutil.rmtree(self._settings.home / folder, ignore_errors=True)

@@ -11,15 +11,28 @@ from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
+from sample_videos import SHIPPED
 from tsr_engine.version import __version__
 
-__all__ = ["queue_first_run"]
+__all__ = ["queue_first_runs"]
 
 
-def queue_first_run(session: Session, events: EventBus, jobs: JobQueue, video: Video) -> None:
-    """Queue a run with the default preset if the video has none."""
-    if session.scalars(select(Run.id).where(Run.video_id == video.id).limit(1)).first() is not None:
-        return
+def queue_first_runs(session: Session, events: EventBus, jobs: JobQueue) -> None:
+    """Queue a run with the default preset of each imported sample drive that has none, in the order they ship in.
+
+    The first one is what the first screen is about: nothing starts before it is imported.
+    """
+    for clip in SHIPPED:
+        video = session.scalars(select(Video).where(Video.sample, Video.name == clip.video.name)).first()
+        if video is None or video.state == "failed":
+            continue
+        if video.state != "ready":
+            return  # the end of its import comes here again
+        if session.scalars(select(Run.id).where(Run.video_id == video.id).limit(1)).first() is None:
+            _queue(session, events, jobs, video)
+
+
+def _queue(session: Session, events: EventBus, jobs: JobQueue, video: Video) -> None:
     identity = uuid.uuid4().hex
     run = Run(
         id=identity,

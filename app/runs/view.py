@@ -8,7 +8,8 @@ from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.shapes import Model
-from app.storage.models import Run
+from app.storage.models import Run, Video
+from app.videos.view import publish_video
 
 __all__ = ["RunView", "publish_run", "run_view"]
 
@@ -70,6 +71,11 @@ def run_view(run: Run) -> RunView:
 
 
 def publish_run(session: Session, events: EventBus, run: Run) -> None:
-    """Tell the pages how the run stands."""
+    """Tell the pages how the run stands, and how its video does where that depends on it.
+
+    The library knows a video by what runs it has and which of them counts. Progress changes neither.
+    """
     session.flush()
     events.publish(session, "run", run.id, run_view(run).model_dump(mode="json"))
+    if run.state != "running":
+        publish_video(session, events, session.get_one(Video, run.video_id))

@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 
 from app.jobs.context import Stopped, TaskContext
-from app.runs.start import queue_first_run
+from app.runs.start import queue_first_runs
 from app.storage.models import Video
 from app.videos.glance import is_wanted
 from app.videos.table import pack
@@ -75,9 +75,10 @@ def import_video(task: TaskContext) -> None:
         row.codec, row.rate, row.frames, row.duration = file.codec, float(file.rate), len(table), duration
         row.warnings = warnings
         row.frame_table = pack(table, before[1])
-        publish_video(session, task.events, row)
         if row.sample:
-            queue_first_run(session, task.events, task.jobs, row)
+            session.flush()
+            queue_first_runs(session, task.events, task.jobs)
+        publish_video(session, task.events, row)
         if is_wanted(table, file.width, file.height):
             task.jobs.submit(session, "glance", video.id, priority=-1)
 

@@ -14,6 +14,7 @@ import { setRoute, setTheme, showBanner } from './store/actions/page.js';
 import { seek, select } from './store/actions/review.js';
 import { initialState } from './store/initial.js';
 import { createStore } from './store/store.js';
+import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
 import { recall, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
@@ -34,7 +35,7 @@ const editor = createEditor({
   author: () => recall('author') || store.get().session?.author || 'someone',
 });
 /** @type {App} */
-const app = { store, api, operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, loader: /** @type {any} */ (null) };
+const app = { store, api, ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, loader: /** @type {any} */ (null) };
 app.loader = createLoader(app, { opened: (run) => void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }))), closed: () => editor.close() });
 
 /** The address as it was last read or written here. */

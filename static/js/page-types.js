@@ -25,6 +25,8 @@
  * @property {(command: import('./types.js').Command) => boolean} edit   apply at once, send, keep until the server has it
  * @property {import('./editing/editor.js').Editor} editor
  * @property {import('./review/loader.js').Loader} loader
+ * @property {import('./store/catch_up.js').CatchUp['hear']} hear   what the server tells, into the store
+ * @property {import('./store/catch_up.js').CatchUp['load']} load   what the server is asked, into the store, never older than what was heard
  * @property {AbortSignal} signal      ends with the page
  */
 

@@ -34,8 +34,13 @@ WORK = 240_000
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
+def server(tmp_path_factory: pytest.TempPathFactory, browser: Browser) -> Iterator[LiveServer]:
     with LiveServer(tmp_path_factory.mktemp("home"), roots=(DRIVE.video.parent,)) as running:
+        first = browser.new_page()  # opened before anything is imported: all that it shows later it has to hear
+        first.goto(running.link())
+        expect(first.get_by_role("link", name="Review the sample drive")).to_be_visible(timeout=WORK)
+        expect(first.locator(".welcome-progress .meter")).to_be_visible(timeout=WORK)
+        first.close()
         end = time.monotonic() + WORK / 1000
         while len(begun := _sample_runs(running)) < len(SHIPPED):
             assert time.monotonic() < end

@@ -65,14 +65,19 @@ export function createLoader(app, hooks) {
     truth = null;
     hooks.closed();
     try {
-      const video = await api.video(route.video, { signal });
-      store.dispatch((state) => openReview(state, video));
+      await app.load(() => api.video(route.video, { signal }), openReview);
+      const video = store.get().review?.video;
+      if (!video) return;
       unready = video.state === 'ready' ? null : video.id;
       if (unready !== null) return;
-      const [table, runs] = await Promise.all([api.frameTable(video.id, { signal }), api.runs(video.id, { signal })]);
+      const [table] = await Promise.all([
+        api.frameTable(video.id, { signal }),
+        app.load(() => api.runs(video.id, { signal }), (state, found) => setRuns(state, video.id, found)),
+      ]);
+      const runs = store.get().runs[video.id] ?? [];
       const run = runs.find(({ id }) => id === route.run) ?? runs.find(({ id }) => id === video.latest_run) ?? runs[0] ?? null;
       store.dispatch((state) => {
-        const ready = changeReview(setRuns(state, video.id, runs), {
+        const ready = changeReview(state, {
           timebase: createTimebase(table), run, span: { first: 0, last: Math.max(1, table.frames - 1) },
         });
         return seek(ready, route.frame ?? run?.first ?? 0);

@@ -44,8 +44,7 @@ export function createCompare(app) {
       if (both.aborted) return;
       show(found, a, b, labels);
       if (!app.store.get().runs[found.video_id]) {
-        const runs = await app.api.runs(found.video_id, {signal: both});
-        app.store.dispatch((state) => setRuns(state, found.video_id, runs));
+        await app.load(() => app.api.runs(found.video_id, {signal: both}), (state, runs) => setRuns(state, found.video_id, runs));
       }
     } catch (thrown) {
       if (both.aborted) return;

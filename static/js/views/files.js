@@ -43,12 +43,10 @@ export function createFiles(app) {
 
   async function load() {
     try {
-      const found = await api.artefacts({}, {signal});
-      store.dispatch((state) => setArtefacts(state, found));
+      await app.load(() => api.artefacts({}, {signal}), setArtefacts);
       for (const video of store.get().videos ?? []) {
         if (store.get().runs[video.id] || video.runs === 0) continue;
-        const runs = await api.runs(video.id, {signal});
-        store.dispatch((state) => setRuns(state, video.id, runs));
+        await app.load(() => api.runs(video.id, {signal}), (state, runs) => setRuns(state, video.id, runs));
       }
     } catch (thrown) {
       if (signal.aborted) return;

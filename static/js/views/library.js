@@ -114,8 +114,8 @@ export function createLibrary(app) {
 
   async function load() {
     try {
-      const [session, videos] = await Promise.all([api.session({signal}), api.videos({signal})]);
-      store.dispatch((state) => hideBanner(setVideos(setSession(state, session), videos), 'load'));
+      await app.load(() => Promise.all([api.session({signal}), api.videos({signal})]),
+        (state, [session, videos]) => hideBanner(setVideos(setSession(state, session), videos), 'load'));
     } catch (thrown) {
       if (signal.aborted) return;
       noticed = 'error';
@@ -136,8 +136,7 @@ export function createLibrary(app) {
       asked.add(video.id);
       if (store.get().runs[video.id]) continue;
       try {
-        const runs = await api.runs(video.id, {signal});
-        store.dispatch((state) => setRuns(state, video.id, runs));
+        await app.load(() => api.runs(video.id, {signal}), (state, runs) => setRuns(state, video.id, runs));
       } catch {
         if (signal.aborted) return; // A card without its progress is still a card.
       }

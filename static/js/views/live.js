@@ -3,9 +3,7 @@
 
 import {sentence} from '../api/errors.js';
 import {openStream} from '../api/events.js';
-import {
-  dropMade, dropRun, dropVideo, hideBanner, putArtefact, putModel, putRun, setArtefacts, setModels, putVideo, setConnection, setLabels, setParameters, setRuns, setSession, setVideos, showBanner,
-} from '../store/actions/page.js';
+import {hideBanner, setArtefacts, setConnection, setLabels, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
@@ -30,7 +28,7 @@ export function startLive(app, hooks = {}) {
   const stream = open({
     signal: app.signal,
     onEvent: (event) => {
-      take(store, event);
+      app.hear(event);
       hooks.onEvent?.(event);
     },
     onConnection: (connection) => {
@@ -60,13 +58,13 @@ export function startLive(app, hooks = {}) {
 
   async function reload() {
     try {
-      const [session, labels, parameters, videos] = await Promise.all([api.session(), api.labels(), api.parameters(), api.videos()]);
-      store.dispatch((state) => setVideos(setParameters(setLabels(setSession(state, session), labels), parameters), videos));
+      await app.load(() => Promise.all([api.session(), api.labels(), api.parameters(), api.videos()]),
+        (state, [session, labels, parameters, videos]) => setVideos(setParameters(setLabels(setSession(state, session), labels), parameters), videos));
       store.dispatch((state) => hideBanner(state, 'load'));
-      await reloadMade();
+      await app.load(() => Promise.all([api.artefacts(), store.get().models && api.models()]),
+        (state, [artefacts, models]) => (models ? setModels(setArtefacts(state, artefacts), models) : setArtefacts(state, artefacts)));
       for (const video of Object.keys(store.get().runs)) {
-        const runs = await api.runs(video);
-        store.dispatch((state) => setRuns(state, video, runs));
+        await app.load(() => api.runs(video), (state, runs) => setRuns(state, video, runs));
       }
     } catch (thrown) {
       if (app.signal.aborted) return;
@@ -74,22 +72,5 @@ export function startLive(app, hooks = {}) {
     }
   }
 
-  async function reloadMade() {
-    const [artefacts, models] = await Promise.all([api.artefacts(), store.get().models && api.models()]);
-    store.dispatch((state) => (models ? setModels(setArtefacts(state, artefacts), models) : setArtefacts(state, artefacts)));
-  }
-
   return {retry: stream.retry, reload};
-}
-
-/**
- * @param {import('../types.js').Store} store
- * @param {ServerEvent} event
- */
-function take(store, event) {
-  if (event.kind === 'video') store.dispatch((state) => putVideo(state, event.data));
-  else if (event.kind === 'run') store.dispatch((state) => putRun(state, event.data));
-  else if (event.kind === 'removed') store.dispatch((state) => dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject));
-  else if (event.kind === 'artefact') store.dispatch((state) => putArtefact(state, event.data));
-  else if (event.kind === 'model') store.dispatch((state) => putModel(state, event.data));
 }

@@ -77,8 +77,7 @@ export function createModels(app) {
 
   async function load() {
     try {
-      const models = await api.models({signal: app.signal});
-      store.dispatch((state) => setModels(state, models));
+      await app.load(() => api.models({signal: app.signal}), setModels);
     } catch (thrown) {
       if (signal.aborted) return;
       notice.hidden = false;

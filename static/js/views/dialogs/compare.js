@@ -25,9 +25,8 @@ export function compareDialog({app, data, close, signal}) {
 
   async function load() {
     try {
-      const [runs, found] = await Promise.all([api.runs(data.video, {signal}), api.truths(data.video, {signal})]);
+      const [runs, found] = await Promise.all([app.load(() => api.runs(data.video, {signal}), (state, known) => setRuns(state, data.video, known)), api.truths(data.video, {signal})]);
       truths = found;
-      store.dispatch((state) => setRuns(state, data.video, runs));
       const usable = runs.filter(({state}) => state === 'complete');
       for (const select of [reference, candidate]) {
         const before = select.value;

@@ -188,8 +188,7 @@ export function exportDialog({app, data, close, signal}) {
     for (const video of store.get().videos ?? []) {
       if (signal.aborted) return;
       if (store.get().runs[video.id] || video.runs === 0) continue;
-      const found = await api.runs(video.id, {signal}).catch(() => null);
-      if (found) store.dispatch((state) => setRuns(state, video.id, found));
+      await app.load(() => api.runs(video.id, {signal}), (state, runs) => setRuns(state, video.id, runs)).catch(() => null);
     }
   }
 

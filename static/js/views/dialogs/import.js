@@ -153,9 +153,8 @@ export function importDialog({app, data, close, signal}) {
 
   async function load() {
     try {
-      const [known, runs] = await Promise.all([api.formats({signal}), api.runs(data.video, {signal})]);
+      const [known, runs] = await Promise.all([api.formats({signal}), app.load(() => api.runs(data.video, {signal}), (state, found) => setRuns(state, data.video, found))]);
       formats = known.filter(({can_import}) => can_import);
-      store.dispatch((state) => setRuns(state, data.video, runs));
       format.append(...formats.map((one) => h('option', {value: one.name}, one.title)));
       const usable = runs.filter(({state}) => state === 'complete');
       fill(run, ...usable.map((one) => h('option', {value: one.id}, runTitle(one))));

@@ -77,8 +77,8 @@ export function retrainDialog({app, data, close, signal}) {
 
   async function load() {
     try {
-      const [artefacts, models] = await Promise.all([api.artefacts({}, {signal}), api.models({signal})]);
-      store.dispatch((state) => setModels(setArtefacts(state, artefacts), models));
+      const [, models] = await app.load(() => Promise.all([api.artefacts({}, {signal}), api.models({signal})]),
+        (state, [files, versions]) => setModels(setArtefacts(state, files), versions));
       fill(parent, ...models.filter(({state}) => state === 'complete').map((one) => h('option', {value: one.id}, one.active ? `${one.name} (in use)` : one.name)));
       parent.value = models.find(({active}) => active)?.id ?? 'shipped';
     } catch (thrown) {

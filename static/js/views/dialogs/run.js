@@ -28,11 +28,9 @@ export function runDialog(setup) {
   /** @type {readonly Run[]|null|undefined} */
   let shown = null;
 
-  api.runs(data.video, {signal}).then(
-    (runs) => store.dispatch((state) => setRuns(state, data.video, runs)),
-    (thrown) => {
-      if (!signal.aborted) fill(none, sentence(thrown));
-    });
+  app.load(() => api.runs(data.video, {signal}), (state, runs) => setRuns(state, data.video, runs)).catch((thrown) => {
+    if (!signal.aborted) fill(none, sentence(thrown));
+  });
 
   return {
     title: `Runs of ${video?.name ?? 'this video'}`, size: 'wide',
@@ -189,9 +187,8 @@ function newRun({app, data, signal, close}, frames) {
   }
 
   const models = h('p', {class: 'field-hint run-models'}, 'Models: …');
-  app.api.models({signal}).then(
+  app.load(() => app.api.models({signal}), setModels).then(
     (found) => {
-      app.store.dispatch((state) => setModels(state, found));
       fill(models, 'Models: ', h('strong', null, found.find(({active}) => active)?.name ?? 'Shipped'), ', ', h('a', {href: '#/models', onclick: close}, 'choose another'));
     },
     () => {

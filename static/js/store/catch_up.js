@@ -1,0 +1,63 @@
+// @ts-check
+/**
+ * Answers and events of the server, brought into one order.
+ *
+ * A list that the server made before something happened can arrive after the event that tells of it, and would hide
+ * that event for good. So what is heard while an answer is on its way is heard once more on top of it. Each event says
+ * all of its subject, so hearing one twice does no harm, and what is newer than both comes later by itself.
+ */
+import {dropMade, dropRun, dropVideo, putArtefact, putModel, putRun, putVideo} from './actions/page.js';
+
+/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../types.js').ServerEvent} ServerEvent */
+
+/**
+ * @typedef {object} CatchUp
+ * @property {(event: ServerEvent) => void} hear   takes one event into the store
+ * @property {<T>(ask: () => Promise<T>, put: (state: State, answer: T) => State) => Promise<T>} load
+ *   asks, and takes the answer into the store with what has been heard since it was asked
+ */
+
+/**
+ * The state after an event; the same one if it says nothing of what the page keeps.
+ * @param {State} state
+ * @param {ServerEvent} event
+ * @returns {State}
+ */
+export function afterEvent(state, event) {
+  switch (event.kind) {
+    case 'video': return putVideo(state, event.data);
+    case 'run': return putRun(state, event.data);
+    case 'artefact': return putArtefact(state, event.data);
+    case 'model': return putModel(state, event.data);
+    case 'removed': return dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject);
+    default: return state;
+  }
+}
+
+/**
+ * @param {import('../types.js').Store} store
+ * @returns {CatchUp}
+ */
+export function createCatchUp(store) {
+  /** What has been heard since each question that is not answered yet. @type {Set<ServerEvent[]>} */
+  const open = new Set();
+  return {
+    hear(event) {
+      for (const heard of open) heard.push(event);
+      store.dispatch((state) => afterEvent(state, event));
+    },
+    async load(ask, put) {
+      /** @type {ServerEvent[]} */
+      const heard = [];
+      open.add(heard);
+      try {
+        const answer = await ask();
+        store.dispatch((state) => heard.reduce(afterEvent, put(state, answer)));
+        return answer;
+      } finally {
+        open.delete(heard);
+      }
+    },
+  };
+}

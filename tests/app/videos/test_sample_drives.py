@@ -1,0 +1,59 @@
+"""What a new user's page hears, from the first moment on, of the drives that ship with the tool."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from import_now import work_off
+from toy_server import Server
+
+from app.storage.models import Event, Job
+from sample_videos import SHIPPED
+
+NAMES = [clip.video.name for clip in SHIPPED]
+
+
+def heard(server: Server) -> dict[str, dict[str, Any]]:
+    """The newest that pages have been told of each video, by name; that of a run changes nothing here."""
+    with server.context.database.read() as session:
+        events = session.query(Event).where(Event.kind == "video").order_by(Event.seq).all()
+        return {event.data["name"]: event.data for event in events}
+
+
+def listed(server: Server) -> dict[str, dict[str, Any]]:
+    return {video["name"]: video for video in server.client.get("/api/videos").json()["videos"]}
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Server:
+    return Server(tmp_path / "home", sample=True)
+
+
+def test_a_page_that_only_listens_knows_what_one_that_asks_is_told(server: Server) -> None:
+    with server.client:
+        work_off(server.context, "import")
+        assert sorted(heard(server)) == sorted(NAMES)
+        assert heard(server) == listed(server)
+        for video in listed(server).values():
+            run = server.client.get(f"/api/runs/{video['latest_run']}").json()
+            assert (run["state"], video["runs"]) == ("queued", 1)
+
+        run = heard(server)[NAMES[1]]["latest_run"]
+        server.client.post(f"/api/runs/{run}/cancel").raise_for_status()
+        server.client.delete(f"/api/runs/{run}").raise_for_status()
+        assert heard(server)[NAMES[1]]["latest_run"] is None
+        assert heard(server) == listed(server)
+
+
+def test_the_drive_of_the_first_screen_is_run_first_whichever_is_imported_first(server: Server) -> None:
+    with server.client:
+        second = listed(server)[NAMES[1]]["id"]
+        with server.context.database.write() as session:
+            session.query(Job).where(Job.subject == second).one().priority = 20
+        work_off(server.context, "import")
+        with server.context.database.read() as session:
+            tracking = session.query(Job).where(Job.kind == "track").order_by(Job.priority.desc(), Job.order)
+            runs = [job.subject for job in tracking]
+        assert runs == [listed(server)[name]["latest_run"] for name in NAMES]
