@@ -118,11 +118,11 @@ class JobQueue:
 
         Returns:
             The job if it is given up or was cancelled; None if it goes on.
+
+        Raises:
+            Fenced: it ended after all, or belongs to another process.
         """
-        try:
-            job = self.held(session, job_id, token)
-        except Fenced:
-            return None
+        job = self.held(session, job_id, token)
         place = -1 if job.position is None else job.position
         furthest = job.payload.get("died_at")
         further = furthest is not None and place >= furthest + STRIDE

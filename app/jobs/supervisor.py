@@ -129,7 +129,10 @@ class Supervisor:
 
     def _bury(self, job: Job) -> None:
         with self._database.write() as session:
-            ended = self._jobs.bury(session, job.id, job.token)
+            try:
+                ended = self._jobs.bury(session, job.id, job.token)
+            except Fenced:
+                return  # it ended between the look at the queue and the look at its lock
             if ended is not None:
                 settle_subject(session, self._events, ended, ended.state, ended.error)
             else:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy.orm import Session
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -113,6 +114,26 @@ def test_each_kind_has_a_lane(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_what_ends_while_the_supervisor_looks_stays_ended(drive: Path, tmp_path: Path) -> None:
+    """It read of a running job, and by the time it looked whether the worker lives, both had ended as they should."""
+    shutil.copytree(drive, tmp_path / "home")
+    made = build_context(Settings(home=tmp_path / "home", roots=(tmp_path,), sample=False, workers=0, token=SECRET))
+    run = the_run(made)
+    with made.database.write() as session:
+        job = made.jobs.claim(session, made.jobs.submit(session, "track", run.id).id)
+    assert job is not None
+
+    class Late(JobQueue):
+        def running(self, session: Session) -> list[Job]:
+            return [job]
+
+    with made.database.write() as session:
+        made.jobs.finish(session, job.id, job.token, "done")
+    Supervisor(made.settings, made.database, made.events, Late(made.events))._turn()
+    assert (row(made, Run, run.id).state, job_of(made, run.id).state) == ("complete", "done")
+    made.close()
+
+
 def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -> None:
     run = the_run(context)
     long = context.runs.start(run.video_id)

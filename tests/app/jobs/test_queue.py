@@ -79,8 +79,8 @@ def test_who_holds_an_old_token_writes_nothing(database: Database, queue: JobQue
     give_back(old)
     with pytest.raises(Fenced), database.write() as session:
         queue.finish(session, job, old.job.token, "done")
-    with database.write() as session:
-        assert queue.bury(session, job, old.job.token) is None
+    with pytest.raises(Fenced), database.write() as session:
+        queue.bury(session, job, old.job.token)
     with database.read() as session:
         assert session.get_one(Run, RUN).state == "queued"
         assert queue.events.newest(session) == 0
@@ -91,6 +91,8 @@ def test_who_holds_an_old_token_writes_nothing(database: Database, queue: JobQue
     with database.write() as session:
         queue.finish(session, job, new.job.token, "done")
     assert state(database, job)[0] == "done"
+    with pytest.raises(Fenced), database.write() as session:
+        queue.bury(session, job, new.job.token)
     with pytest.raises(Fenced), new.write():
         pass
 
