@@ -18,6 +18,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshot_views import GRAPHICS, SHOWN, record
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
@@ -25,8 +26,6 @@ PATIENCE = 60_000
 """How long a scene may take on a slow machine, ms."""
 AXE = Path(__file__).resolve().parents[2] / "node_modules" / "axe-core" / "axe.min.js"
 DRAWN = [100, 120, 180, 200]
-DRAWING = 4000
-"""What the viewers in a frame of their own get to draw: they do not say when they have, ms."""
 SIZES = {"1280x720": (1280, 720), "3840x2160": (3840, 2160)}
 
 
@@ -208,9 +207,17 @@ def _beside(kind: str, ready: str) -> Callable[[Page, dict[str, Any]], None]:
             page.get_by_role("button", name="Close this view").click()
         page.locator(f"[data-operation={kind}-view]").click()
         page.locator(f".beside {ready}").first.wait_for()
-        if page.locator(".beside iframe:visible").count():
-            page.wait_for_timeout(DRAWING)
         quiet(page)
+
+    return go
+
+
+def _with_review(show: Callable[[Page], None]) -> Callable[[Page, dict[str, Any]], None]:
+    def go(page: Page, facts: dict[str, Any]) -> None:
+        _review(page, facts)
+        if page.locator(".beside:visible").count():
+            page.get_by_role("button", name="Close this view").click()
+        show(page)
 
     return go
 
@@ -238,14 +245,14 @@ SCENES = (
     Scene("open-bug-bundle", _over("import-bundle", lambda _: {})),
     Scene("retrain", _over("retrain", lambda _: {})),
     Scene("preferences", _over("settings", lambda _: {})),
-    Scene("review-recording", _beside("recording", ".empty, iframe")),
+    Scene("review-recording", _beside("recording", ".empty")),
     Scene("files", _screen("files")),
     Scene("models", _compared),
     Scene("compare", _compare),
     Scene("compare-error", _broken),
-    Scene("offline", _offline),
+    Scene("offline", _offline),  # leaves the page offline, so it is the last
 )
-VIEWS = (Scene("review-space", _beside("space", ".empty, iframe")),)
+VIEWS = tuple(Scene(name, _with_review(show)) for name, show in SHOWN.items())
 """Only for people to look at: they take a while."""
 
 
@@ -297,26 +304,27 @@ def _facts(server: LiveServer) -> dict[str, Any]:
     }
 
 
-def _shoot(
-    browser: Browser, server: LiveServer, facts: dict[str, Any], size: str, theme: str, out: Path
-) -> Iterator[str]:
+def _shoot(page: Page, facts: dict[str, Any], scenes: Sequence[Scene], kind: str, out: Path) -> Iterator[str]:
+    problems: list[str] = []
+    page.on("pageerror", lambda error: problems.append(f"error in the page: {error}"))
+    for scene in scenes:
+        scene.go(page, facts)
+        page.screenshot(path=out / f"{scene.name}-{kind}.png")
+        problems += serious(page) if AXE.is_file() else []
+        yield from (f"{scene.name}, {kind}: {problem}" for problem in problems)
+        problems.clear()
+
+
+def _page(browser: Browser, server: LiveServer, size: str, theme: str) -> Page:
     width, height = SIZES[size]
     context = browser.new_context(
         viewport={"width": width, "height": height}, color_scheme="dark" if theme == "dark" else "light"
     )
     page = context.new_page()
     page.set_default_timeout(PATIENCE)
-    problems: list[str] = []
-    page.on("pageerror", lambda error: problems.append(f"error in the page: {error}"))
     page.goto(server.link())
     page.wait_for_function("() => globalThis.tsr?.store.get().videos !== null && tsr.store.get().session !== null")
-    for scene in (*VIEWS, *SCENES):  # the last one leaves the page offline
-        scene.go(page, facts)
-        page.screenshot(path=out / f"{scene.name}-{size}-{theme}.png")
-        problems += serious(page) if AXE.is_file() else []
-        yield from (f"{scene.name}, {size}, {theme}: {problem}" for problem in problems)
-        problems.clear()
-    context.close()
+    return page
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -326,6 +334,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--size", choices=sorted(SIZES), action="append", help="only this size; repeatable")
     parser.add_argument("--theme", choices=["light", "dark"], action="append", help="only this theme; repeatable")
     parser.add_argument("--home", type=Path, help="data folder that is kept, so that the sample drives run only once")
+    names = [scene.name for scene in (*SCENES, *VIEWS)]
+    parser.add_argument("--scene", choices=names, action="append", help="only this scene; repeatable")
     chosen = parser.parse_args(arguments)
     for folder in (chosen.out, chosen.home):
         if folder is not None:
@@ -333,11 +343,17 @@ def main(arguments: list[str] | None = None) -> int:
     problems: list[str] = []
     with TemporaryDirectory() as own, LiveServer(chosen.home or Path(own)) as server, sync_playwright() as playwright:
         facts = _facts(server)
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        for size in chosen.size or SIZES:
-            for theme in chosen.theme or ("light", "dark"):
-                problems += _shoot(browser, server, facts, size, theme, chosen.out)
-        browser.close()
+        kinds = [(size, theme) for size in chosen.size or SIZES for theme in chosen.theme or ("light", "dark")]
+        for all_scenes, flags in ((SCENES, FLAGS), (VIEWS, [*FLAGS, *GRAPHICS])):
+            scenes = [scene for scene in all_scenes if chosen.scene is None or scene.name in chosen.scene]
+            if scenes and all_scenes is VIEWS:  # only now, for one of the scenes is that there is no recording
+                record(server, facts["run"], 0, 79, facts["track"])
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
+            for size, theme in kinds:
+                page = _page(browser, server, size, theme)
+                problems += _shoot(page, facts, scenes, f"{size}-{theme}", chosen.out)
+                page.context.close()
+            browser.close()
     for problem in dict.fromkeys(problems):
         print(problem, file=sys.stderr)
     print(f"{len(list(chosen.out.glob('*.png')))} pictures in {chosen.out}")

@@ -18,6 +18,7 @@ from playwright.sync_api import Page, sync_playwright
 
 from app.recordings.viewer import ViewerFiles
 from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshot_views import GRAPHICS
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
@@ -30,7 +31,6 @@ pytestmark = [
 ]
 PATIENCE = 120
 """How long a step may take, s: without a graphics card, a viewer on a busy machine shows a picture in seconds."""
-GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 # The view over the whole window, and everything that the viewer's frame says.
 MOUNT = """async () => {
   globalThis.heard = [];

@@ -185,6 +185,18 @@ def test_the_sdk_finds_nothing_wrong(report: RecordingReport) -> None:
     assert "1 file verified without error" in done.stdout + done.stderr
 
 
+def test_a_viewer_opens_it_on_the_views_that_were_made_for_it(report: RecordingReport) -> None:
+    """What was only the default came too late: the viewer had laid out a view for each entity by itself."""
+    command = [sys.executable, "-m", "rerun_cli", "rrd", "print", str(report.path)]
+    said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout
+    orders = [line for line in said.splitlines() if line.startswith("BlueprintActivationCommand")]
+    assert len(orders) == 1
+    assert "make_active: true, make_default: true" in orders[0]
+    views = said.count("ViewBlueprint:class_identifier")
+    assert views >= 4, "picture, events, about, states"
+    assert said.rindex("ViewBlueprint:class_identifier") < said.index(orders[0]), "complete before it is shown"
+
+
 def test_equal_content_has_an_equal_name_and_other_content_another(
     run: Path, report: RecordingReport, tmp_path: Path
 ) -> None:

@@ -64,7 +64,9 @@ class Sink:
         rr.set_strict_mode(True)  # otherwise data of a wrong shape is dropped with a warning
         self._recording = rr.RecordingStream(application_id, recording_id=recording_id)
         self._memory = self._recording.memory_recording()
-        self._recording.send_blueprint(blueprint, make_active=False, make_default=True)
+        # Collected in memory it comes after the recording's first chunk. A viewer has laid its views out by itself by
+        # then, and keeps to that unless the blueprint is made the active one.
+        self._recording.send_blueprint(blueprint, make_active=True, make_default=True)
 
     def __enter__(self) -> Sink:
         return self

@@ -1,0 +1,88 @@
+"""The scenes beside the picture that other programs draw: the recording in the Rerun viewer, and what viser shows.
+
+They need WebGL, in software here, and do not say when they have drawn: they are looked at until they stay.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+    from tests.e2e.live_server import LiveServer
+
+__all__ = ["GRAPHICS", "SHOWN", "record"]
+
+GRAPHICS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+"""Flags of Chromium: WebGL without a graphics card."""
+_PATIENCE = 150.0
+"""How long the first picture of a view may take on a slow machine, s."""
+_LOOK = 1500
+"""Time between two looks at it, ms."""
+
+
+def record(server: LiveServer, run: str, first: int, stop: int, track: str) -> None:
+    """A recording of some frames, for the viewer to show.
+
+    Raises:
+        RuntimeError: it was not made in time.
+    """
+    order = {"first": first, "stop": stop, "name": "Around the sign", "frame": (first + stop) // 2, "track": track}
+    made = server.call("POST", f"/runs/{run}/recordings", order)
+    end = time.monotonic() + _PATIENCE
+    while (state := server.call("GET", f"/artefacts/{made['id']}")["state"]) != "complete":
+        if state == "failed" or time.monotonic() > end:
+            raise RuntimeError(f"The recording was not made: it is {state}.")
+        time.sleep(0.3)
+
+
+def _seen(page: Page, frame: str) -> np.ndarray:
+    shot = page.locator(frame).first.screenshot(timeout=60_000)
+    picture = cv2.imdecode(np.frombuffer(shot, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    return picture
+
+
+def _drawn(page: Page, frame: str) -> None:
+    """Wait until a view shows something of many colours that stays."""
+    end, before = time.monotonic() + _PATIENCE, None
+    while time.monotonic() < end:
+        now = _seen(page, frame)
+        colours = len(np.unique((now // 16).reshape(-1, 3), axis=0))
+        if before is not None and colours > 60 and before.shape == now.shape and cv2.absdiff(before, now).mean() < 0.5:
+            return
+        before = now
+        page.wait_for_timeout(_LOOK)
+    raise RuntimeError(f"{frame} was not drawn in {_PATIENCE:.0f} s")
+
+
+def _recording(page: Page) -> None:
+    page.locator("[data-operation=recording-view]").click()
+    page.locator(".recording iframe").first.wait_for()
+    page.wait_for_function("() => document.querySelector('.recording-veil') === null", timeout=_PATIENCE * 1000)
+    _drawn(page, ".recording iframe")
+
+
+def _space(name: str) -> Callable[[Page], None]:
+    def go(page: Page) -> None:
+        page.locator("[data-operation=space-view]").click()
+        page.get_by_role("button", name=name).click()
+        page.locator(".space-frame").wait_for()
+        _drawn(page, ".space-frame")
+
+    return go
+
+
+SHOWN = {
+    "view-recording": _recording,
+    "view-volume": _space("Space-time volume"),
+    "view-prior": _space("Spatial prior"),
+    "view-drive": _space("Metric drive"),
+}
+"""Name of the picture -> what shows it beside the open review screen."""
