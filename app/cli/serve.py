@@ -24,6 +24,7 @@ from app.settings import Settings
 from tsr_engine.cli.common import say
 from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.io.locks import is_locked
 
 __all__ = ["ReviewServer", "open_running", "serve"]
 
@@ -87,7 +88,8 @@ def open_running(settings: Settings, video: Path | None, browser: bool) -> bool:
         UsageError: it does not take the video.
     """
     until = time.monotonic() + _START
-    while _in_use(settings.home):  # else nobody is asked: the secret is not for whoever has the old port by now
+    # where no server holds the lock nobody is asked: the secret is not for whoever has the old port by now
+    while is_locked(settings.home / _LOCK):
         try:
             link = _ask_for_link(settings, video)
         except urllib.error.HTTPError as error:
@@ -113,21 +115,6 @@ def _ask_for_link(settings: Settings, video: Path | None) -> str:
         added = _post(f"{base}/api/videos", token, {"path": str(video.resolve())})
         path = f"#/review/{added['id']}"
     return f"{base}{_post(f'{base}/api/session/links', token, None)['path']}{path}"
-
-
-def _in_use(home: Path) -> bool:
-    """Whether a server holds the lock of the data folder."""
-    try:
-        file = os.open(home / _LOCK, os.O_RDWR)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    finally:
-        os.close(file)
-    return False
 
 
 def _post(url: str, token: str, body: dict[str, str] | None) -> dict[str, str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
 import shutil
 import uuid
 import zipfile
@@ -41,6 +39,7 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.locks import is_locked
 
 __all__ = ["ImportKind", "ImportResult", "ImportService", "Incoming", "SkippedView"]
 
@@ -156,7 +155,7 @@ class ImportService:
         """Remove what imports of processes that died have left; those that are going on are let alone."""
         for place in ("runs", "uploads"):
             for folder in (self._settings.home / place).glob(f"{_PART}*"):
-                if not _is_locked(folder / LOCK_FILE):
+                if not is_locked(folder / LOCK_FILE):
                     shutil.rmtree(folder, ignore_errors=True)
 
     def new_part(self) -> Path:
@@ -311,17 +310,3 @@ def _lost_in_run(tracks: Iterable[Track]) -> list[Skipped]:
     count = sum(0 if track.ignore is None else int(track.ignore.sum()) for track in tracks)
     reason = "A run has no regions to ignore; they came in as ordinary boxes. Import the file as ground truth."
     return [Skipped(f"{count} marks 'ignore'", reason)] if count else []
-
-
-def _is_locked(path: Path) -> bool:
-    try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    finally:
-        os.close(descriptor)
-    return False

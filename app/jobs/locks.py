@@ -7,6 +7,8 @@ import os
 import socket
 from pathlib import Path
 
+from tsr_engine.io.locks import is_locked
+
 __all__ = ["JobLock", "holder", "is_alive", "place_of"]
 
 
@@ -46,17 +48,7 @@ class JobLock:
 
 def is_alive(home: Path, job_id: str) -> bool:
     """Whether some process of this machine holds the job."""
-    try:
-        file = os.open(_path(home, job_id), os.O_RDWR)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    finally:
-        os.close(file)
-    return False
+    return is_locked(_path(home, job_id))
 
 
 def holder(home: Path, job_id: str) -> int | None:

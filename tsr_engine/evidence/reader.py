@@ -6,8 +6,6 @@ checkpoints nor grows with the length of the run.
 
 from __future__ import annotations
 
-import fcntl
-import os
 import sqlite3
 from array import array
 from collections.abc import Iterator, Sequence
@@ -25,6 +23,7 @@ from tsr_engine.evidence.encode import TableEntry, TrackSummary
 from tsr_engine.evidence.header import RunHeader, RunState, read_header
 from tsr_engine.evidence.schema import DATABASE, LOCK_FILE
 from tsr_engine.evidence.writer import check_identity
+from tsr_engine.io.locks import is_locked
 from tsr_engine.records import Event, FrameEvidence, Region, TrackFrame
 
 _BLOCK = 64
@@ -111,7 +110,7 @@ class EvidenceReader:
     def state(self) -> RunState:
         """How the run stands now: ``running`` only while a living process writes it."""
         state = read_header(self.folder).state
-        return "interrupted" if state == "running" and not _is_locked(self.folder / LOCK_FILE) else state
+        return "interrupted" if state == "running" and not is_locked(self.folder / LOCK_FILE) else state
 
     @property
     def first_frame(self) -> int | None:
@@ -320,17 +319,3 @@ def _open(path: Path) -> sqlite3.Connection:
 
 def _connect(address: str) -> sqlite3.Connection:
     return sqlite3.connect(address, uri=True, isolation_level=None, timeout=30.0, check_same_thread=False)
-
-
-def _is_locked(path: Path) -> bool:
-    try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    finally:
-        os.close(descriptor)
-    return False
