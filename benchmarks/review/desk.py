@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import shutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,8 +16,10 @@ if TYPE_CHECKING:
 
     from tests.e2e.live_server import LiveServer
 
-__all__ = ["Desk", "descendants", "open_desk", "open_review", "renderers", "resident_mb"]
+__all__ = ["READY", "Desk", "descendants", "open_desk", "open_review", "renderers", "resident_mb"]
 
+READY = "(r => r && r.shown === r.frame && r.tracks && r.lanes)(tsr.store.get().review)"
+"""In the page: the review screen has its picture, its tracks and its lanes."""
 SIZE = {"width": 1280, "height": 720}
 
 
@@ -28,6 +29,8 @@ class Desk:
 
     server: LiveServer
     browser: Browser
+    chromium: str
+    flags: list[str]
 
     def page(self, width: int = SIZE["width"], height: int = SIZE["height"]) -> Page:
         """A page that has signed in, in a window and a profile of its own."""
@@ -58,7 +61,7 @@ def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool) -> Iterator[
     with sync_playwright() as playwright, LiveServer(home, roots, sample=sample) as server:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
         try:
-            yield Desk(server, browser)
+            yield Desk(server, browser, chromium, FLAGS)
         finally:
             browser.close()
 
@@ -66,9 +69,7 @@ def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool) -> Iterator[
 def open_review(page: Page, video: str, run: str, frame: int = 0) -> None:
     """Open the review screen and wait for its picture, its tracks and its lanes."""
     page.evaluate("hash => { location.hash = hash }", f"#/review/{video}/{run}?frame={frame}")
-    page.wait_for_function(
-        "() => { const r = tsr.store.get().review; return r && r.shown === r.frame && r.tracks && r.lanes }"
-    )
+    page.wait_for_function(f"() => {READY}")
 
 
 def resident_mb(pids: Iterable[int]) -> float:
@@ -98,10 +99,10 @@ def descendants(pid: int) -> list[int]:
     return found
 
 
-def renderers() -> list[int]:
-    """The page processes of the browsers that this process has started."""
+def renderers(browser: int) -> list[int]:
+    """The page processes of a browser."""
     found = []
-    for pid in descendants(os.getpid()):
+    for pid in descendants(browser):
         with contextlib.suppress(OSError):
             if b"--type=renderer" in Path(f"/proc/{pid}/cmdline").read_bytes():
                 found.append(pid)

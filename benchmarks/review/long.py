@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from benchmarks.review.desk import Desk, open_review, renderers, resident_mb
+from benchmarks.review.desk import READY, Desk, renderers, resident_mb
+from benchmarks.review.unwatched import open_unwatched
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -50,6 +51,21 @@ _LANES = """([kind, length, steps]) => new Promise(done => {
 })"""
 
 
+_PLAY = """(() => {
+  globalThis.passed = 0;
+  const store = tsr.store;
+  const go = () => {
+    const r = store.get().review;
+    if (r.shown === r.frame) {
+      passed++;
+      store.dispatch(state => ({...state, review: {...state.review, frame: (r.frame + 1) % r.timebase.frames}}));
+    }
+    setTimeout(go, 15);
+  };
+  go();
+})()"""
+
+
 def first_paint(desk: Desk, video: str, run: str) -> tuple[float, float]:
     """Open the review screen in a fresh profile.
 
@@ -81,33 +97,30 @@ def lane_intervals(page: Page, kind: str) -> dict[str, float]:
 
 
 def play_on(desk: Desk, video: str, run: str, minutes: float) -> list[dict[str, float]]:
-    """Play for some minutes, as fast as pictures come, at least as fast as the drive was.
+    """Play for some minutes, as fast as pictures come, in a browser whose network nobody listens to.
 
     Returns:
         Twice a minute: ``minutes``, ``frames`` shown, ``heap`` of the page's script after a collection, ``renderers``
         and ``server`` resident, all in MB.
     """
-    page = desk.page()
-    open_review(page, video, run)
-    tools = page.context.new_cdp_session(page)
-    page.evaluate(
-        "() => { globalThis.passed = 0; const s = tsr.store; const go = () => { const r = s.get().review;"
-        " if (r.shown === r.frame) { passed++; s.dispatch(state => ({...state, review: {...state.review,"
-        " frame: (r.frame + 1) % r.timebase.frames}})); } setTimeout(go, 15); }; go(); }"
-    )
-    began, rows = time.monotonic(), []
-    while (passed := (time.monotonic() - began) / 60) < minutes:
-        page.wait_for_timeout(30_000)
-        tools.send("HeapProfiler.collectGarbage")
-        heap = tools.send("Runtime.getHeapUsage")["usedSize"] / 2**20
-        rows.append(
-            {
-                "minutes": round(passed + 0.5, 1),
-                "frames": page.evaluate("passed"),
-                "heap": round(heap, 1),
-                "renderers": round(resident_mb(renderers())),
-                "server": round(resident_mb([desk.server.pid])),
-            }
-        )
-    page.context.close()
+    rows: list[dict[str, float]] = []
+    with open_unwatched(desk.chromium, desk.flags, desk.server.link(), (1280, 720)) as page:
+        page.wait_for("globalThis.tsr?.store.get().session")
+        page.evaluate(f"location.hash = '#/review/{video}/{run}?frame=0'")
+        page.wait_for(READY)
+        page.evaluate(_PLAY)
+        began = time.monotonic()
+        while (passed := (time.monotonic() - began) / 60) < minutes:
+            time.sleep(30)
+            page.send("HeapProfiler.collectGarbage")
+            heap = page.send("Runtime.getHeapUsage")["usedSize"] / 2**20
+            rows.append(
+                {
+                    "minutes": round(passed + 0.5, 1),
+                    "frames": page.evaluate("passed"),
+                    "heap": round(heap, 1),
+                    "renderers": round(resident_mb(renderers(page.pid))),
+                    "server": round(resident_mb([desk.server.pid])),
+                }
+            )
     return rows

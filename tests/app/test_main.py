@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -92,3 +94,11 @@ def test_the_document_lies_behind_the_door_and_no_second_page_is_served(server: 
     assert server.stranger().get("/api/openapi.json").status_code == 401
     for path in ("/docs", "/redoc", "/openapi.json"):
         assert server.client.get(path).status_code == 404
+
+
+def test_a_server_starts_without_what_only_the_engine_needs() -> None:
+    """The compiler alone takes 54 MB and a second: an idle server is to stay small and to start at once."""
+    heavy = "{'numba', 'sklearn', 'rerun', 'viser', 'onnxruntime', 'matplotlib'}"
+    code = f"import sys, app.main; print(sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
+    assert done.stdout.strip() == "[]"

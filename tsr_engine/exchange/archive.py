@@ -111,11 +111,10 @@ def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: 
         target: an open, empty file.
         progress: called after each megabyte; raises to stop.
     """
-    archive = ZipWriter(target, progress)
-    for name in files_below(folder):
-        with (folder / name).open("rb", buffering=0) as stream:
-            archive.take(name, stream, os.fstat(stream.fileno()).st_size)
-    archive.close()
+    with ZipWriter(target, progress) as archive:
+        for name in files_below(folder):
+            with (folder / name).open("rb", buffering=0) as stream:
+                archive.take(name, stream, os.fstat(stream.fileno()).st_size)
 
 
 def files_below(folder: Path) -> list[str]:
@@ -168,14 +167,18 @@ def _unpack(archive: zipfile.ZipFile, path: Path, folder: Path, limits: ArchiveL
             raise _refuse(path, entry, "is there twice")
         if name and not _is_rubbish(name):
             taken.add(name.casefold())
-            if not entry.is_dir() and (pictures or Path(name).suffix.lower() not in SUFFIXES):
+            if not entry.is_dir() and (pictures or name[name.rfind(".") :].lower() not in SUFFIXES):
                 chosen.append((entry, name))
     total = 0
+    made: set[str] = set()
     for entry, name in chosen:
-        target = folder / name
         try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with archive.open(entry) as source, target.open("xb") as out:
+            # Plain names: with 100,000 entries, Path objects and a look at each folder take a third of the time.
+            home = name.rpartition("/")[0]
+            if home not in made:
+                (folder / home).mkdir(parents=True, exist_ok=True)
+                made.add(home)
+            with archive.open(entry) as source, open(f"{folder}/{name}", "xb") as out:  # noqa: PTH123
                 total += _copy(path, entry, source, out, total, limits)
         except (FileExistsError, NotADirectoryError):
             raise _refuse(path, entry, "is a file and a folder at once") from None

@@ -89,8 +89,9 @@ class FolderOutlet(Outlet):
         self._made = {""}
 
     def _put(self, name: str, content: bytes) -> None:
-        # Unbuffered, and by plain names: Path objects take longer than the work on 100,000 files.
-        with open(self._path(name), "wb", buffering=0) as stream:  # noqa: PTH123
+        # By plain names: Path objects take longer than the work on 100,000 files. Buffered: a raw file on a disk that
+        # has become full takes a part and says nothing.
+        with open(self._path(name), "wb") as stream:  # noqa: PTH123
             stream.write(content)
 
     @contextmanager
@@ -128,10 +129,9 @@ class ZipOutlet(Outlet):
     def __enter__(self) -> ZipOutlet:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        """Write the list of entries; after an exception, leave the archive as it is."""
-        if kind is None:
-            self._archive.close()
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        """Write the list of entries; after an exception the archive is worth nothing."""
+        self._archive.__exit__(kind, *rest)
 
     def _put(self, name: str, content: bytes) -> None:
         self._archive.put(name, content)

@@ -7,7 +7,6 @@ which a straight line stays close to every edge of every box; ``between`` draws 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Track
@@ -54,7 +53,10 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
             forced[1:] |= held[1:] != held[:-1]
     if forced.all():
         return forced
-    chosen: NDArray[np.bool_] = _fewest(
+    # loads the compiler, which takes a second and 54 MB: not before a track is thinned
+    from tsr_engine.exchange.fewest_keys import fewest_keys
+
+    chosen: NDArray[np.bool_] = fewest_keys(
         np.ascontiguousarray(track.frames), np.ascontiguousarray(track.boxes), forced, allowed, SPAN
     )
     return chosen
@@ -75,50 +77,3 @@ def between(frames: NDArray[np.int64], boxes: NDArray[np.float64], wanted: NDArr
     for edge in range(4):
         out[:, edge] = np.interp(wanted, frames, boxes[:, edge])
     return out
-
-
-@njit(cache=True, nogil=True)
-def _fewest(
-    frames: NDArray[np.int64], boxes: NDArray[np.float64], forced: NDArray[np.bool_], allowed: float, span: int
-) -> NDArray[np.bool_]:
-    """Shortest path over the frames; an edge leads to each later frame that a straight line may reach.
-
-    From each start a cone of slopes narrows with every frame passed; a frame inside the cone can be the next key
-    frame. No line leads over a forced frame.
-    """
-    n = len(frames)
-    steps = np.full(n, n + 1, np.int64)
-    previous = np.full(n, -1, np.int64)
-    steps[0] = 0
-    low = np.empty(4)
-    high = np.empty(4)
-    for a in range(n - 1):
-        low[:] = -np.inf
-        high[:] = np.inf
-        for b in range(a + 1, min(n, a + span + 1)):
-            gap = float(frames[b] - frames[a])
-            inside = True
-            for edge in range(4):
-                slope = (boxes[b, edge] - boxes[a, edge]) / gap
-                if slope < low[edge] or slope > high[edge]:
-                    inside = False
-            if inside and steps[a] + 1 < steps[b]:
-                steps[b] = steps[a] + 1
-                previous[b] = a
-            if forced[b]:
-                break
-            empty = False
-            for edge in range(4):
-                rise = boxes[b, edge] - boxes[a, edge]
-                low[edge] = max(low[edge], (rise - allowed) / gap)
-                high[edge] = min(high[edge], (rise + allowed) / gap)
-                if low[edge] > high[edge]:
-                    empty = True
-            if empty:
-                break
-    keep = np.zeros(n, np.bool_)
-    at = n - 1
-    while at >= 0:
-        keep[at] = True
-        at = previous[at]
-    return keep

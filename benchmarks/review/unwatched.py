@@ -1,0 +1,121 @@
+"""A browser in which nobody listens to the network.
+
+Playwright has the browser tell it of every request, and for that each page keeps some 4 kB a request for as long as it
+lives: too much where memory over an hour is the question. Here the page is spoken to through the debugging port alone,
+and only when something is asked.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import subprocess
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+
+__all__ = ["UnwatchedPage", "open_unwatched"]
+
+_START = 60.0
+"""Seconds that the browser may take to start."""
+
+
+class UnwatchedPage:
+    """The only page of its browser.
+
+    Attributes:
+        pid: process of the browser.
+    """
+
+    def __init__(self, pid: int, socket: ClientConnection) -> None:
+        self.pid = pid
+        self._socket = socket
+        self._numbers = itertools.count(1)
+
+    def send(self, method: str, **params: Any) -> dict[str, Any]:
+        """One command of the debugging protocol.
+
+        Raises:
+            RuntimeError: the browser refuses it.
+        """
+        number = next(self._numbers)
+        self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
+        while (answer := json.loads(self._socket.recv(timeout=300))).get("id") != number:
+            pass  # events
+        if "error" in answer:
+            raise RuntimeError(f"{method}: {answer['error']['message']}")
+        result: dict[str, Any] = answer["result"]
+        return result
+
+    def evaluate(self, expression: str) -> Any:
+        """The value of an expression; a promise is waited for.
+
+        Raises:
+            RuntimeError: it throws.
+        """
+        answer = self.send("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        if "exceptionDetails" in answer:
+            raise RuntimeError(f"{expression[:60]}: {answer['exceptionDetails']['text']}")
+        return answer["result"].get("value")
+
+    def wait_for(self, condition: str, seconds: float = 120.0) -> None:
+        """Wait until an expression is true.
+
+        Raises:
+            TimeoutError: it does not become so.
+        """
+        until = time.monotonic() + seconds
+        while not self.evaluate(f"Boolean({condition})"):
+            if time.monotonic() > until:
+                raise TimeoutError(f"{condition} did not come within {seconds:.0f} s")
+            time.sleep(0.1)
+
+
+@contextlib.contextmanager
+def open_unwatched(chromium: str, flags: list[str], address: str, size: tuple[int, int]) -> Iterator[UnwatchedPage]:
+    """Start Chromium without a window on one address.
+
+    Args:
+        chromium: the program.
+        flags: its options.
+        address: of the page.
+        size: of the page, px.
+    """
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [chromium, *flags, "--headless=new", "--remote-debugging-port=0", f"--user-data-dir={profile}"]
+        command += [f"--window-size={size[0]},{size[1]}", address]
+        with subprocess.Popen(  # noqa: S603 - the browser that was found
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        ) as browser:
+            try:
+                port = _port(Path(profile) / "DevToolsActivePort")
+                with connect(_target(port), max_size=None) as socket:
+                    yield UnwatchedPage(browser.pid, socket)
+            finally:
+                browser.terminate()
+
+
+def _port(note: Path) -> int:
+    until = time.monotonic() + _START
+    while not (note.is_file() and note.read_text().count("\n")):
+        if time.monotonic() > until:
+            raise TimeoutError(f"Chromium did not start within {_START:.0f} s")
+        time.sleep(0.1)
+    return int(note.read_text().split()[0])
+
+
+def _target(port: int) -> str:
+    until = time.monotonic() + _START
+    while time.monotonic() < until:
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=30) as answer:
+            pages = [one for one in json.load(answer) if one["type"] == "page"]
+        if pages:
+            return str(pages[0]["webSocketDebuggerUrl"])
+        time.sleep(0.1)
+    raise TimeoutError("Chromium opened no page")
