@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import gc
 import hashlib
 import io
-import struct
+import resource
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tsr_engine.exchange import zip_writer
 from tsr_engine.exchange.archive import unpack
 from tsr_engine.exchange.outlet import FolderOutlet, Outlet, ZipOutlet
-from tsr_engine.exchange.zip_writer import ZipWriter
 
 
 def fill(out: Outlet) -> None:
@@ -78,39 +79,34 @@ def test_stopping_while_it_is_packed(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_more_entries_than_an_old_archive_can_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(zip_writer, "_TOP16", 40)
-    path, folder = tmp_path / "many.zip", tmp_path / "back"
-    folder.mkdir()
-    with path.open("wb") as stream:
-        archive = ZipWriter(stream)
-        for k in range(50):
-            archive.put(f"{k}", bytes([k]))
-        archive.close()
-    with zipfile.ZipFile(path) as found:
-        assert len(found.namelist()) == 50
-        assert found.read("49") == bytes([49])
-    assert len(unpack(path, folder)) == 50
+def test_an_archive_on_a_full_disk_says_so_once(tmp_path: Path) -> None:
+    """What was raised first arrives, and nothing is tried again when the archive is collected."""
+
+    class Full(io.BytesIO):
+        def write(self, data: Any, /) -> int:
+            if self.tell() + len(data) > 100_000:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data)
+
+    def write() -> None:
+        with ZipOutlet(Full(), tmp_path) as out:
+            for k in range(100):
+                out.put(f"{k}.jpg", bytes(5_000))
+
+    with pytest.raises(OSError, match="No space left"):
+        write()
+    gc.collect()
 
 
-def test_sizes_beyond_four_gigabytes_have_their_place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """With the limit set low: what stands in the wide fields, before the data and in the list of entries."""
-    monkeypatch.setattr(zip_writer, "_TOP32", 100)
-    monkeypatch.setattr(zip_writer, "_CHUNK", 16)
-    target = io.BytesIO()
-    archive = ZipWriter(target)
-    content = bytes(range(250)) * 2
-    archive.take("wide.jpg", io.BytesIO(content), len(content))
-    archive.close()
-    raw = target.getvalue()
-    begin = 30 + len("wide.jpg")
-    assert struct.unpack_from("<2L", raw, 18) == (100, 100), "the narrow fields say: look at the wide ones"
-    assert struct.unpack_from("<2H2Q", raw, begin) == (1, 16, 500, 500)
-    assert raw[begin + 20 : begin + 520] == content
-    listed = raw.index(b"PK\x01\x02")
-    assert struct.unpack_from("<2H2Q", raw, listed + 46 + len("wide.jpg")) == (1, 16, 500, 500)
-    wide = raw.index(b"PK\x06\x06")
-    assert struct.unpack_from("<3Q", raw, wide + 32) == (1, wide - listed, listed)
+def test_a_file_that_the_disk_takes_a_part_of_is_an_error(tmp_path: Path) -> None:
+    """The system writes what fits and tells how much; the rest must not get lost."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+    try:
+        with pytest.raises(OSError, match="too large"):
+            FolderOutlet(tmp_path).put("a.bin", bytes(150_000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_what_is_written_is_unpacked_again(tmp_path: Path) -> None:

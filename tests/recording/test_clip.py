@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import struct
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 from tsr_engine.errors import VideoError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
-from tsr_engine.recording import RecordingRequest, transcode, write_recording
+from tsr_engine.recording import RecordingRequest, groups, transcode, write_recording
 from tsr_engine.recording.clip import _choose, cut_clip
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.sink import video_stamps
@@ -118,8 +119,8 @@ def test_pictures_that_are_encoded_anew_keep_their_numbers_and_times(
     with av.open(video.path) as container:
         stream = container.streams.video[0]
         packets = _choose(container, stream, frames.pts)
-        data = transcode.encode_packets(stream, packets, frames.pts, frames.duration, 60_000)
-        other = transcode.encode_packets(stream, packets, frames.pts + 1, frames.duration, 60_000)
+        data = transcode.encode_packets(stream, packets, frames.pts, 60_000)
+        other = transcode.encode_packets(stream, packets, frames.pts + 1, 60_000)
     assert data is not None
     assert other is None, "a picture is missing"
     nanos = np.sort(video_stamps(data))
@@ -184,3 +185,31 @@ def test_a_video_that_ends_too_early_is_refused(made: Make, corpus: Any, scenes:
         frames: Frames = frames_of(reader, 10, 50)
     with pytest.raises(VideoError, match="it is not the video of this run"):
         cut_clip(short, frames, video_stamps)
+
+
+def test_groups_of_pictures_share_the_bytes_and_decode_from_each_key_frame(tmp_path: Path) -> None:
+    """A calm street, then a busy one: the size holds, and each group stands for itself."""
+    rng, count, budget = np.random.default_rng(2), 200, 150_000
+    calm = rng.integers(0, 255, (12, 20), np.uint8).repeat(8, axis=0).repeat(8, axis=1)
+    target = io.BytesIO()
+    with av.open(target, "w", format="mp4") as out:
+        made: groups.GroupEncoder | None = None
+        for k in range(count):
+            noise = rng.integers(0, 40, calm.shape, np.uint8) if k >= 100 else np.uint8(k)
+            picture = av.VideoFrame.from_ndarray(calm // 2 + noise, format="gray").reformat(format="yuv420p")
+            picture.pts, picture.time_base = k, Fraction(1, 30)
+            made = made or groups.GroupEncoder(out, picture, Fraction(1, 30), count, budget, 1)
+            made.put(picture)
+        assert made is not None
+        made.close()
+    assert 0.5 * budget < len(target.getvalue()) < 1.4 * budget, "the change is noticed some pictures late"
+    target.seek(0)
+    with av.open(target) as back:
+        stream = back.streams.video[0]
+        packets = [packet for packet in back.demux(stream) if packet.size]
+        keys = [k for k, packet in enumerate(packets) if packet.is_keyframe]
+        assert len(packets) == count
+        assert max(np.diff([*keys, count])) <= groups.GROUP
+        for k in keys:
+            back.seek(packets[k].pts, stream=stream)
+            assert next(back.decode(stream)).pts == packets[k].pts

@@ -123,7 +123,7 @@ def _packets(path: Path, frames: Frames, limits: VideoLimits, exact: bool) -> tu
             raise _Unfit("two of its packets have the same presentation time")
         budget = allowance(len(frames), frames.width, frames.height)
         if size > budget and not exact:
-            small = encode_packets(stream, chosen, frames.pts, frames.duration, budget)
+            small = encode_packets(stream, chosen, frames.pts, budget)
             if small is not None and len(small) < size:
                 how = (
                     f"Encoded anew as H.264 in {len(small) / 1e6:.1f} MB, because its packets take {size / 1e6:.1f} MB."

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -18,6 +20,7 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import VideoLimits
 from tsr_engine.recording.content import Frames
+from tsr_engine.recording.groups import GroupEncoder
 
 __all__ = ["FRAME_BYTES", "USUAL_FRAMES", "allowance", "encode_frames", "encode_packets"]
 
@@ -28,14 +31,11 @@ FRAME_BYTES: Final = 13_500
 USUAL_FRAMES: Final = 300
 """Frames of a usual recording: with ``FRAME_BYTES``, they and the layers of a busy street stay below 5 MB."""
 _USUAL: Final = 1280 * 720
-_AIM: Final = 0.92
-"""Share of the allowance that the encoder aims at: what it may keep in hand comes on top."""
-_IN_HAND: Final = 0.6
-"""Seconds at that rate that the encoder may spend at once, for a key frame."""
 _MICROSECONDS: Final = Fraction(1, 1_000_000)
 _EXACT: Final = {"preset": "veryfast", "crf": "20", "g": "30", "bf": "0", "threads": "1"}
-_FAST: Final = {"preset": "ultrafast", "g": "60", "bf": "0"}
-_MOST_THREADS: Final = 8
+_MOST_CORES: Final = 8
+_AHEAD: Final = 8
+"""Packets that are decoded before their pictures are asked for."""
 
 
 def allowance(count: int, width: int, height: int) -> int:
@@ -43,16 +43,15 @@ def allowance(count: int, width: int, height: int) -> int:
     return int(FRAME_BYTES * max(count, USUAL_FRAMES) * width * height / _USUAL)
 
 
-def encode_packets(stream: Any, packets: Sequence[Any], wanted: Ints, seconds: float, budget: int) -> bytes | None:
+def encode_packets(stream: Any, packets: Sequence[Any], wanted: Ints, budget: int) -> bytes | None:
     """Some pictures of a stream as H.264 in an MP4 file of a given size, each at its own presentation time.
 
-    The fast way: pictures go from the decoder to the encoder as they are, and both work with several threads.
+    The fast way: pictures go from the decoder to the encoder as they are, and both work at the same time.
 
     Args:
         stream: where the packets come from.
         packets: in decoding order, from a key frame on.
         wanted: presentation times of the pictures, in ticks of the stream, ascending.
-        seconds: how long they last together, > 0.
         budget: bytes that the file is to take; it may be missed by some percent.
 
     Returns:
@@ -62,48 +61,47 @@ def encode_packets(stream: Any, packets: Sequence[Any], wanted: Ints, seconds: f
     left = wanted.tolist()[::-1]
     start, target = left[-1], BytesIO()
     with av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out:
-        made: Any = None
-        for picture in _decoded(stream.codec_context, packets):
+        made: GroupEncoder | None = None
+        for picture in _decoded(stream.codec_context, packets, _threads()):
             if not left or picture.pts != left[-1]:
                 continue  # only leads in
             if made is None:
                 if picture.width % 2 or picture.height % 2:
                     return None
-                made = _fast_encoder(out, picture, stream.time_base, len(left) / seconds, budget * 8 / seconds)
-            elif (picture.width, picture.height) != (made.width, made.height):
+                made = GroupEncoder(out, picture, stream.time_base, len(left), budget, _threads())
+            elif (picture.width, picture.height) != made.size:
                 return None
             left.pop()
             plain = picture if picture.format.name == "yuv420p" else picture.reformat(format="yuv420p")
             plain.pts, plain.time_base, plain.pict_type = picture.pts - start, stream.time_base, 0
-            out.mux(made.encode(plain))
+            made.put(plain)
         if left or made is None:
             return None
-        out.mux(made.encode(None))
+        made.close()
     return target.getvalue()
 
 
-def _decoded(context: Any, packets: Sequence[Any]) -> Iterator[Any]:
-    """All pictures of some packets, in the order in which they are shown."""
+def _decoded(context: Any, packets: Sequence[Any], threads: int) -> Iterator[Any]:
+    """All pictures of some packets, in the order in which they are shown.
+
+    They are decoded beside whoever takes them. The decoder's own threads alone run dry whenever the taker is slow for
+    a moment: on two cores both then stand still for a fifth of the time.
+    """
     decoder: Any = av.CodecContext.create(context.codec.name, "r")
-    decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", _threads()
-    for packet in packets:
-        yield from decoder.decode(packet)
-    yield from decoder.decode(None)
-
-
-def _fast_encoder(out: Any, picture: Any, time_base: Fraction, rate: float, bits: float) -> Any:
-    rates = {"b": str(int(bits * _AIM)), "maxrate": str(int(bits * _AIM)), "bufsize": str(int(bits * _AIM * _IN_HAND))}
-    options = {**_FAST, **rates, "threads": str(_threads())}
-    made = out.add_stream("libx264", rate=max(Fraction(1), Fraction(rate).limit_denominator(1001)), options=options)
-    made.width, made.height, made.pix_fmt = picture.width, picture.height, "yuv420p"
-    made.codec_context.time_base = made.time_base = time_base
-    for name in ("color_range", "colorspace"):
-        setattr(made.codec_context, name, getattr(picture, name))
-    return made
+    decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", threads
+    ahead: deque[Future[list[Any]]] = deque()
+    with ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-decode") as pool:
+        for packet in (*packets, None):
+            ahead.append(pool.submit(decoder.decode, packet))
+            if len(ahead) > _AHEAD:
+                yield from ahead.popleft().result()
+        for one in ahead:
+            yield from one.result()
 
 
 def _threads() -> int:
-    return min(_MOST_THREADS, len(os.sched_getaffinity(0)))
+    """For each of decoder and encoder."""
+    return max(1, min(_MOST_CORES, len(os.sched_getaffinity(0))) // 2)
 
 
 def encode_frames(path: Path, frames: Frames, limits: VideoLimits, table: FrameTable | None) -> tuple[bytes, int]:
