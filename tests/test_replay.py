@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -68,7 +69,8 @@ def test_same_parameters_give_the_same_bits_in_every_record(run: Path) -> None:
 
 
 def test_the_online_svm_replays_bit_by_bit_too(tmp_path: Path) -> None:
-    params = toys.PARAMS.with_settings([("rejected_measurement", "relocalised"), ("learn_rejected", True)])
+    strict = [("rejected_measurement", "relocalised"), ("learn_rejected", True), ("position_offset", 2.0)]
+    params = toys.PARAMS.with_settings(strict)
     maker = OnlineDetectorMaker(np.zeros((0, FEATURES)), np.zeros(0), params.online)
     components = Components(toys.RedDetector(), Parts(toys.HueClassifier(), maker), {"classifier": "c" * 64})
     video = toys.write_drive(tmp_path / "drive.mp4", 40)
@@ -175,3 +177,19 @@ def test_a_stream_that_is_left_early_releases_the_store(run: Path) -> None:
     next(frames)
     frames.close()  # type: ignore[attr-defined]
     assert len(again(run)[0]) == 75
+
+
+def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that does not name a parameter was made before there was one, not with the default of today."""
+    younger = {"gate": "position_offset", "tracking": "result_noise"}
+    with EvidenceReader(run) as reader:
+        header = reader.header
+        kept = {
+            section: {name: value for name, value in values.items() if name != younger.get(section)}
+            for section, values in header.parameters.items()
+        }
+        monkeypatch.setattr(reader, "header", replace(header, parameters=kept))
+        params = run_params(reader)
+    assert (params.gate.position_offset, params.tracking.result_noise) == (0.0, 1.0)
+    assert params.gate.tau == toys.PARAMS.gate.tau
+    assert toys.PARAMS.tracking.result_noise < 1.0

@@ -27,6 +27,9 @@ class Departure:
 DEPARTURES = (
     Departure("boxes as the training scenes draw them", ("tight_width", "tight_height", "tight_rise")),
     Departure("motion as in the paper", ("motion",)),
+    Departure("detections' noise 0.07 and 0.14", ("noise_centre", "noise_size")),
+    Departure("the result is the filter's state", ("result_noise",)),
+    Departure("only sure sights start tracks", ("birth_score", "confirm_score")),
     Departure("no camera shift", ("use_camera_shift",)),
     Departure("online windows of one size", ("search_scales",)),
     Departure("no loss for distance in the search", ("search_penalty",)),
@@ -47,6 +50,7 @@ IN_QUESTION: Mapping[str, tuple[tuple[str, Any], ...]] = {
     "tau 10": (("tau", 10.0),),
     "tau 19": (("tau", 19.0),),
     "tau 25": (("tau", 25.0),),
+    "gate by look: offset 2, tau 90": (("position_offset", 2.0), ("tau", 90.0)),
 }
 """Values that neither preset has, and that were in question for ``default``."""
 
@@ -54,8 +58,12 @@ ON_CLIPS = (
     "default",
     "boxes as the training scenes draw them",
     "motion as in the paper",
+    "detections' noise 0.07 and 0.14",
+    "the result is the filter's state",
+    "only sure sights start tracks",
     "no camera shift",
     "gate's distance in pixels",
+    "gate by look: offset 2, tau 90",
     "no online detector",
     "paper",
 )

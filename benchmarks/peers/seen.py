@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from benchmarks.peers.kept import code, file_digest
 from tsr_engine.errors import TsrError
@@ -116,12 +118,19 @@ def pictures(seen: Seen) -> Iterator[tuple[SeenFrame, Picture]]:
             yield known, frame.picture
 
 
+def _seeing(parameters: Mapping[str, Any]) -> str:
+    """Those parameters that detections and the camera's shift depend on: tracking may change, they stay."""
+    tracking = parameters["tracking"]
+    used = {name: tracking.get(name) for name in ("use_camera_shift", "shift_scale", "foe_x", "foe_y")}
+    return json.dumps([parameters["detector"], parameters["prior"], used], sort_keys=True)
+
+
 def _is_current(folder: Path, video: Path, params: Params, models: Mapping[str, str]) -> bool:
     """Whether a finished run of exactly this lies in the folder."""
     try:
         with EvidenceReader(folder) as reader:
             header = reader.header
             same = header.video.sha256 == file_digest(video) and dict(header.models) == dict(models)
-            return same and reader.state == "complete" and header.parameters == params.model_dump(mode="json")
+            return same and reader.state == "complete" and _seeing(header.parameters) == _seeing(params.model_dump())
     except TsrError:  # whatever is wrong with an old store, a new one replaces it
         return False

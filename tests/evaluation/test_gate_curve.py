@@ -46,7 +46,7 @@ def test_a_drawn_sign_is_told_from_its_surroundings() -> None:
     # Three frames of history, then 1 + 2 genuine candidates and 10 patches a frame.
     assert [sum(t.genuine for t in trials), sum(not t.genuine for t in trials)] == [6 * 3, 6 * 10]
     assert {t.frame for t in trials} == set(range(3, 9))
-    curve = collection_curve([("drawn", t) for t in trials], np.array([15.0]))
+    curve = collection_curve([("drawn", t) for t in trials], np.array([GateParams().tau]))
     assert curve.correct[0] > 0.9
     assert gate_trials(frames, truth, GateParams(), chosen, seed=1) == trials
     small = Candidates(smallest=100.0)

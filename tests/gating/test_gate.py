@@ -46,7 +46,8 @@ def test_the_product_by_hand() -> None:
 @pytest.mark.parametrize("params", [GateParams(), PAPER])
 def test_the_product_is_of_the_stored_factors_and_tau_decides(params: GateParams) -> None:
     verdict = judge(params)
-    assert verdict.l_positive == verdict.symmetry * verdict.hash_distance * verdict.position_distance
+    place = verdict.position_distance + params.position_offset
+    assert verdict.l_positive == verdict.symmetry * verdict.hash_distance * place
     assert verdict.symmetry == 1.0 / max(verdict.symmetry_magnitude, params.symmetry_floor)
     value = verdict.l_positive
     assert value > 0.0
@@ -63,6 +64,16 @@ def test_a_factor_of_zero_is_confident() -> None:
     assert (same.hash_distance, same.l_positive, same.confident) == (0.0, 0.0, True)
     still = judge(PAPER, centre=at(100, 50))
     assert (still.position_distance, still.l_positive, still.confident) == (0.0, 0.0, True)
+
+
+def test_a_smooth_prediction_is_judged_by_its_look_where_the_place_has_an_offset() -> None:
+    params = GateParams(position_offset=2.0)
+    other, same = HashMemory.empty().add(FLAT), HashMemory.empty().add(CROP)
+    still = judge(params, memory=other, centre=at(100, 50))
+    assert still.position_distance == 0.0
+    assert still.l_positive == 2.0 * still.symmetry * still.hash_distance > 0.0
+    assert not judge(params.model_copy(update={"tau": still.l_positive}), memory=other, centre=at(100, 50)).confident
+    assert judge(params, memory=same, centre=at(100, 50)).confident
 
 
 def test_sides_and_camera_shift() -> None:

@@ -45,12 +45,27 @@ def test_birth_and_confirmation_after_k_detections() -> None:
 
 
 def test_weak_detections_hold_a_track_but_neither_start_nor_confirm_one() -> None:
-    weak = {f: detections(approach(f, score=-1.0)) for f in range(6)}
+    weak = {f: detections(approach(f, score=-1.8)) for f in range(6)}
     assert all(not f.tracks for f in run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6))
     weak[0] = detections(approach(0, score=1.0))
     out = run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6)
     assert [f.tracks[0].state for f in out] == ["tentative"] * 6
     assert [f.tracks[0].detection for f in out] == [0] * 6
+
+
+def test_the_result_follows_the_detection_more_closely_than_the_state_does() -> None:
+    jump = {f: detections(approach(f, offset=4.0 if f == 5 else 0.0)) for f in range(7)}
+    box, after = {}, {}
+    for share in (1.0, 0.35):
+        out = run(Tracker(PARAMS.model_copy(update={"result_noise": share}), WIDTH, HEIGHT), jump, 7)
+        box[share] = out[5].tracks[0].box
+        prediction = out[6].tracks[0].prediction
+        assert prediction is not None
+        after[share] = prediction.box
+    measured = np.array(approach(5, offset=4.0)[:4])
+    assert np.abs(box[0.35] - measured).max() < np.abs(box[1.0] - measured).max()
+    # What is predicted next rests on the state alone.
+    assert after[0.35] == pytest.approx(after[1.0], abs=0)
 
 
 def test_a_single_false_detection_is_forgotten() -> None:

@@ -64,7 +64,7 @@ class Gate:
         position = self._distance(centre, previous_centre, side, shift)
         # 0 * inf has no value; an unusable candidate counts as infinitely far.
         usable = math.isfinite(position) and crop.size > 0
-        product = symmetry * appearance * position if usable else math.inf
+        product = symmetry * appearance * (position + self.params.position_offset) if usable else math.inf
         return GateVerdict(magnitude, symmetry, appearance, position, product, product < self.params.tau)
 
     def symmetry(self, crop: Picture) -> Symmetry:

@@ -30,3 +30,9 @@ class GateParams(Section):
     position_camera: bool = Field(
         True, description="p_pos leaves out the camera's global shift since the previous frame"
     )
+    position_offset: float = Field(
+        0.0,
+        ge=0,
+        le=1000,
+        description="added to p_pos in the product, so that a prediction that moves smoothly is judged by its look too",
+    )

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-__all__ = ["FIXED", "is_replayable"]
+from collections.abc import Mapping
+from types import MappingProxyType
+
+__all__ = ["ABSENT", "FIXED", "is_replayable"]
 
 FIXED = ("detector.", "tracking.use_camera_shift", "tracking.shift_scale")
 """Parameters of steps that a replay does not repeat; a name that ends in a dot stands for its whole section."""
+
+ABSENT: Mapping[str, float] = MappingProxyType({"tracking.result_noise": 1.0, "gate.position_offset": 0.0})
+"""What a run did whose evidence is older than these parameters and so does not name them."""
 
 
 def is_replayable(name: str) -> bool:

@@ -18,8 +18,15 @@ class TrackingParams(Section):
     motion: Literal["paper", "constant_velocity", "looming"] = Field("looming", description="motion model")
 
     # Measurement noise, common to all motion models.
-    noise_centre: float = Field(0.07, gt=0, le=1, description="std of a detection's centre, share of its size")
-    noise_size: float = Field(0.14, gt=0, le=1, description="std of a detection's width and height, share of its size")
+    noise_centre: float = Field(0.03, gt=0, le=1, description="std of a detection's centre, share of its size")
+    noise_size: float = Field(0.2, gt=0, le=1, description="std of a detection's width and height, share of its size")
+    result_noise: float = Field(
+        0.35,
+        gt=0,
+        le=1,
+        description="factor on that noise for the result box alone: below 1 the box follows the detection more closely "
+        "than the state that predicts (1: the box is the state's)",
+    )
 
     # motion = "paper"
     displacement_window: int = Field(
@@ -42,8 +49,8 @@ class TrackingParams(Section):
         description="looming: std of the assumed focus of expansion, share of width and height (0: known)",
     )
     growth_start: float = Field(0.015, ge=-0.2, le=0.5, description="looming: growth per frame assumed at birth")
-    growth_spread: float = Field(0.015, gt=0, le=1, description="looming: std of the growth assumed at birth")
-    growth_process: float = Field(0.001, ge=0, le=1, description="looming: std of the change of growth per frame")
+    growth_spread: float = Field(0.03, gt=0, le=1, description="looming: std of the growth assumed at birth")
+    growth_process: float = Field(0.0005, ge=0, le=1, description="looming: std of the change of growth per frame")
     scale_process: float = Field(0.004, ge=0, le=1, description="looming: std of the width's own wander per frame")
     aspect_process: float = Field(0.004, ge=0, le=1, description="looming: std of the aspect ratio's wander per frame")
     centre_process: float = Field(0.01, ge=0, le=2, description="looming: centre wander std per frame, share of size")
@@ -71,10 +78,10 @@ class TrackingParams(Section):
     )
 
     # Birth
-    birth_score: float = Field(0.0, description="least score of a detection that starts or confirms a track")
+    birth_score: float = Field(-1.5, description="least score of a detection that starts or confirms a track")
     confirm_hits: int = Field(3, ge=1, le=60, description="k: detections above birth_score that confirm a track")
     confirm_window: int = Field(8, ge=1, le=120, description="m: frames in which they must fall")
-    confirm_score: float = Field(0.0, description="least mean score of those detections")
+    confirm_score: float = Field(-1.0, description="least mean score of those detections")
     duplicate_iou: float = Field(
         0.3, ge=0, le=1, description="a detection that overlaps a track by this IoU starts no second one"
     )

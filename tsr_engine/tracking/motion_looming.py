@@ -29,8 +29,8 @@ class LoomingNoise:
     """Process noise of the looming model, per frame; see ``TrackingParams`` for each meaning."""
 
     growth_start: float = 0.015
-    growth_spread: float = 0.015
-    growth: float = 0.001
+    growth_spread: float = 0.03
+    growth: float = 0.0005
     scale: float = 0.004
     aspect: float = 0.004
     centre: float = 0.01

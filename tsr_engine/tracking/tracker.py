@@ -168,14 +168,22 @@ class Tracker:
             source: where the measurement comes from; becomes the frame's source.
             noise: factor on the measurement's standard deviation; 1 is a detection.
             confident: whether the measurement proves that the sign is still there (ends a run of missed frames).
-            result: the frame's result if it is not to be the filter's estimate, shape (4,).
+            result: the frame's result, shape (4,); unset: the estimate with ``result_noise`` times that noise.
 
         Returns:
             The frame's result, shape (4,).
         """
         track = self._tracks[track_id]
-        track.motion = self._motion.update(track.motion, to_cxcywh(box), noise)
-        track.box = to_xyxy(self._motion.box_of(track.motion)) if result is None else np.array(result, dtype=np.float64)
+        before, measured = track.motion, to_cxcywh(box)
+        track.motion = self._motion.update(before, measured, noise)
+        if result is not None:
+            track.box = np.array(result, dtype=np.float64)
+        elif self._params.result_noise == 1.0:
+            track.box = to_xyxy(self._motion.box_of(track.motion))
+        else:
+            # A state that is to predict well must not follow each detection's error; a box that is shown now may.
+            shown = self._motion.update(before, measured, noise * self._params.result_noise)
+            track.box = to_xyxy(self._motion.box_of(shown))
         track.source = source
         track.measured = True
         if confident:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.evidence.disagreement import against_people, against_run
-from app.evidence.doubt import Disagreement, DoubtInput, doubts
+from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
 from app.evidence.tables import confirmed_boxes
 from app.evidence.tracks import track_facts
 from app.storage.models import Run, TrackDocument
@@ -54,7 +54,7 @@ def test_a_clear_track_is_not_doubtful() -> None:
         ({"frames": [1], "judged": [0]}, 0.7, "It is short: 1 frame."),
         ({"predicted": [9]}, 0.3, "9 of its 30 frames are predictions without a measurement."),
         (
-            {"closest": [np.log(3) / 2], "closest_frame": [7], "closest_value": [26.0], "near": [29]},
+            {"closest": [np.log(CLEAR_RATIO) / 2], "closest_frame": [7], "closest_value": [26.0], "near": [29]},
             0.25,
             "29 of 29 verdicts of the gate were close, the closest in frame 7: L = 26.0 beside tau = 15.",
         ),
