@@ -62,7 +62,7 @@ def placing(home: Path, run_id: str, upload: Path | None = None) -> Iterator[Pla
     note.parent.mkdir(parents=True, exist_ok=True)
     with note.open("x", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        json.dump({"run": run_id, "upload": upload and upload.name}, file)
+        json.dump({"upload": upload and upload.name}, file)
         file.flush()
         settle_file(note)
         work = Placing()
@@ -88,16 +88,15 @@ def _undo(home: Path, database: Database, note: Path, content: bytes) -> None:
     run_id = note.name.removeprefix(_NOTE)
     try:
         facts = json.loads(content)
-        upload = facts["upload"] and home / "uploads" / Path(str(facts["upload"])).name
+        name = facts["upload"]
+        upload = None if name is None else home / "uploads" / Path(str(name)).name
     except (ValueError, KeyError, TypeError):
         return  # cut off while it was written: nothing had been placed yet
     with database.read() as session:
-        run = session.get(Run, run_id)
-        video = session.scalars(select(Video.id).where(Video.path == str(upload))).first()
-    if run is None:
-        _remove(home / "runs" / run_id)
-    if upload and video is None:
-        _remove(upload)
+        if session.get(Run, run_id) is None:
+            _remove(home / "runs" / run_id)
+        if upload is not None and session.scalars(select(Video.id).where(Video.path == str(upload))).first() is None:
+            _remove(upload)
 
 
 def _remove(place: Path) -> None:

@@ -3,20 +3,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { createFollower } from '../../../static/js/views/space/follower.js';
+import { held } from '../held.js';
 
-/** A promise that is settled from outside. */
-function held() {
-  /** @type {(value?: any) => void} */
-  let release = () => {};
-  /** @type {(reason: unknown) => void} */
-  let refuse = () => {};
-  /** @type {Promise<void>} */
-  const promise = new Promise((resolve, reject) => {
-    release = resolve;
-    refuse = reject;
-  });
-  return { promise, release, refuse };
-}
 const turn = () => new Promise((resolve) => setImmediate(resolve));
 
 test('while one value is on its way only the newest of those behind it is kept', async () => {
