@@ -11,7 +11,7 @@ __all__ = ["LANES", "SHORT_KINDS", "SHORT_WORKERS", "Lane", "lane_of"]
 
 Lane = Literal["long", "short"]
 LANES: Final[tuple[Lane, ...]] = ("long", "short")
-SHORT_KINDS: Final = ("import", "glance", "whatif", "export", "recording", "bundle", "scene")
+SHORT_KINDS: Final = ("import", "whatif", "export", "recording", "bundle", "scene")
 SHORT_WORKERS: Final = 2
 """Processes at most in the short lane: the import of a long video must not hold up a what-if either."""
 

@@ -37,10 +37,6 @@ def task_of(kind: str) -> Task:
         from app.whatif.task import run_whatif
 
         return run_whatif
-    if kind == "glance":
-        from app.videos.glancing import make_glances
-
-        return make_glances
     if kind == "bundle":
         from app.bundles.task import make_run_bundle
 

@@ -1,7 +1,7 @@
 """A small copy of a video with many key frames: what a viewer who scrubs is shown until the picture itself is there.
 
 Pictures of a video with few key frames take long to reach: to show the last of 250, all of them are decoded. The copy
-has a key frame every dozen pictures, so each is a few milliseconds away. It is made once, in the background; its
+has a key frame every dozen pictures, so each is a few milliseconds away. It is made once, by the import; its
 pictures are smaller and softer than the video's, bear the same ordinals, and are never what a box is judged by.
 """
 

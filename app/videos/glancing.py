@@ -1,53 +1,54 @@
-"""The job ``glance``: makes the copy of a video that ``app.videos.glance`` reads."""
+"""The pass of the import over a whole video, which writes the copy that ``app.videos.glance`` reads on the way."""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 
-import cv2
-import numpy as np
-from sqlalchemy.orm import undefer
-
-from app.jobs.context import Stopped, TaskContext
-from app.storage.models import Video
-from app.videos.glance import glance_path
-from app.videos.table import unpack
-from tsr_engine.errors import VideoError
-from tsr_engine.io.video import VideoLimits, open_video
+from app.videos.glance import is_wanted
+from tsr_engine.errors import StorageError
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video import Video
 from tsr_engine.io.video_writer import VideoWriter
 
-__all__ = ["KEYS", "WIDTH", "make_glances"]
+__all__ = ["KEYS", "WIDTH", "decode_all"]
 
 KEYS = 12
 """Pictures from one key frame of the copy to the next."""
-WIDTH = 960
+WIDTH = 640
 """Width of the copy at most, px."""
 _CRF = 24
 _RATE = Fraction(25)
+_AHEAD = 8
 
 
-def make_glances(task: TaskContext) -> None:
-    """The job ``glance``: decode once, write the copy; begun anew after a kill."""
-    with task.database.read() as session:
-        video = session.get_one(Video, task.job.subject, options=[undefer(Video.frame_table)])
-    if video.frame_table is None:
-        raise VideoError(f"{video.name} is {video.state}: no copy for scrubbing can be made of it.")
-    table = unpack(video.frame_table)
-    place = glance_path(task.settings.home, video.id)
+def decode_all(file: Video, place: Path, tell: Callable[[int], None]) -> FrameTable:
+    """Decode to the end, so that every frame is known to be there; begun anew after a kill.
+
+    The copy is made in the same pass, since whoever opens the video next may leap to its end at once.
+
+    Args:
+        file: the video.
+        place: where the copy for scrubbing goes, if the video is one that needs it.
+        tell: called with the number of frames decoded; may raise.
+
+    Raises:
+        VideoError: the file cannot be decoded.
+    """
+    if is_wanted(file.table, file.width, file.height):
+        # no room for a copy is no reason to refuse the video
+        with contextlib.suppress(StorageError, OSError):
+            _copy(file, place, tell)
+    return file.confirm(tell)
+
+
+def _copy(file: Video, place: Path, tell: Callable[[int], None]) -> None:
+    width = min(WIDTH, file.width)
+    height = max(1, round(file.height * width / file.width))
     place.parent.mkdir(parents=True, exist_ok=True)
-    with open_video(Path(video.path), limits=VideoLimits(max_pixels=task.settings.max_pixels), table=table) as file:
-        width, height = _size(file.width, file.height)
-        with VideoWriter(place, width, height, _RATE, crf=_CRF, preset="ultrafast", keys=KEYS) as copy:
-            for frame in file.frames():
-                if frame.ordinal % 16 == 0 and task.stop():
-                    raise Stopped
-                small = cv2.resize(frame.picture, (width, height), interpolation=cv2.INTER_AREA)
-                copy.write(np.asarray(small, dtype=np.uint8))
-            if copy.frames != len(table):
-                raise VideoError(f"{video.path} gave {copy.frames} pictures, not {len(table)}. Add it again.")
-
-
-def _size(width: int, height: int) -> tuple[int, int]:
-    wide = min(WIDTH, width)
-    return wide, max(2, round(height * wide / width))
+    with VideoWriter(place, width, height, _RATE, crf=_CRF, preset="ultrafast", keys=KEYS) as copy:
+        for frame in file.frames(ahead=_AHEAD, width=width):
+            copy.write(frame.picture)
+            tell(copy.frames)

@@ -1,4 +1,4 @@
-"""The job ``import``: decode a video once, keep its frame table and a thumbnail."""
+"""The job ``import``: decode a video once, keep its frame table, a thumbnail and a small copy for scrubbing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import cv2
 from app.jobs.context import Stopped, TaskContext
 from app.runs.start import queue_first_runs
 from app.storage.models import Video
-from app.videos.glance import is_wanted
+from app.videos.glance import glance_path
+from app.videos.glancing import decode_all
 from app.videos.table import pack
 from app.videos.thumbnails import thumbnail_path
 from app.videos.view import publish_video
@@ -52,13 +53,15 @@ def import_video(task: TaskContext) -> None:
     if video_sha256(path) != video.id:
         raise VideoError(f"{path} has changed since it was added. Add it again as another video.")
     limits = VideoLimits(max_pixels=task.settings.max_pixels)
+    copy = glance_path(task.settings.home, video.id)
     with open_video(path, limits=limits) as file:
-        table = file.confirm(tell)
+        table = decode_all(file, copy, tell)
         middle = file.read(len(table) // 2).picture
         last = len(table) - 1
         duration = float(table.time(last) - table.time(0) + table.interval())
         warnings = list(file.warnings)
     if _status(path) != before:
+        copy.unlink(missing_ok=True)
         raise VideoError(f"{path} was written to while it was read. Add it again when it is complete.")
     width = min(THUMBNAIL_WIDTH, middle.shape[1])
     height = max(1, round(width * middle.shape[0] / middle.shape[1]))
@@ -79,8 +82,6 @@ def import_video(task: TaskContext) -> None:
             session.flush()
             queue_first_runs(session, task.events, task.jobs)
         publish_video(session, task.events, row)
-        if is_wanted(table, file.width, file.height):
-            task.jobs.submit(session, "glance", video.id, priority=-1)
 
 
 def _status(path: Path) -> tuple[int, int]:

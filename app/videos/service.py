@@ -165,9 +165,7 @@ class VideoService(SampleDrives):
             video = self.get(session, video_id)
             runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
             subjects = [video_id, *(run.id for run in runs)]
-            active = (
-                select(Job.id).where(Job.subject.in_(subjects), Job.state == "running", Job.kind != "glance").limit(1)
-            )
+            active = select(Job.id).where(Job.subject.in_(subjects), Job.state == "running").limit(1)
             if session.scalars(active).first() is not None:
                 raise Conflict(f"The engine is working on {video.name}. Cancel that first.", code="still_running")
             for subject in subjects:

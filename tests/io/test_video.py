@@ -9,6 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -211,6 +212,24 @@ def test_reading_ahead_changes_nothing(made: Get, ahead: int) -> None:
         threaded = list(video.frames(ahead=ahead))
         assert [frame.ordinal for frame in threaded] == list(range(len(plain)))
         assert all(np.array_equal(frame.picture, plain[frame.ordinal]) for frame in threaded)
+
+
+@pytest.mark.parametrize("kind", ["b_frames", "rotated_90", "rotated_180", "mirrored", "avi_h264"])
+def test_small_pictures_are_the_same_frames(made: Get, kind: str) -> None:
+    with open_video(made(kind).path) as video:
+        width = video.width // 2
+        small = list(video.frames(ahead=2, width=width))
+        assert video.table.complete  # a whole pass, as any
+        height = round(video.height * width / video.width)
+        for frame in small:
+            assert frame.picture.shape == (height, width, 3)
+            own = cv2.resize(video.read(frame.ordinal).picture, (width, height), interpolation=cv2.INTER_AREA)
+            assert np.abs(frame.picture.astype(int) - own).mean() < 12.0  # edges differ by the scaler
+            assert np.abs(frame.picture[::-1, ::-1].astype(int) - own).mean() > 24.0
+        assert len(small) == len(video.table)
+        assert next(video.frames(width=video.width + 1)).picture.shape == (video.height, video.width, 3)
+        with pytest.raises(UsageError, match="Got 0"):
+            video.frames(width=0)
 
 
 def test_passes_and_reads_do_not_disturb_each_other(corpus: Any, made: Get) -> None:

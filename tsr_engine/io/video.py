@@ -185,7 +185,9 @@ class Video:
                     progress(k + 1)
         return self.table
 
-    def frames(self, start: int = 0, stop: int | None = None, *, ahead: int = 0) -> Iterator[Frame]:
+    def frames(
+        self, start: int = 0, stop: int | None = None, *, ahead: int = 0, width: int | None = None
+    ) -> Iterator[Frame]:
         """Frames ``start`` to ``stop - 1`` in presentation order.
 
         A start beyond the confirmed rows is reached by decoding up to it, since only that shows which picture it is.
@@ -194,16 +196,20 @@ class Video:
             start: first ordinal, >= 0.
             stop: end, exclusive; unset or beyond the end: to the last frame.
             ahead: frames decoded in a background thread ahead of the consumer; 0: none.
+            width: px, >= 1; pictures that are wider are shrunk to it while they are converted, which is cheaper than
+                to do it afterwards and not what ``read`` gives. Unset: never.
 
         Raises:
-            UsageError: the range is negative or starts beyond the end.
+            UsageError: the range is negative or starts beyond the end, or the width is not positive.
             VideoError: the file cannot be decoded, or is not that of its table.
         """
         if start < 0 or (stop is not None and stop < start):
             raise UsageError(f"A range of frames must be 0 <= start <= stop. Got {start}:{stop}.")
+        if width is not None and width < 1:
+            raise UsageError(f"Pictures must be at least 1 px wide. Got {width}.")
         if ahead:
-            return read_ahead(lambda: self._pictures(start, stop), ahead)
-        return self._pictures(start, stop)
+            return read_ahead(lambda: self._pictures(start, stop, width), ahead)
+        return self._pictures(start, stop, width)
 
     def read(self, ordinal: int) -> Frame:
         """Frame ``ordinal``, by going back to a key frame and decoding until the table's stamp comes.
@@ -219,11 +225,15 @@ class Video:
             decoded = self._cursor.goto(ordinal) if inside else None
             if decoded is None:
                 raise self._no_frame(ordinal)
-            return self._frame(self._cursor.decoder, ordinal, decoded)
+            return self._frame(self._cursor.decoder, ordinal, decoded, self._size)
 
-    def _pictures(self, start: int, stop: int | None) -> Iterator[Frame]:
+    def _pictures(self, start: int, stop: int | None, width: int | None) -> Iterator[Frame]:
+        size = self._size
+        if width is not None and width < self.width:
+            upright = (width, max(1, round(self.height * width / self.width)))
+            size = upright[::-1] if self._orientation.transpose else upright
         for decoder, k, decoded in self._walk(start, stop):
-            yield self._frame(decoder, k, decoded)
+            yield self._frame(decoder, k, decoded, size)
 
     def _walk(self, start: int, stop: int | None) -> Iterator[tuple[Decoder, int, Decoded]]:
         """Decoded but unconverted frames of a range, from a decoder of their own."""
@@ -244,8 +254,8 @@ class Video:
         finally:
             cursor.close()
 
-    def _frame(self, decoder: Decoder, k: int, decoded: Decoded) -> Frame:
-        picture = decoder.picture(decoded, self._size, self._orientation)
+    def _frame(self, decoder: Decoder, k: int, decoded: Decoded, size: tuple[int, int]) -> Frame:
+        picture = decoder.picture(decoded, size, self._orientation)
         return Frame(k, self._ticks(k, decoded.stamp) * self._ledger.time_base, picture, decoded.key, decoded.corrupt)
 
     @property

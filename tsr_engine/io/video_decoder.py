@@ -210,7 +210,7 @@ class Decoder:
 
         Args:
             decoded: a picture of this decoder.
-            size: (width, height) as stored; a picture of another size, in files that change midway, is scaled to it.
+            size: (width, height) before the turn; a picture of another size is scaled to it.
             orientation: the turn to apply.
 
         Raises:

@@ -13,11 +13,12 @@ import pytest
 from import_now import work_off
 from toy_server import Server
 
-import app.videos.encoded
 import app.videos.glance
 import app.videos.reel
 from app.videos.glance import glance_path, is_wanted
+from tsr_engine.errors import StorageError
 from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
 
 
 @pytest.fixture
@@ -51,11 +52,7 @@ def test_a_glance_shows_the_frame_itself_softly(server: Server, corpus: ModuleTy
     made, video = _long(corpus, server)
     path = glance_path(server.settings.home, video)
     far = len(made.codes) - 1
-    assert _ask(server, video, far).headers["x-frame-exact"] == "true"  # no copy yet
-    work_off(server.context, "glance")
-    assert path.is_file()
-    server.context.frames.forget(video)
-    server.context.frames._cache = app.videos.encoded.EncodedCache(2**20)
+    assert path.is_file()  # who leaps right after the import is served at once
     with open_video(path) as copy:
         assert len(copy.table) == len(made.codes)
         assert int(np.diff(np.flatnonzero(copy.table.key)).max()) <= 12
@@ -77,10 +74,27 @@ def test_a_glance_shows_the_frame_itself_softly(server: Server, corpus: ModuleTy
 
 
 @pytest.mark.usefixtures("patience")
+def test_a_full_disk_costs_the_copy_not_the_video(
+    server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(writer: VideoWriter, *_: object) -> None:
+        if writer.frames == 5:
+            raise StorageError("The disk is full.")
+        write(writer, *_)
+
+    write = VideoWriter.write
+    monkeypatch.setattr(VideoWriter, "write", full)
+    made, video = _long(corpus, server)
+    assert not any(glance_path(server.settings.home, video).parent.iterdir())
+    view = server.client.get(f"/api/videos/{video}").json()
+    assert (view["state"], view["frames"]) == ("ready", len(made.codes))
+    assert _code(corpus, _ask(server, video, len(made.codes) - 1)) == made.codes[-1]
+
+
+@pytest.mark.usefixtures("patience")
 def test_a_damaged_copy_is_done_without(server: Server, corpus: ModuleType) -> None:
     made, video = _long(corpus, server)
     path = glance_path(server.settings.home, video)
-    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(b"\0" * 2000)
     answer = _ask(server, video, len(made.codes) - 1)
     assert answer.headers["x-frame-exact"] == "true"
@@ -91,7 +105,6 @@ def test_a_damaged_copy_is_done_without(server: Server, corpus: ModuleType) -> N
 @pytest.mark.usefixtures("patience")
 def test_a_removed_video_takes_its_copy_along(server: Server, corpus: ModuleType) -> None:
     _, video = _long(corpus, server)
-    work_off(server.context, "glance")
     path = glance_path(server.settings.home, video)
     assert path.is_file()
     assert server.client.delete(f"/api/videos/{video}").status_code in (200, 204)
@@ -103,5 +116,4 @@ def test_only_videos_with_far_pictures_get_a_copy(server: Server, corpus: Module
     with open_video(Path(made.path)) as file:
         assert not is_wanted(file.table, file.width, file.height)
         assert is_wanted(file.table, 3840, 2160)
-    work_off(server.context)
     assert not glance_path(server.settings.home, video).exists()
