@@ -53,6 +53,7 @@ class FrameService:
         self._cache = EncodedCache(settings.frame_cache_mb * 2**20)
         self._open: OrderedDict[str, Reel] = OrderedDict()
         self._lock = threading.Lock()
+        self._loading: dict[str, threading.Lock] = {}
 
     def picture(
         self,
@@ -126,25 +127,35 @@ class FrameService:
             reel.close()
 
     def _reel(self, video_id: str) -> Reel:
+        return self._present(video_id) or self._opened(video_id)
+
+    def _present(self, video_id: str) -> Reel | None:
         with self._lock:
             reel = self._open.get(video_id)
             if reel is not None:
                 self._open.move_to_end(video_id)
-        if reel is not None:
-            if _status(reel.path) == reel.status:
-                return reel
+        if reel is not None and _status(reel.path) != reel.status:
             self.forget(video_id)
-        reel = self._load(video_id)
+            return None
+        return reel
+
+    def _opened(self, video_id: str) -> Reel:
+        # A page that comes asks for several frames at once: they wait for one decoder instead of opening one each.
         with self._lock:
-            present = self._open.setdefault(video_id, reel)
-            dropped = []
-            while len(self._open) > _OPEN:
-                dropped.append(self._open.popitem(last=False)[1])
-        if present is not reel:
-            reel.close()
+            loading = self._loading.setdefault(video_id, threading.Lock())
+        with loading:
+            reel = self._present(video_id)
+            if reel is not None:
+                return reel
+            reel = self._load(video_id)
+            with self._lock:
+                self._open[video_id] = reel
+                dropped = []
+                while len(self._open) > _OPEN:
+                    dropped.append(self._open.popitem(last=False)[1])
         for old in dropped:
             old.close()
-        return present
+        return reel
 
     def _load(self, video_id: str) -> Reel:
         with self._database.read() as session:

@@ -95,7 +95,7 @@ def make_long_run(home: Path, frames: int = FRAMES, tracks: int = TRACKS, seed: 
                     frames=len(table),
                     duration=len(table) / RATE,
                     warnings=[],
-                    frame_table=pack(table),
+                    frame_table=pack(table, path.stat().st_mtime_ns),  # as an import leaves it
                 )
             )
             session.flush()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -154,3 +156,24 @@ def test_a_file_that_changed_or_went_is_told(server: Server, corpus: ModuleType)
     assert server.client.post("/api/videos", json={"path": str(moved)}).json()["id"] == video
     assert server.client.get(f"/api/videos/{video}/frames/0").status_code == 200
     assert server.client.get(f"/api/videos/{video}").json()["runs"] == 1
+
+
+def test_frames_asked_for_at_once_open_the_file_once(
+    server: Server, corpus: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = _file(corpus, "constant", server.settings.home)
+    video = _add(server, made.path)
+    frames = server.context.frames
+    frames.forget(video)
+    opened, load = [], frames._load
+
+    def slow(video_id: str) -> Any:
+        opened.append(video_id)
+        time.sleep(0.05)
+        return load(video_id)
+
+    monkeypatch.setattr(frames, "_load", slow)
+    with ThreadPoolExecutor(5) as pool:
+        served = list(pool.map(lambda k: frames.picture(video, k, None, "jpeg"), range(5)))
+    assert [one.ordinal for one in served] == list(range(5))
+    assert opened == [video]
