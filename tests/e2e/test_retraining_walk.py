@@ -104,6 +104,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_role("button", name="Close", exact=True).last.click()
 
     page.get_by_role("button", name="Compare").click()
+    expect(dialog.locator("#compare-a option").filter(has_text="Corrections of Run 1")).to_have_count(1)  # they load
     names = dialog.locator("#compare-a option").all_inner_texts()
     dialog.locator("#compare-a").select_option(label=next(name for name in names if "Corrections of Run 1" in name))
     dialog.locator("#compare-b").select_option(label=next(name for name in names if name.startswith("Second")))

@@ -12,7 +12,7 @@ export function createFrames(store, api) {
   /** @type {import('./player.js').Player|null} */
   let player = null;
   let video = '';
-  /** @type {(shot: import('./cache.js').Shot) => void} */
+  /** @type {import('./player.js').Paint} */
   let paint = () => {};
   let width = 1280;
   let speed = 1;
@@ -26,13 +26,13 @@ export function createFrames(store, api) {
         player?.destroy();
         video = wanted;
         player = wanted ? createPlayer(store, createFrameCache(api, wanted)) : null;
-        player?.onShot((shot) => paint(shot));
+        player?.onShot((shot, passing) => paint(shot, passing));
         player?.setWidth(width);
         player?.setSpeed(speed);
       }
       player?.sync();
     },
-    /** How a picture comes on screen. @param {(shot: import('./cache.js').Shot) => void} how */
+    /** How a picture comes on screen. @param {import('./player.js').Paint} how */
     onShot(how) {
       paint = how;
     },

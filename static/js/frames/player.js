@@ -8,6 +8,9 @@
  * @typedef {import('../types.js').Store} Store
  * @typedef {import('./cache.js').FrameCache} FrameCache
  * @typedef {import('./cache.js').Shot} Shot
+ *
+ * Puts a picture on screen. One that passes, while somebody scrubs, is not worth ten milliseconds of smoothing.
+ * @typedef {(shot: Shot, passing: boolean) => void} Paint
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
@@ -20,13 +23,15 @@ const BEHIND = 8;
 const NEAR = 12;
 /** How long the cursor rests after a leap before the sharp picture and its neighbours are loaded, ms. */
 const REST = 180;
+/** After this a picture that somebody who scrubs has left is no longer waited for, ms. */
+const PATIENCE = 400;
 /** How far behind time playing may fall before its clock is set back, s. */
 const SLACK = 0.12;
 
 /**
  * @typedef {object} Player
  * @property {() => void} sync          the state has changed
- * @property {(paint: (shot: Shot) => void) => void} onShot   how a picture comes on screen
+ * @property {(paint: Paint) => void} onShot   how a picture comes on screen
  * @property {(width: number) => void} setWidth
  * @property {(speed: number) => void} setSpeed
  * @property {() => number} speed
@@ -41,10 +46,11 @@ const SLACK = 0.12;
  * @returns {Player}
  */
 export function createPlayer(store, cache, { now = () => performance.now(), tick = requestAnimationFrame, untick = cancelAnimationFrame } = {}) {
-  /** @type {(shot: Shot) => void} */
+  /** @type {Paint} */
   let paint = () => {};
   let wanted = -1;
-  let before = 0;
+  /** Where pictures were loaded around last; -1: nowhere yet. */
+  let before = -1;
   let speed = 1;
   let ended = false;
   let handle = 0;
@@ -56,11 +62,13 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
 
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let resting;
+  /** The leap whose picture is on its way, and since when. @type {{frame: number, since: number}|null} */
+  let leap = null;
 
   /** @param {number} frame */
   function loadAround(frame) {
     const last = (store.get().review?.timebase?.frames ?? 1) - 1;
-    const back = frame < before;
+    const back = before >= 0 && frame < before;
     const frames = [];
     for (let k = 1; k <= (back ? BEHIND : AHEAD); k++) frames.push(back ? frame - k : frame + k);
     if (!back) frames.push(frame - 1, frame - 2);
@@ -73,27 +81,47 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     wanted = frame;
     clearTimeout(resting);
     const ready = cache.peek(frame);
-    if (ready) put(ready);
-    if (before === 0 || Math.abs(frame - before) <= NEAR) {
+    const near = Math.abs(frame - before) <= NEAR;
+    if (ready) put(ready, !near);
+    if (near) {
       void show(frame, cache.load(frame));
       loadAround(frame);
       return;
     }
-    // Whoever scrubs wants the next place, not this one's neighbours, and soon rather than sharp.
-    void show(frame, cache.glance(frame));
-    cache.want([]);
     resting = setTimeout(() => {
       void show(frame, cache.load(frame));
       loadAround(frame);
     }, REST);
+    if (leap === null || now() - leap.since > PATIENCE) void glance(frame);
   }
 
-  /** @param {number} frame @param {Promise<Shot>} request */
-  async function show(frame, request) {
+  /**
+   * Whoever scrubs wants the next place, not this one's neighbours, and soon rather than sharp. One picture at a time,
+   * shown even when the cursor has gone on: given up at every move, none would come before the cursor rests.
+   * @param {number} frame
+   */
+  async function glance(frame) {
+    const mine = { frame, since: now() };
+    leap = mine;
+    const request = cache.glance(frame);
+    cache.want([]);
+    await show(frame, request, () => leap === mine && store.get().review?.shown !== wanted, true);
+    if (leap !== mine || ended) return;
+    leap = null;
+    if (wanted !== frame && Math.abs(wanted - before) > NEAR && !cache.peek(wanted)) void glance(wanted);
+  }
+
+  /**
+   * @param {number} frame
+   * @param {Promise<Shot>} request
+   * @param {() => boolean} [anyway]   whether the picture is shown though the cursor has left it
+   * @param {boolean} [passing]
+   */
+  async function show(frame, request, anyway = () => false, passing = false) {
     try {
       const shot = await request;
-      if (wanted === frame && !ended) {
-        put(shot);
+      if (!ended && (wanted === frame || anyway())) {
+        put(shot, passing);
         store.dispatch((state) => hideBanner(state, 'picture'));
       }
     } catch (thrown) {
@@ -108,10 +136,10 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     store.dispatch((state) => showBanner(setPlaying(state, false), { id: 'picture', tone: 'error', text: `Frame ${frame} cannot be shown. ${sentence(thrown)}` }));
   }
 
-  /** @param {Shot} shot */
-  function put(shot) {
+  /** @param {Shot} shot @param {boolean} passing */
+  function put(shot, passing) {
     store.dispatch((state) => setShown(state, shot.frame));
-    paint(shot); // picture and layers together, hence after the state knows
+    paint(shot, passing); // picture and layers together, hence after the state knows
   }
 
   function beat() {

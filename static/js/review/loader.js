@@ -46,6 +46,8 @@ export function createLoader(app, hooks) {
   let wantedTruth = null;
   /** The video that could not be opened yet. @type {string|null} */
   let unready = null;
+  /** What was opened when the cursor's chunk was asked for that is on its way. @type {AbortController|null} */
+  let fetching = null;
   let followed = 0;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
@@ -105,21 +107,57 @@ export function createLoader(app, hooks) {
   }
 
   /**
-   * Ask for the chunks around the cursor that are not there yet.
+   * Ask for the chunks around the cursor that are not there yet: the cursor's own first, and one at a time, since who
+   * scrubs has left it before it comes.
    * @param {NonNullable<State['review']>} review
    * @param {AbortSignal} signal
    */
   function around(review, signal) {
-    const last = (review.timebase?.frames ?? 1) - 1;
     const middle = Math.floor(review.frame / CHUNK);
-    for (const chunk of [middle, middle + 1, middle - 1]) {
-      const first = chunk * CHUNK;
-      if (first < 0 || first > last) continue;
-      const end = Math.min(last, first + CHUNK - 1);
-      if (review.run) void overlays(review.run.id, 'overlays', first, end, signal);
-      if (review.second) void overlays(review.second, 'secondOverlays', first, end, signal);
-      if (truth !== null && review.layers.truth) void boxes(truth, first, end, signal);
+    const missing = chunk(review, middle, signal);
+    if (missing.length === 0) {
+      for (const side of [middle + 1, middle - 1]) for (const ask of chunk(review, side, signal)) void ask();
+    } else if (fetching !== current) {
+      const mine = (fetching = current);
+      void Promise.all(missing.map((ask) => ask())).finally(() => {
+        if (fetching === mine) fetching = null;
+        const now = store.get().review;
+        if (!signal.aborted && now && Math.floor(now.frame / CHUNK) !== middle) sync();
+      });
     }
+  }
+
+  /**
+   * The requests that a chunk of frames still needs.
+   * @param {NonNullable<State['review']>} review
+   * @param {number} number
+   * @param {AbortSignal} signal
+   * @returns {(() => Promise<void>)[]}
+   */
+  function chunk(review, number, signal) {
+    const last = (review.timebase?.frames ?? 1) - 1;
+    const first = number * CHUNK;
+    if (first < 0 || first > last) return [];
+    const end = Math.min(last, first + CHUNK - 1);
+    const asks = [];
+    for (const [slot, run] of /** @type {const} */ ([['overlays', review.run?.id], ['secondOverlays', review.second]])) {
+      if (run && !held(review, slot, run, first)) asks.push(() => overlays(run, slot, first, end, signal));
+    }
+    const id = truth;
+    if (id !== null && review.layers.truth && !asked.has(`truth/${id}/${first}`)) asks.push(() => boxes(id, first, end, signal));
+    return asks;
+  }
+
+  /**
+   * Whether overlays are there or on their way; those that had to make room are asked for again.
+   * @param {NonNullable<State['review']>} review
+   * @param {'overlays'|'secondOverlays'} slot
+   * @param {string} run
+   * @param {number} first
+   */
+  function held(review, slot, run, first) {
+    const came = asked.get(`${slot}/${run}/${first}`);
+    return came === null || (came !== undefined && Boolean(review[slot][came]));
   }
 
   /**
@@ -131,8 +169,6 @@ export function createLoader(app, hooks) {
    */
   async function overlays(run, slot, first, last, signal) {
     const name = `${slot}/${run}/${first}`;
-    const came = asked.get(name);
-    if (came === null || (came !== undefined && store.get().review?.[slot][came])) return;
     asked.set(name, null);
     try {
       const found = await api.overlays(run, first, last, { signal });
@@ -148,7 +184,6 @@ export function createLoader(app, hooks) {
   /** @param {string} id @param {number} first @param {number} last @param {AbortSignal} signal */
   async function boxes(id, first, last, signal) {
     const name = `truth/${id}/${first}`;
-    if (asked.has(name)) return;
     asked.set(name, null);
     try {
       const found = await api.truthBoxes(id, first, last, { signal });

@@ -57,6 +57,8 @@ export function createPicture(app) {
   let inks = null;
   /** @type {import('../../frames/cache.js').Shot|null} */
   let present = null;
+  /** How the picture is smoothed. @type {'low'|'high'} */
+  let quality = 'high';
   /** @type {State['review']} */
   let last = null;
   /** @type {import('../../types.js').Draft|null} */
@@ -100,8 +102,9 @@ export function createPicture(app) {
     app.store.dispatch((state) => setViewport(state, fit(picture, size)));
   }
 
-  app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next) => {
+  app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next, /** @type {boolean} */ passing) => {
     present = next;
+    quality = passing ? 'low' : 'high';
     paintShot(app.store.get().review);
     // at once, not with the next update: no picture is ever seen under the boxes of the one before
     update(app.store.get());
@@ -120,7 +123,7 @@ export function createPicture(app) {
     const [x1, y1] = toScreen(review.viewport, size, 0, 0);
     const [x2, y2] = toScreen(review.viewport, size, width, height);
     ctx.imageSmoothingEnabled = review.viewport.zoom * ratio < 2.5;
-    ctx.imageSmoothingQuality = 'high';
+    ctx.imageSmoothingQuality = quality;
     ctx.drawImage(present.bitmap, x1 * ratio, y1 * ratio, (x2 - x1) * ratio, (y2 - y1) * ratio);
   }
 

@@ -1,0 +1,92 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { afterEach, test } from 'node:test';
+
+import { createPlayer } from '../../../static/js/frames/player.js';
+import { createTimebase } from '../../../static/js/model/timebase.js';
+import { changeReview, openReview, seek } from '../../../static/js/store/actions/review.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+
+const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
+
+/** @type {(() => void)[]} */
+const endings = [];
+afterEach(() => endings.splice(0).forEach((end) => end()));
+
+/** A player over a cache whose pictures come when the test says so. */
+function create() {
+  const table = { frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] };
+  const video = /** @type {any} */ ({ id: 'v', width: 1280, height: 720, frames: 5000 });
+  const store = createStore(changeReview(openReview(initialState(), video), { timebase: createTimebase(/** @type {any} */ (table)) }));
+  /** @type {{kind: string, frame: number, come: () => void}[]} */
+  const asked = [];
+  /** @type {[number, boolean][]} */
+  const painted = [];
+  const ask = (/** @type {string} */ kind) => (/** @type {number} */ frame) => new Promise((resolve) => {
+    asked.push({ kind, frame, come: () => resolve({ frame, width: kind === 'glance' ? 0 : 1280, bitmap: {} }) });
+  });
+  const cache = /** @type {any} */ ({ peek: () => null, load: ask('load'), glance: ask('glance'), want: () => {}, setWidth: () => {}, clear: () => {} });
+  let clock = 0;
+  const player = createPlayer(store, cache, { now: () => clock, tick: () => 1, untick: () => {} });
+  player.onShot((shot, passing) => painted.push([shot.frame, passing]));
+  store.subscribe(() => player.sync());
+  endings.push(() => player.destroy());
+  player.sync();
+  asked[0].come();
+  const go = async (/** @type {number} */ frame) => {
+    store.dispatch((state) => seek(state, frame));
+    await turn();
+  };
+  return { store, asked, painted, wait: (/** @type {number} */ ms) => (clock += ms), go };
+}
+
+test('the first leap of all asks for what comes soonest', async () => {
+  const { asked, go } = create();
+  await turn();
+  await go(4000);
+  assert.deepEqual(asked.map(({ kind, frame }) => [kind, frame]), [['load', 0], ['glance', 4000]]);
+});
+
+test('who scrubs sees pictures on the way: one is asked for at a time, and none is given up', async () => {
+  const { asked, painted, store, go } = create();
+  await turn();
+  for (const frame of [1000, 2000, 3000]) await go(frame);
+  assert.deepEqual(asked.slice(1).map(({ frame }) => frame), [1000]);
+  asked[1].come();
+  await turn();
+  assert.deepEqual(painted.at(-1), [1000, true]);
+  assert.equal(store.get().review?.shown, 1000); // nobody draws the boxes of 3000 on it
+  assert.deepEqual(asked.slice(2).map(({ kind, frame }) => [kind, frame]), [['glance', 3000]]);
+  asked[2].come();
+  await turn();
+  assert.deepEqual(painted.at(-1), [3000, true]);
+  assert.equal(asked.length, 3);
+});
+
+test('a picture that takes too long does not hold up the next', async () => {
+  const { asked, painted, wait, go } = create();
+  await turn();
+  await go(1000);
+  wait(500);
+  await go(2000);
+  assert.deepEqual(asked.slice(1).map(({ frame }) => frame), [1000, 2000]);
+  asked[2].come();
+  await turn();
+  asked[1].come();
+  await turn();
+  assert.deepEqual(painted.at(-1), [2000, true]); // the late one is not put over it
+});
+
+test('at rest the sharp picture replaces the soft one', async () => {
+  const { asked, painted, go } = create();
+  await turn();
+  await go(1000);
+  asked[1].come();
+  await new Promise((resolve) => setTimeout(resolve, 400));
+  const sharp = asked.find(({ kind, frame }) => kind === 'load' && frame === 1000);
+  assert.ok(sharp);
+  sharp.come();
+  await turn();
+  assert.deepEqual(painted.at(-1), [1000, false]);
+});
