@@ -71,10 +71,12 @@ class UnwatchedPage:
             TimeoutError: it does not become so.
         """
         until = time.monotonic() + seconds
-        while not self.evaluate(f"Boolean({condition})"):
-            if time.monotonic() > until:
-                raise TimeoutError(f"{condition} did not come within {seconds:.0f} s")
+        while time.monotonic() < until:
+            with contextlib.suppress(RuntimeError):  # the page before it is just being left
+                if self.evaluate(f"Boolean({condition})"):
+                    return
             time.sleep(0.1)
+        raise TimeoutError(f"{condition} did not come within {seconds:.0f} s")
 
 
 @contextlib.contextmanager
