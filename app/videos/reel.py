@@ -98,14 +98,30 @@ class Reel:
             direction = self._direction
         data = self._cache.get((self._id, ordinal, width, encoding))
         if data is None:
-            first = ordinal - ordinal % _BLOCK if direction < 0 else ordinal
             with self._turn():
-                for k in range(first, ordinal + 1):
+                for k in range(self._first(ordinal, direction), ordinal + 1):
                     data = self._fill(k, width, encoding)
         with self._wish:
             self._wish.notify_all()
         assert data is not None
         return data
+
+    def _first(self, ordinal: int, direction: int) -> int:
+        """Where to begin keeping pictures on the way to one.
+
+        A page asks for neighbours at once and they come here in any order: a picture that was passed without being kept
+        would cost another jump to its key frame.
+        """
+        if direction < 0:
+            return ordinal - ordinal % _BLOCK
+        at = self._video.position
+        if at < ordinal <= at + _BLOCK:
+            return at + 1
+        return max(self._key(ordinal), ordinal - _BLOCK + 1)
+
+    def _key(self, ordinal: int) -> int:
+        keys = np.flatnonzero(self.table.key[: ordinal + 1])
+        return int(keys[-1]) if len(keys) else 0
 
     def glance(self, ordinal: int, width: int, encoding: Encoding) -> bytes | None:
         """A small, soft picture at once; None where the picture itself is near, or no copy for scrubbing is made yet.
@@ -114,8 +130,7 @@ class Reel:
         """
         if (self._id, ordinal, width, encoding) in self._cache:
             return None
-        keys = np.flatnonzero(self.table.key[: ordinal + 1])
-        key = int(keys[-1]) if len(keys) else 0
+        key = self._key(ordinal)
         at = self._video.position
         steps = ordinal - at if key <= at <= ordinal else ordinal - key
         if effort(steps, self._video.width, self._video.height) < _NEAR and not self._decoding.locked():

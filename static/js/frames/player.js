@@ -19,8 +19,8 @@ import { setPlaying, setShown, seek } from '../store/actions/review.js';
 /** Pictures loaded ahead of the cursor, and behind it when it was stepped back. */
 const AHEAD = 24;
 const BEHIND = 8;
-/** A step of more frames is a leap. */
-const NEAR = 12;
+/** A step of more frames is a leap; two are one key press that was drawn late. */
+const NEAR = 2;
 /** How long the cursor rests after a leap before the sharp picture and its neighbours are loaded, ms. */
 const REST = 180;
 /** After this a picture that somebody who scrubs has left is no longer waited for, ms. */
@@ -77,22 +77,32 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
   }
 
   /** @param {number} frame */
+  const isNear = (frame) => Math.abs(frame - before) <= NEAR || Boolean(store.get().review?.playing);
+
+  /** @param {number} frame */
   function bring(frame) {
     wanted = frame;
     clearTimeout(resting);
     const ready = cache.peek(frame);
-    const near = Math.abs(frame - before) <= NEAR;
+    const near = isNear(frame);
     if (ready) put(ready, !near);
     if (near) {
       void show(frame, cache.load(frame));
       loadAround(frame);
       return;
     }
-    resting = setTimeout(() => {
-      void show(frame, cache.load(frame));
-      loadAround(frame);
-    }, REST);
+    resting = setTimeout(() => arrive(frame), REST);
     if (leap === null || now() - leap.since > PATIENCE) void glance(frame);
+  }
+
+  /** The cursor rests. @param {number} frame */
+  function arrive(frame) {
+    if (leap?.frame === frame && now() - leap.since < PATIENCE) {
+      resting = setTimeout(() => arrive(frame), REST / 4); // what was asked for is about to come
+      return;
+    }
+    void show(frame, cache.load(frame));
+    loadAround(frame);
   }
 
   /**
@@ -108,7 +118,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     await show(frame, request, () => leap === mine && store.get().review?.shown !== wanted, true);
     if (leap !== mine || ended) return;
     leap = null;
-    if (wanted !== frame && Math.abs(wanted - before) > NEAR && !cache.peek(wanted)) void glance(wanted);
+    if (wanted !== frame && !isNear(wanted) && !cache.peek(wanted)) void glance(wanted);
   }
 
   /**

@@ -10,7 +10,7 @@ import pytest
 
 from app.videos.encoded import EncodedCache
 from app.videos.reel import ClosedReelError, Reel, around
-from tsr_engine.io.video import open_video
+from tsr_engine.io.video import Frame, open_video
 
 
 @pytest.mark.parametrize("direction", [-1, 0, 1])
@@ -44,3 +44,29 @@ def test_going_back_fills_what_comes_next_and_a_small_cache_ends(corpus: ModuleT
         reel.close()
         with pytest.raises(ClosedReelError):
             reel.read(0)
+
+
+def test_neighbours_in_any_order_cost_one_jump(
+    corpus: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Reel, "_run_ahead", lambda reel: None)
+    path = corpus.make(corpus.RECIPES["long_gop"], tmp_path, "long").path
+    with open_video(path) as file:
+        table = file.confirm()
+    video = open_video(path, table=table)
+    read, jumps = video.read, []
+
+    def counted(ordinal: int) -> Frame:
+        if ordinal < video.position:
+            jumps.append(ordinal)
+        return read(ordinal)
+
+    monkeypatch.setattr(video, "read", counted)
+    reel = Reel("v", video, table, EncodedCache(2**22), (), tmp_path / "none.mp4")
+    try:
+        reel.get(45, reel.snap(None), "jpeg")
+        for k in (34, 30, 33, 31, 32, 29, 28):  # as threads come to their turn
+            reel.get(k, reel.snap(None), "jpeg")
+        assert len(jumps) == 1
+    finally:
+        reel.close()
