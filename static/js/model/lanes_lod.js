@@ -98,6 +98,53 @@ export function buildLaneIndex(entries, lanes, docs) {
 }
 
 /**
+ * The index after people have judged or relabelled tracks, without building it anew: their bars are where they were.
+ *
+ * @param {LaneIndex} index
+ * @param {readonly TrackEntry[]} entries   after the change
+ * @param {Record<string, TrackDoc>} before
+ * @param {Record<string, TrackDoc>} docs
+ * @returns {LaneIndex|null} null: bars, pieces or key frames are others, so it must be built anew
+ */
+export function judgedLaneIndex(index, entries, before, docs) {
+  if (entries.length !== index.count) return null;
+  for (const key in before) if (!(key in docs)) return null;
+  /** @type {Set<string>} */
+  const changed = new Set();
+  for (const key in docs) {
+    if (docs[key] === before[key]) continue;
+    if (!sameExtent(index, key, before[key], docs[key])) return null;
+    changed.add(key);
+  }
+  const review = index.review.slice();
+  const classId = index.classId.slice();
+  for (const entry of entries) {
+    if (!changed.has(entry.key)) continue;
+    const bar = /** @type {number} */ (index.barOf.get(entry.key));
+    review[bar] = REVIEW[entry.review];
+    classId[bar] = entry.class_id ?? -1;
+  }
+  return { ...index, review, classId };
+}
+
+/**
+ * @param {LaneIndex} index
+ * @param {string} key
+ * @param {TrackDoc|undefined} before   undefined: nobody had touched the engine's track
+ * @param {TrackDoc} doc
+ */
+function sameExtent(index, key, before, doc) {
+  const bar = index.barOf.get(key);
+  if (before !== undefined) {
+    const extent = (/** @type {TrackDoc} */ { gone, segments, keys }) => JSON.stringify([gone, segments, keys]);
+    return (before.segments === doc.segments && before.keys === doc.keys && before.gone === doc.gone) || extent(before) === extent(doc);
+  }
+  if (bar === undefined || doc.gone || doc.segments.length !== 1 || Object.keys(doc.keys).length > 0) return false;
+  const [{ track, first, last }] = doc.segments;
+  return key === `m${track}` && first === index.first[bar] && last === index.last[bar];
+}
+
+/**
  * The first place of a sorted part of an array whose value is at least `value`.
  *
  * @param {Int32Array} values

@@ -25,14 +25,23 @@
 import { spanOf } from './effective.js';
 import { trackName } from './track_name.js';
 
+/** What was asked for last: queue, lanes and inspector ask for the same. @type {{tracks: TrackColumns|null, docs: Record<string, TrackDoc>, entries: readonly TrackEntry[]}|null} */
+let latest = null;
+
 /**
  * Every track that is still there, in the order of the run and then people's own in order of their first frame.
  *
  * @param {TrackColumns|null} tracks
  * @param {Record<string, TrackDoc>} docs
- * @returns {TrackEntry[]}
+ * @returns {readonly TrackEntry[]} the same list for the same arguments
  */
 export function trackEntries(tracks, docs) {
+  if (latest === null || latest.tracks !== tracks || latest.docs !== docs) latest = { tracks, docs, entries: listed(tracks, docs) };
+  return latest.entries;
+}
+
+/** @param {TrackColumns|null} tracks @param {Record<string, TrackDoc>} docs @returns {TrackEntry[]} */
+function listed(tracks, docs) {
   /** @type {TrackEntry[]} */
   const entries = [];
   /** @type {Map<number, number>} */

@@ -5,7 +5,7 @@ import { detailColumns, placeAt } from '../../../static/js/model/detail_columns.
 import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/model/gate_lane.js';
 import { hashBits } from '../../../static/js/model/hash_bits.js';
 import { packIntervals } from '../../../static/js/model/interval_packing.js';
-import { CORRECTED, barAt, buildDensity, buildLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
+import { CORRECTED, barAt, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
 import { sentencesOf, short } from '../../../static/js/model/plain_words.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
@@ -55,6 +55,33 @@ test('key frames of a document are diamonds, and their boxes corrected pieces up
   const corrected = [];
   for (let p = edited.pieceStart[bar]; p < edited.pieceStart[bar + 1]; p += 1) if (edited.pieceSource[p] === CORRECTED) corrected.push([edited.pieceFirst[p], edited.pieceLast[p]]);
   assert.deepEqual(corrected, [[first + 2, first + 7], [first + 8, first + 8]]);
+});
+
+test('a verdict or a label leaves the bars where they are: the index is the one that would be built anew', () => {
+  const span = { track: 1, first: tracks.first[0], last: tracks.last[0] };
+  const accepted = { m1: { ...emptyDoc(span), review: /** @type {const} */ ('accepted'), class_id: 7 } };
+  const relabelled = { m1: { ...structuredClone(accepted.m1), class_id: 9 } };
+  const entriesOf = (/** @type {any} */ docs) => trackEntries(tracks, docs);
+  const once = judgedLaneIndex(index, entriesOf(accepted), {}, accepted);
+  assert.deepEqual(once, buildLaneIndex(entriesOf(accepted), lanes, accepted));
+  assert.ok(once);
+  assert.notDeepEqual(once.review, index.review); // the old one is not written to
+  assert.deepEqual(judgedLaneIndex(once, entriesOf(relabelled), accepted, relabelled), buildLaneIndex(entriesOf(relabelled), lanes, relabelled));
+
+  const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
+  for (const other of /** @type {any[]} */ ([
+    { m1: { ...accepted.m1, keys: { [span.first]: key } } },
+    { m1: { ...accepted.m1, gone: true } },
+    { m1: { ...accepted.m1, segments: [{ ...span, last: span.last - 3 }] } },
+    { ...accepted, h1: emptyDoc({ track: 2, first: 3, last: 9 }) },
+    {},
+  ])) assert.equal(judgedLaneIndex(once, entriesOf(other), accepted, other), null);
+});
+
+test('queue, lanes and inspector share one list of tracks', () => {
+  const docs = { m1: emptyDoc({ track: 1, first: tracks.first[0], last: tracks.last[0] }) };
+  assert.equal(trackEntries(tracks, docs), trackEntries(tracks, docs));
+  assert.notEqual(trackEntries(tracks, docs), trackEntries(tracks, { ...docs }));
 });
 
 test('density: coarse levels keep the largest value of what they join', () => {

@@ -22,7 +22,7 @@ export function createInspector(app) {
   const empty = h('div', { class: 'empty' }, h('p', null, 'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most doubtful one.'));
   const element = h('section', { class: 'inspector panel', 'aria-label': 'Inspector' }, h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element));
   /** @type {import('../../types.js').ReviewState|null} */ let old = null;
-  /** @type {import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
+  /** @type {readonly import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
   return {
     element,
     /** @param {State} state */

@@ -6,7 +6,7 @@
  */
 import { countFlips } from '../../model/gate_lane.js';
 import { detailColumns, placeAt } from '../../model/detail_columns.js';
-import { barAt, buildDensity, buildLaneIndex } from '../../model/lanes_lod.js';
+import { barAt, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
 import { short } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
@@ -253,7 +253,8 @@ export function createLanes(app) {
   function refreshData(r) {
     if (old && old.tracks === r.tracks && old.lanes === r.lanes && old.docs === r.docs && old.video.frames === r.video.frames) return;
     const entries = trackEntries(r.tracks, r.docs);
-    index = buildLaneIndex(entries, r.lanes, r.docs);
+    const judged = old && old.tracks === r.tracks && old.lanes === r.lanes ? judgedLaneIndex(index, entries, old.docs, r.docs) : null;
+    index = judged ?? buildLaneIndex(entries, r.lanes, r.docs);
     density = buildDensity(entries, framesOf(r));
     parts.spacer.style.setProperty('height', `${index.rows * rowHeight()}px`);
     setText(parts.count, plural(index.count, 'track'));
