@@ -14,8 +14,8 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import Desk, saved, state, tracked, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, FLAGS, PATIENCE, SCENES, quiet, serious
-from tests.e2e.test_correction_walk import Desk, saved, state, tracked, wait
 
 pytestmark = [
     pytest.mark.slow,

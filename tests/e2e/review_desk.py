@@ -1,0 +1,150 @@
+"""The review screen as tests use it: a desk with one tracked clip, and what a person does and sees on it."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from typing import Any
+
+from playwright.sync_api import Browser, Page
+
+from tests.e2e.live_server import LiveServer
+
+__all__ = [
+    "PATIENCE", "Desk", "box_of", "centre", "choose_label", "drag", "edited", "next_long_track", "on_screen", "saved",
+    "state", "tracked", "wait", "zoom_in",
+]  # fmt: skip
+
+PATIENCE = 60
+"""How long something may take on a slow machine, s; what holds sooner goes on at once."""
+STATE = """() => { const r = window.tsr.store.get().review;
+  return r && {frame: r.frame, shown: r.shown, selected: r.selected, docs: r.docs, unsaved: r.unsaved.length,
+    undo: r.undo, redo: r.redo, viewport: r.viewport, mode: r.mode, marked: r.marked,
+    run: r.run && r.run.id, second: r.second, drag: r.drag,
+    tracks: r.tracks, overlay: r.overlays[r.frame] || null}; }"""
+
+
+class Desk:
+    """A server with one tracked clip, and a browser."""
+
+    def __init__(self, server: LiveServer, browser: Browser, video: str, run: str) -> None:
+        self.server, self.browser, self.video, self.run = server, browser, video, run
+
+    def page(self, *, deaf: bool = False) -> Page:
+        """A signed-in page on the review screen; a deaf one hears nothing of what others do."""
+        page = self.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+        if deaf:
+            page.route(re.compile(r"/api/events(\?.*)?$"), lambda route: route.abort())
+        page.set_default_timeout(1000 * PATIENCE)
+        page.goto(self.server.link())
+        page.evaluate(f"location.hash = '#/review/{self.video}/{self.run}'")
+        wait(page, lambda s: s["shown"] == s["frame"] and s["tracks"] is not None and s["overlay"] is not None)
+        return page
+
+    def documents(self) -> dict[str, Any]:
+        """What the server has."""
+        return {d["key"]: d for d in self.server.call("GET", f"/runs/{self.run}/annotation")["docs"]}
+
+
+def state(page: Page) -> dict[str, Any]:
+    """The review's state in the page."""
+    found: dict[str, Any] = page.evaluate(STATE)
+    return found
+
+
+def wait(page: Page, holds: Callable[[dict[str, Any]], bool], seconds: float = PATIENCE) -> dict[str, Any]:
+    """The state once something holds."""
+    end = time.monotonic() + seconds
+    now = None
+    while time.monotonic() < end:
+        now = page.evaluate(STATE)
+        if now is not None and holds(now):
+            return dict(now)
+        page.wait_for_timeout(40)
+    raise AssertionError(
+        f"it never held: { ({k: v for k, v in (now or {}).items() if k not in ('tracks', 'overlay')}) }"
+    )
+
+
+def saved(page: Page) -> dict[str, Any]:
+    """The state once everything is acknowledged."""
+    page.wait_for_timeout(60)
+    return wait(page, lambda s: s["unsaved"] == 0)
+
+
+def edited(page: Page, act: Callable[[], object]) -> dict[str, Any]:
+    """The state once what ``act`` changed is acknowledged."""
+    before = (state(page)["undo"] or {}).get("op_id")
+    act()
+    return wait(page, lambda s: s["unsaved"] == 0 and (s["undo"] or {}).get("op_id") != before)
+
+
+def zoom_in(page: Page) -> None:
+    """Turn the wheel one notch; the browser hands that on when it likes."""
+    before = state(page)["viewport"]["zoom"]
+    page.mouse.wheel(0, -200)
+    wait(page, lambda s: s["viewport"]["zoom"] > before)
+
+
+def choose_label(page: Page, words: str) -> None:
+    """Type into the dialog of labels once it listens."""
+    page.locator("dialog[open] input:focus").wait_for()
+    page.keyboard.type(words)
+    page.keyboard.press("Enter")
+    page.locator("dialog[open]").wait_for(state="detached")
+
+
+def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Where a point of the picture is in the window."""
+    view = state(page)["viewport"]
+    stage = page.locator(".picture-stage").bounding_box()
+    assert stage is not None
+    return (
+        stage["x"] + stage["width"] / 2 + (x - view["x"]) * view["zoom"],
+        stage["y"] + stage["height"] / 2 + (y - view["y"]) * view["zoom"],
+    )
+
+
+def next_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
+    """Walk the queue to a track that lasts, and begin at its first frame."""
+    before = None
+    while True:
+        page.keyboard.press("j")
+        now = wait(page, lambda s, before=before: s["selected"] not in (None, before))
+        before = now["selected"]
+        at = now["tracks"]["id"].index(int(before[1:]))
+        if now["tracks"]["last"][at] - now["tracks"]["first"][at] >= frames:
+            break
+    page.keyboard.press("t")
+    start = now["tracks"]["first"][at]
+    return wait(page, lambda s: s["frame"] == start and s["shown"] == start and s["overlay"])
+
+
+def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Drag from one picture point to another."""
+    page.mouse.move(*on_screen(page, *start))
+    page.mouse.down()
+    page.mouse.move(*on_screen(page, *end), steps=5)
+    page.mouse.up()
+
+
+def centre(box: list[float]) -> tuple[float, float]:
+    """The middle of a box."""
+    return (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
+
+
+def box_of(now: dict[str, Any], key: str) -> list[float]:
+    """The engine's box of a track in the frame."""
+    return next(list(t["box"]) for t in now["overlay"]["tracks"] if f"m{t['id']}" == key)
+
+
+def tracked(server: LiveServer, video: str, wanted: dict[str, Any]) -> str:
+    """A complete run over a video that has just been added."""
+    end = time.monotonic() + 500
+    run = str(server.call("POST", f"/videos/{video}/runs", wanted)["id"])
+    while (now := server.call("GET", f"/runs/{run}"))["state"] != "complete":
+        assert time.monotonic() < end, now
+        assert now["state"] != "failed", now
+        time.sleep(0.1)
+    return run
