@@ -15,6 +15,8 @@ import { segmentsOf } from './lane_tracks.js';
 
 /** Frames of one request for overlays. */
 const CHUNK = 128;
+/** After this a chunk that is on its way no longer holds up the one of where the cursor is by now, ms. */
+const PATIENCE = 1000;
 /** Shortest time between two looks at a run that is going on, ms. */
 const FOLLOW = 1500;
 
@@ -46,7 +48,7 @@ export function createLoader(app, hooks) {
   let wantedTruth = null;
   /** The video that could not be opened yet. @type {string|null} */
   let unready = null;
-  /** What was opened when the cursor's chunk was asked for that is on its way. @type {AbortController|null} */
+  /** The request for the cursor's chunk that is on its way: for what was open, and since when. @type {{of: AbortController|null, since: number}|null} */
   let fetching = null;
   let followed = 0;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
@@ -114,17 +116,20 @@ export function createLoader(app, hooks) {
    */
   function around(review, signal) {
     const middle = Math.floor(review.frame / CHUNK);
+    if (fetching !== null && fetching.of === current && Date.now() - fetching.since <= PATIENCE) return;
     const missing = chunk(review, middle, signal);
     if (missing.length === 0) {
       for (const side of [middle + 1, middle - 1]) for (const ask of chunk(review, side, signal)) void ask();
-    } else if (fetching !== current) {
-      const mine = (fetching = current);
-      void Promise.all(missing.map((ask) => ask())).finally(() => {
-        if (fetching === mine) fetching = null;
-        const now = store.get().review;
-        if (!signal.aborted && now && Math.floor(now.frame / CHUNK) !== middle) sync();
-      });
+      return;
     }
+    const mine = (fetching = { of: current, since: Date.now() });
+    void Promise.all(missing.map((ask) => ask())).finally(() => {
+      if (fetching === mine) fetching = null;
+      const now = store.get().review;
+      if (signal.aborted || !now) return;
+      // what failed is asked for again when something changes, not at once
+      if (Math.floor(now.frame / CHUNK) !== middle || chunk(now, middle, signal).length === 0) sync();
+    });
   }
 
   /**
