@@ -15,6 +15,7 @@ from benchmarks.experiments import (
     misses,
     prior,
     review,
+    review_hour,
     scale,
     speed,
     stress,
@@ -45,4 +46,5 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     yolo_time.EXPERIMENT,
     scale.EXPERIMENT,
     review.EXPERIMENT,
+    review_hour.EXPERIMENT,
 )

@@ -96,5 +96,6 @@ def _report(record: Mapping[str, Any]) -> VideoReport:
         "errors": tuple((float(error), str(source)) for error, source in record["errors"]),
         "followed_errors": tuple(record["followed_errors"]),
         "false_tracks": tuple(record["false_tracks"]),
+        "matched": tuple((int(frame), int(sign)) for frame, sign in record["matched"]),
     }
     return VideoReport(**(dict(record) | lists))

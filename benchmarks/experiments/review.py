@@ -1,10 +1,8 @@
-"""The review tool end to end in the browser: first correction, stepping, seeking, playing, long drives, memory."""
+"""The review tool end to end in the browser: first correction, stepping, seeking, playing, long drives."""
 
 from __future__ import annotations
 
-import os
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +10,7 @@ from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.review.desk import open_desk, open_review
 from benchmarks.review.first_use import first_correction
 from benchmarks.review.handling import measure_early_seeks, measure_handling
-from benchmarks.review.long import first_paint, lane_intervals, play_on
+from benchmarks.review.long import first_paint, lane_intervals
 
 __all__ = ["EXPERIMENT"]
 
@@ -20,12 +18,7 @@ CLIP = "SH13_9f8bd8.mp4"
 """1280x720, a key frame every 128 pictures: the hardest of the clips to seek in."""
 
 
-_COPY = 120.0
-"""Seconds that the small copy of the clip may take."""
-
-
 def _clip(data: Data, home: Path) -> tuple[str, dict[str, Any]]:
-    from app.videos.glance import glance_path
     from sample_videos import SHIPPED
 
     clip = SHIPPED[0].video
@@ -42,16 +35,11 @@ def _clip(data: Data, home: Path) -> tuple[str, dict[str, Any]]:
         open_review(page, video, run)
         page.wait_for_timeout(1000)
         early = measure_early_seeks(page, data.seed)
-        began, copy = time.monotonic(), glance_path(home, video)
-        while not copy.is_file() and time.monotonic() - began < _COPY:
-            time.sleep(0.2)
-        if not copy.is_file():
-            raise RuntimeError(f"The small copy of {clip.name} was not made within {_COPY:.0f} s.")
         page.wait_for_timeout(1000)
         return clip.name, {"early": early, **measure_handling(page, data.seed)}
 
 
-def _long(home: Path, minutes: float) -> dict[str, Any]:
+def _long(home: Path) -> dict[str, Any]:
     from tests.app.long_run import make_long_run
 
     made = make_long_run(home)
@@ -62,25 +50,22 @@ def _long(home: Path, minutes: float) -> dict[str, Any]:
         open_review(page, made.video_id, made.run_id)
         page.wait_for_timeout(2000)
         found["lanes"] = {kind: lane_intervals(page, kind) for kind in ("pan", "zoom", "seek")}
-        page.context.close()
-        found["playing"] = play_on(desk, made.video_id, made.run_id, minutes)
     return found
 
 
 def _run(data: Data) -> Result:
-    minutes = float(os.environ.get("TSR_BENCH_MINUTES", "5"))
     with tempfile.TemporaryDirectory() as scratch:
         place = Path(scratch)
         for name in ("first", "clip", "long"):
             (place / name).mkdir()
         figures: dict[str, Any] = {"first": first_correction(place / "first")}
         clip, figures["clip"] = _clip(data, place / "clip")
-        figures["long"] = _long(place / "long", minutes)
+        figures["long"] = _long(place / "long")
     return Result(
         "review",
         data=f"The sample drive in a new data folder; {clip} with its truth as boxes; a made-up drive of 132,400 "
-        f"frames with 5,000 tracks, played for {minutes:g} minutes. Chromium without a display and without a GPU, "
-        "1280x720, on the machine of the server.",
+        "frames with 5,000 tracks. Chromium without a display and without a GPU, 1280x720, on the machine of the "
+        "server.",
         figures=figures,
         settings={"seed": data.seed},
         machine=machine(),
@@ -102,7 +87,7 @@ def _tell(result: Result) -> str:
         ("step", "next frame", "p95 40 ms"),
         ("back", "frame before", ""),
         ("seek", "seek to a place not seen before, first picture (soft, then sharp)", "p95 150 ms"),
-        ("early", "the same right after the import, before the small copy for seeking is made", ""),
+        ("early", "the same right after the import", "p95 150 ms"),
     ):
         t = clip[name]
         rows.append([words, f"p50 {t['p50']:.0f}, p95 {t['p95']:.0f}, most {t['max']:.0f} ms of {t['n']}", bar])
@@ -133,15 +118,6 @@ def _tell(result: Result) -> str:
             ]
         )
     rows.append(["server at rest", f"{first['server_mb']:.0f} MB (workers {first['workers_mb']})", "250 MB"])
-    played = long["playing"]
-    moments = {"first": played[0], "middle": played[len(played) // 2], "last": played[-1]}
-    rows.append(
-        [
-            f"playing {played[-1]['minutes']:.0f} minutes, {played[-1]['frames']:,} frames: heap / renderers / server",
-            ", ".join(f"{name} {t['heap']} / {t['renderers']} / {t['server']} MB" for name, t in moments.items()),
-            "flat",
-        ]
-    )
     return table(rows) + "\n"
 
 

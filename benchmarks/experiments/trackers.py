@@ -20,7 +20,7 @@ from benchmarks.peers.multi import PEERS, Missing, load, rows_of, version
 from benchmarks.peers.ours import follow
 from benchmarks.peers.seen import Annotated, Seen, look
 from benchmarks.peers.tuning import tune
-from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
+from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.evaluation.tracking_rows import Results
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.pipeline import load_components
@@ -133,16 +133,19 @@ def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[Results, floa
     stresses = sorted({s.video.group for s in judged} - {"held out"})
     groups = ["held out", *stresses, *(["all approaches"] if len(stresses) > 1 else [])]
     figures: dict[str, Any] = {}
+    ours: list[VideoReport] = []
     for name, found in rows.items():
         pairs = [(s.video, r, len(s.frames)) for s, (r, _) in zip(judged, found, strict=True)]
         reports = [evaluate_video(v.name, v.truth, r, frames) for v, r, frames in pairs]
         sequences = [sequence(v.truth, r, frames) for v, r, frames in pairs]
+        ours = ours or reports  # the first is `default`
         for group in groups:
             mine = [i for i, s in enumerate(judged) if _belongs(s.video.group, group)]
             if mine:
                 seconds = sum(found[i][1] for i in mine)
                 figures.setdefault(group, {})[name] = _one([reports[i] for i in mine], [sequences[i] for i in mine]) | {
-                    "ms_a_frame": 1e3 * seconds / sum(len(judged[i].frames) for i in mine)
+                    "ms_a_frame": 1e3 * seconds / sum(len(judged[i].frames) for i in mine),
+                    "shared": shared_errors([ours[i] for i in mine], [reports[i] for i in mine]),
                 }
     return figures
 
@@ -194,6 +197,7 @@ def _tell(result: Result) -> str:
         order = [n for n in (*PRESETS, LIVE, *f["chosen"], BOUND) if n in by_name]
         rows = [head] + [[name, *_cells(by_name[name])] for name in order]
         parts.append(table(rows))
+    parts.append(_shared(f["groups"], list(f["chosen"])))
     parts.append(_verdict(f["groups"], list(f["chosen"])))
     if f["chosen"]:
         parts.append(_settings(f["chosen"]))
@@ -210,6 +214,25 @@ def _cells(s: Mapping[str, Any]) -> list[str]:
         _number(s["mean_error_detected"], 4),
         _number(s["ms_a_frame"] or None, 2),
     ]
+
+
+def _shared(groups: Mapping[str, Any], peers: Sequence[str]) -> str:
+    """Eq. 7 where both have a box, group by group."""
+    if not peers:
+        return ""
+    rows = [["Eq. 7 where both have a box: `default` / peer (signs and frames)", *peers]]
+    for group, by_name in groups.items():
+        cells = []
+        for name in peers:
+            s = by_name[name]["shared"]
+            worse = s["n"] > 0 and s["ours"] > s["theirs"]
+            text = f"{_number(s['ours'], 4)} / {_number(s['theirs'], 4)} ({s['n']})"
+            cells.append(f"**{text}**" if worse else text)
+        rows.append([group, *cells])
+    return (
+        "The mean over what a tracker returns rewards one that leaves hard frames out, and ours covers more. On the "
+        f"same signs in the same frames (bold: the peer is nearer):\n\n{table(rows)}"
+    )
 
 
 def _verdict(groups: Mapping[str, Any], peers: Sequence[str]) -> str:

@@ -18,6 +18,7 @@ from benchmarks.peers.kept import Kept
 from benchmarks.peers.multi import LEAST, PEERS, Missing, Peer, confidence, rows_of
 from benchmarks.peers.ours import Followed
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
+from tsr_engine.evaluation.tracking import evaluate_video, shared_errors
 from tsr_engine.evaluation.tracking_rows import Results, Truth
 from tsr_engine.records import Detections
 
@@ -214,7 +215,7 @@ def _figures(coverage: float, error: float, **others: Any) -> dict[str, Any]:
     return {
         "HOTA": 0.5, "IDF1": 0.5, "MOTA": 0.5, "coverage": coverage, "ids_per_sign": 1.0, "signs": 4,
         "signs_detected": 3, "false_tracks": 0, "mean_error": error, "mean_error_detected": error, "switches": 0,
-        "ms_a_frame": 1.0,
+        "ms_a_frame": 1.0, "shared": {"n": 7, "ours": 0.1, "theirs": error},
     } | others  # fmt: skip
 
 
@@ -232,6 +233,25 @@ def test_the_report_names_each_row_on_which_a_peer_is_better() -> None:
     assert "coverage by SORT" not in text
     assert "`default` is nowhere beaten by `paper`." in text
     assert "*Skipped:* C-BIoU: the package trackers cannot be imported." in text
+    assert "| held out | **0.1000 / 0.0900 (7)** |" in text
+
+
+def test_errors_are_compared_where_both_have_a_box() -> None:
+    seen = _seen()
+    truth = seen.video.truth
+    place = [int(i) for i in np.flatnonzero(~truth.ignore)]
+
+    def rows(kept: list[int], wider: float) -> Results:
+        boxes = [truth.boxes[i] + [0.0, 0.0, wider * (truth.boxes[i][2] - truth.boxes[i][0]), 0.0] for i in kept]
+        return Results.of((int(truth.frame[i]), 1, b, 0, 1.0, "detected") for i, b in zip(kept, boxes, strict=True))
+
+    ours = evaluate_video("v", truth, rows(place, 0.1), FRAMES)
+    theirs = evaluate_video("v", truth, rows(place[:3], 0.2), FRAMES)
+    found = shared_errors([ours], [theirs])
+    assert found["n"] == 3
+    assert found["ours"] < found["theirs"]
+    assert found["ours"] == pytest.approx(ours.errors[0][0])
+    assert shared_errors([ours], [evaluate_video("v", truth, rows([], 0.0), FRAMES)])["ours"] is None
 
 
 def test_without_peers_the_report_claims_nothing() -> None:

@@ -77,3 +77,17 @@ def test_the_committed_report_is_that_of_the_committed_results(tmp_path: Path) -
 
 def test_tables() -> None:
     assert table([["a", "b"], ["1", "2"]]) == "| a | b |\n| --- | --- |\n| 1 | 2 |\n"
+
+
+def test_memory_is_told_from_where_the_cache_is_full(tmp_path: Path) -> None:
+    rows = [
+        {"minutes": m, "frames": int(900 * m), "heap": 6.0, "renderers": held, "server": 290}
+        for m, held in ((0.5, 600), (5.5, 820), (30.0, 824), (60.0, 822))
+    ]
+    hour = next(one for one in EXPERIMENTS if one.name == "review_hour")
+    text = hour.tell(Result("review_hour", figures={"playing": rows}))
+    assert "hold 820 to 824 MB" in text
+    assert "| 60 | 54,000 | 6.0 | 822 | 290 |" in text
+    assert hour.plot is not None
+    hour.plot(Result("review_hour", figures={"playing": rows}), tmp_path / "hour.svg")
+    assert (tmp_path / "hour.svg").stat().st_size > 1000

@@ -57,6 +57,8 @@ class VideoReport:
     """Ids of tracks that never match a counted nor an ignored sign."""
     false_rows: int
     """Rows that match neither."""
+    matched: tuple[tuple[int, int], ...] = ()
+    """Frame and sign of each of ``errors``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +150,7 @@ def evaluate_video(
         len(ids),
         tuple(sorted(ids - good)),
         int((~justified).sum()),
+        tuple((int(truth.frame[t]), int(truth.track_id[t])) for t, _ in matches),
     )
 
 
@@ -185,6 +188,27 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
         classified_of_detected=_share(len(right), len(found)),
         classified_of_all=_share(len(right), len(signs)),
     )
+
+
+def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> dict[str, Any]:
+    """Mean Eq. 7 of two trackers over the signs and frames that both of them have.
+
+    A mean over whatever a tracker returns gets better by leaving out what is hard; this one does not.
+
+    Args:
+        ours: reports of one tracker.
+        theirs: of the other one, on the same videos in the same order.
+
+    Returns:
+        ``n`` signs and frames in common, ``ours`` and ``theirs`` (None without any).
+    """
+    pairs = []
+    for a, b in zip(ours, theirs, strict=True):
+        known = dict(zip(a.matched, (error for error, _ in a.errors), strict=True))
+        errors = zip(b.matched, (error for error, _ in b.errors), strict=True)
+        pairs += [(known[place], error) for place, error in errors if place in known]
+    mine, other = np.mean(pairs, axis=0).tolist() if pairs else (None, None)
+    return {"n": len(pairs), "ours": mine, "theirs": other}
 
 
 def plot_errors(summaries: dict[str, TrackingSummary], path: Path) -> None:

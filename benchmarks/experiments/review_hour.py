@@ -1,0 +1,80 @@
+"""The review screen after an hour of playing: does the page's or the server's memory grow?"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from benchmarks.drawing import drawing
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.review.desk import open_desk
+from benchmarks.review.long import play_on
+
+__all__ = ["EXPERIMENT"]
+
+SETTLED = 5.0
+"""Minutes after which the page's cache of pictures is full: what grows from there on is a leak."""
+
+
+def _run(data: Data) -> Result:
+    from tests.app.long_run import make_long_run
+
+    minutes = float(os.environ.get("TSR_BENCH_MINUTES", "5"))
+    with tempfile.TemporaryDirectory() as scratch:
+        home = Path(scratch)
+        made = make_long_run(home)
+        with open_desk(home, (home,), sample=False) as desk:
+            playing = play_on(desk, made.video_id, made.run_id, minutes)
+    return Result(
+        "review_hour",
+        data=f"A made-up drive of 132,400 frames with 5,000 tracks, played for {minutes:g} minutes, as fast as "
+        "pictures come, in a browser whose network nobody listens to (a debugger that does keeps some kB a request).",
+        figures={"playing": playing},
+        settings={"minutes": minutes},
+        machine=machine(),
+    )
+
+
+def _tell(result: Result) -> str:
+    played = result.figures["playing"]
+    settled = next((row for row in played if row["minutes"] >= SETTLED), played[-1])
+    middle = played[len(played) // 2]
+    rows = [["minutes", "frames shown", "script heap, MB", "page processes, MB", "server, MB"]]
+    for row in (settled, middle, played[-1]):
+        rows.append(
+            [
+                f"{row['minutes']:.0f}",
+                f"{row['frames']:,}",
+                f"{row['heap']:.1f}",
+                str(row["renderers"]),
+                str(row["server"]),
+            ]
+        )
+    tail = [row for row in played if row["minutes"] >= settled["minutes"]]
+    low, high = min(row["renderers"] for row in tail), max(row["renderers"] for row in tail)
+    return table(rows) + (
+        f"\nFrom minute {settled['minutes']:.0f} on the page's processes hold {low} to {high} MB (bar: flat); up to "
+        "384 MB of that are decoded pictures, by design. The server's part is encoded pictures, up to what its cache "
+        "may hold.\n"
+    )
+
+
+def _plot(result: Result, path: Path) -> None:
+    played = result.figures["playing"]
+    minutes = [row["minutes"] for row in played]
+    with drawing(path) as axes:
+        for name, label in (("renderers", "page processes"), ("server", "server"), ("heap", "script heap")):
+            axes.plot(minutes, [row[name] for row in played], label=label)
+        axes.set(xlabel="minutes of playing", ylabel="resident memory, MB", ylim=(0, None))
+        axes.legend()
+
+
+EXPERIMENT = Experiment(
+    "review_hour",
+    "An hour of playing",
+    "Does the review tool's memory stand still on a day's work?",
+    _run,
+    _tell,
+    _plot,
+)
