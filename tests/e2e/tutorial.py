@@ -27,6 +27,9 @@ from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 PATIENCE = 900
+SEEN = """() => [...document.images].every((image) => image.complete)
+  && (r => !r || r.shown === r.frame && r.lanes !== null)(tsr.store.get().review)"""
+"""In the page: whatever has a picture shows it."""
 
 
 def _until(read: Callable[[], dict[str, Any]], done: tuple[str, ...] = ("complete", "ready")) -> dict[str, Any]:
@@ -52,6 +55,7 @@ def _edit(server: LiveServer, run: str, command: dict[str, Any], held: dict[str,
 
 
 def _shot(page: Page, out: Path, name: str) -> None:
+    page.wait_for_function(SEEN)
     page.wait_for_timeout(1200)
     picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     out.mkdir(parents=True, exist_ok=True)
@@ -90,7 +94,7 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
     track, middle = columns["id"][0], (columns["first"][0] + columns["last"][0]) // 2
     page.goto(server.link())
     page.evaluate(f"location.hash = '#/review/{video}/{run}?frame={middle}&track=m{track}'")
-    page.locator(".picture-stage").wait_for()
+    page.wait_for_function(f"() => tsr.store.get().review?.frame === {middle}")
     _shot(page, out, "review")
     step(f"{len(columns['id'])} tracks accepted")
     _dialog(page, {"kind": "export"})
