@@ -9,6 +9,8 @@ ARGS ?=
 TOGETHER ?= 2
 PYTEST := $(VENV)/bin/python -m pytest --numprocesses $(TOGETHER) --dist loadfile
 ORACLES ?= .oracles
+# PyTorch without CUDA; where this does not answer, pip's usual index is asked.
+TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
 CHROMIUM ?= $(shell command -v chromium || command -v chromium-browser)
 NODE := $(BIN)/node
 
@@ -46,9 +48,12 @@ test: $(VENV)/.installed $(VENV)/.tools ## all tests, the browser's too; those o
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(PYTEST) --ignore tests/e2e
 
-# The other libraries want versions of their own, so they get an environment of their own (1.5 GB with PyTorch).
+# The other libraries want versions of their own, so they get an environment of their own (2 GB with PyTorch).
 $(ORACLES)/.installed: tests/oracles/requirements.txt
+	@echo "Installing the other libraries into $(ORACLES), once; this takes some minutes ..."
 	@$(PYTHON) -m venv $(ORACLES)
+	@$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --index-url $(TORCH_INDEX) \
+		$$(grep '^torch' $<) || echo "$(TORCH_INDEX) does not have it; asking the usual index, which may bring CUDA along."
 	@$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@
 

@@ -14,7 +14,7 @@ from typing import Final
 
 from tsr_engine.errors import StorageError
 
-__all__ = ["HUSH", "ViserPage", "policy", "viser_page"]
+__all__ = ["HUSH", "PLAIN", "ViserPage", "policy", "viser_page"]
 
 HUSH: Final = (
     "addEventListener('unhandledrejection', (event) => { "
@@ -22,6 +22,27 @@ HUSH: Final = (
 )
 """A script of ours: viser prepares a renderer for Gaussian splats, which needs ``eval``. It gets none, and nothing here
 needs that renderer, so its failure is not worth an error in the console."""
+
+PLAIN: Final = """(() => {
+  const given = HTMLCanvasElement.prototype.getContext;
+  let options = null;
+  const find = () => {
+    const gl = given.call(document.createElement('canvas'), 'webgl2');
+    const told = gl?.getExtension('WEBGL_debug_renderer_info');
+    const name = told ? String(gl.getParameter(told.UNMASKED_RENDERER_WEBGL)) : '';
+    gl?.getExtension('WEBGL_lose_context')?.loseContext();
+    const drawn = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+    return drawn ? {antialias: false, preserveDrawingBuffer: false} : {};
+  };
+  HTMLCanvasElement.prototype.getContext = function (kind, asked) {
+    if (kind !== 'webgl2') return given.call(this, kind, asked);
+    options ??= find();
+    return given.call(this, kind, {...asked, ...options});
+  };
+})();"""
+"""A script of ours: where no graphics card draws, pictures go without antialiasing (four samples a pixel) and are not
+copied, which saves up to two fifths of their processor time. Where the renderer's name tells of a card, or of nothing
+that is known, all stays as viser asks for it."""
 
 _LOADER: Final = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)
 _ALPHABET: Final = "".join(chr(c) for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
@@ -57,8 +78,9 @@ def viser_page() -> ViserPage:
     if path is None or not path.is_file():
         raise StorageError("viser's page is not installed. Install viser as tsr asks for it: pip install tsr.")
     text = path.read_text(encoding="utf-8")
-    scripts = (HUSH.encode(), *_scripts(text))
-    content = text.replace("<head>", f"<head>\n    <script>{HUSH}</script>", 1).encode()
+    scripts = (HUSH.encode(), PLAIN.encode(), *_scripts(text))
+    ours = f"<head>\n    <script>{HUSH}</script>\n    <script>{PLAIN}</script>"
+    content = text.replace("<head>", ours, 1).encode()
     return ViserPage(
         content, gzip.compress(content, 6), policy(scripts), f'"{hashlib.sha256(content).hexdigest()[:24]}"'
     )

@@ -5,7 +5,9 @@ What is refused is refused while reading, by what really comes out: the sizes th
 
 from __future__ import annotations
 
+import io
 import os
+import re
 import stat
 import struct
 import zipfile
@@ -16,10 +18,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.files_below import files_below
+from tsr_engine.exchange.spool import Spool
 from tsr_engine.exchange.zip_writer import ZipWriter
 from tsr_engine.io.pictures import SUFFIXES
 
-__all__ = ["ArchiveLimits", "files_below", "pack", "unpack"]
+__all__ = ["ArchiveLimits", "pack", "unpack"]
 
 _CHUNK = 1 << 20
 _ARCHIVES = (
@@ -47,6 +51,7 @@ _MAGIC = (
     b"\xfd7zXZ\x00",
     b"\x28\xb5\x2f\xfd",
 )
+_CONTROL = re.compile("[\0-\x1f]")
 _FREE_RATIO = 1 << 20
 """Bytes of an entry that may unfold at any ratio: a file of zeros is no attack."""
 
@@ -70,7 +75,14 @@ class ArchiveLimits:
     directory: int = 64 << 20
 
 
-def unpack(path: Path, folder: Path, *, limits: ArchiveLimits | None = None, pictures: bool = True) -> list[str]:
+def unpack(
+    path: Path,
+    folder: Path,
+    *,
+    limits: ArchiveLimits | None = None,
+    pictures: bool = True,
+    spool: Spool | None = None,
+) -> list[str]:
     """Unpack a ZIP archive into an empty folder.
 
     Args:
@@ -78,6 +90,7 @@ def unpack(path: Path, folder: Path, *, limits: ArchiveLimits | None = None, pic
         folder: exists and is empty.
         limits: what it may unfold to; unset: ``ArchiveLimits()``.
         pictures: False: leave pictures out, as an import of annotations does not look at them.
+        spool: takes most of many small files, which are then not in ``folder``.
 
     Returns:
         names of the unpacked files, relative to ``folder``.
@@ -90,7 +103,7 @@ def unpack(path: Path, folder: Path, *, limits: ArchiveLimits | None = None, pic
     _check_directory(path, limits)
     try:
         with zipfile.ZipFile(path) as archive:
-            return _unpack(archive, path, folder, limits, pictures)
+            return _unpack(archive, path, folder, limits, pictures, spool)
     except (
         zipfile.BadZipFile,
         zlib.error,
@@ -117,21 +130,6 @@ def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: 
                 archive.take(name, stream, os.fstat(stream.fileno()).st_size)
 
 
-def files_below(folder: Path) -> list[str]:
-    """Names of all files in a folder and below, relative to it, with slashes, sorted; folders can hold 100,000."""
-    out: list[str] = []
-    waiting = [""]
-    while waiting:
-        prefix = waiting.pop()
-        with os.scandir(f"{folder}/{prefix}") as entries:
-            for entry in entries:
-                if entry.is_dir(follow_symlinks=False):
-                    waiting.append(f"{prefix}{entry.name}/")
-                elif entry.is_file(follow_symlinks=False):
-                    out.append(prefix + entry.name)
-    return sorted(out)
-
-
 def _check_directory(path: Path, limits: ArchiveLimits) -> None:
     """Look at the end record before anybody reads the list of entries into memory."""
     with path.open("rb") as stream:
@@ -153,7 +151,14 @@ def _check_directory(path: Path, limits: ArchiveLimits) -> None:
         )
 
 
-def _unpack(archive: zipfile.ZipFile, path: Path, folder: Path, limits: ArchiveLimits, pictures: bool) -> list[str]:
+def _unpack(
+    archive: zipfile.ZipFile,
+    path: Path,
+    folder: Path,
+    limits: ArchiveLimits,
+    pictures: bool,
+    spool: Spool | None,
+) -> list[str]:
     entries = archive.infolist()
     if len(entries) > limits.entries:
         raise ImportFormatError(
@@ -173,6 +178,12 @@ def _unpack(archive: zipfile.ZipFile, path: Path, folder: Path, limits: ArchiveL
     made: set[str] = set()
     for entry, name in chosen:
         try:
+            if spool is not None and spool.takes(name, entry.file_size):
+                waiting = io.BytesIO()
+                with archive.open(entry) as source:
+                    total += _copy(path, entry, source, waiting, total, limits)
+                spool.put(name, waiting.getvalue())
+                continue
             # Plain names: with 100,000 entries, Path objects and a look at each folder take a third of the time.
             home = name.rpartition("/")[0]
             if home not in made:
@@ -184,6 +195,8 @@ def _unpack(archive: zipfile.ZipFile, path: Path, folder: Path, limits: ArchiveL
             raise _refuse(path, entry, "is a file and a folder at once") from None
         except RuntimeError:
             raise _refuse(path, entry, "is encrypted") from None
+    if spool is not None:
+        spool.seal()
     return [name for _, name in chosen]
 
 
@@ -215,14 +228,14 @@ def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:
     if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise _refuse(path, entry, "is packed in another way than deflate")
     # zipfile cuts a name at a NUL; what it was before shows in orig_filename.
-    if "\0" in entry.orig_filename or any(ord(letter) < 32 for letter in name):
+    if "\0" in entry.orig_filename or _CONTROL.search(name):
         raise _refuse(path, entry, "has control characters in its name")
     if name.startswith("/") or "\\" in name or name[1:2] == ":":
         raise _refuse(path, entry, "has an absolute name or one of another system")
     parts = [part for part in name.split("/") if part not in ("", ".")]
     if ".." in parts:
         raise _refuse(path, entry, "leads out of its folder")
-    if len(parts) > 32 or any(len(part.encode("utf-8", "replace")) > 255 for part in parts):
+    if len(parts) > 32 or (len(name) > 63 and any(len(part.encode("utf-8", "replace")) > 255 for part in parts)):
         raise _refuse(path, entry, "has too long a name")
     if parts and not entry.is_dir() and parts[-1].lower().endswith(_ARCHIVES):
         raise _refuse(path, entry, "is an archive within the archive")

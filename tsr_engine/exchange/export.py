@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.errors import ExportError, StorageError
+from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.filters import inside_pictures
 from tsr_engine.exchange.formats import ExportOptions, Format
@@ -69,7 +70,7 @@ def export_dataset(
     signs = signs_alone(inside_pictures(dataset), found.negatives)
     check_leaks(dataset, options.split, whole_frames=format.name not in CROPS)
     try:
-        with workshop(out) as shop:
+        with workshop(out) as shop, seldom_collected():
 
             def write_into(outlet: Outlet) -> Manifest:
                 skipped, extra = write(signs, outlet, options)

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.spool import Spool
 
 __all__ = ["ExportOptions", "Format", "ImportTarget", "Switch", "Writer"]
 
@@ -62,12 +63,14 @@ class ImportTarget:
             then by a number 0 to 42.
         switches: options of the format; all of them, defaults filled in.
         label_map: name in the file -> class number, said by a person; wins.
+        spool: small files of an unpacked archive that are not on the disk; readers of such ask it.
     """
 
     video: DatasetVideo
     labels: tuple[str, ...]
     switches: Mapping[str, str] = field(default_factory=dict)
     label_map: Mapping[str, int] = field(default_factory=dict)
+    spool: Spool | None = field(default=None, repr=False, compare=False)
 
 
 class Writer(Protocol):

@@ -11,11 +11,13 @@ from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageE
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.exchange.beside import told_beside
 from tsr_engine.exchange.checks import check_track
+from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.negatives import with_negatives
 from tsr_engine.exchange.registry import FORMATS, switches_of
+from tsr_engine.exchange.spool import Spool
 from tsr_engine.io.atomic import storage_error
 
 __all__ = ["read_dataset", "recognise"]
@@ -50,14 +52,16 @@ def read_dataset(
     if not path.exists():
         raise InputError(f"There is no file or folder at {path}. Check the path.")
     if path.is_dir() or not zipfile.is_zipfile(path):
-        return _read(path, path.name, target, format)
+        with seldom_collected():
+            return _read(path, path.name, target, format)
     try:
-        with tempfile.TemporaryDirectory(prefix="tsr-import-", dir=scratch) as folder:
+        with seldom_collected(), tempfile.TemporaryDirectory(prefix="tsr-import-", dir=scratch) as folder:
             # Messages of readers name the folder that they are given, so it is called as the archive is.
-            inside = Path(folder) / path.name
-            inside.mkdir()
-            unpack(path, inside, limits=limits, pictures=False)
-            return _read(inside, path.name, target, format)
+            inside = Path(folder) / "archive" / path.name
+            inside.mkdir(parents=True)
+            with Spool(inside, Path(folder) / "spool") as spool:
+                unpack(path, inside, limits=limits, pictures=False, spool=spool)
+                return _read(inside, path.name, replace(target, spool=spool), format)
     except OSError as error:
         raise storage_error(path, error) from None
 

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 from tsr_engine.errors import ImportFormatError
 
-__all__ = ["MAX_JSON_BYTES", "open_text", "place_of", "read_json", "read_text", "refuse"]
+__all__ = ["MAX_JSON_BYTES", "decoded", "open_text", "place_of", "read_json", "read_text", "refuse"]
 
 MAX_JSON_BYTES = 512 << 20
 """Largest text that is read into memory."""
@@ -35,15 +35,25 @@ def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
     size = path.stat().st_size
     if size > limit:
         raise refuse(path.name, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
-    content = path.read_bytes()
+    return decoded(path.read_bytes(), path.name, limit=limit)
+
+
+def decoded(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> str:
+    """The text of a file that has been read.
+
+    Raises:
+        ImportFormatError: as ``read_text``.
+    """
+    if len(content) > limit:
+        raise refuse(file, None, f"has {len(content)} bytes, more than the {limit} that are read. Split it.")
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise refuse(path.name, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
+        raise refuse(file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         bad = content[error.start]
-        raise refuse(path.name, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
+        raise refuse(file, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
 
 
 @contextmanager

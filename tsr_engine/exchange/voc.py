@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.beside import told_by_manifest
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
@@ -30,14 +32,18 @@ from tsr_engine.exchange.picture_lists import (
 )
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import PlainRows
+from tsr_engine.exchange.small_xml import SMALL, XmlNode, small_elements
+from tsr_engine.exchange.spool import Spool, content_of, names_below
 from tsr_engine.exchange.whole_pixels import whole_pixels
-from tsr_engine.exchange.xml import Node, elements, text
+from tsr_engine.exchange.xml import elements, text
 
 __all__ = ["FORMAT"]
 
 _DECIMALS = 2
-_GIVEN = ("file", "line", "key", "occluded", "ignore", "score")
+_WANTED = ("filename", "size", "object")
+_CORNERS = ("xmin", "ymin", "xmax", "ymax")
 _TRUE = ("1", "true", "True")
+_BOX = "<bndbox><xmin>{0}</xmin><ymin>{0}</ymin><xmax>{0}</xmax><ymax>{0}</ymax></bndbox>"
 _KEY = tuple(f"<attribute><name>keyframe</name><value>{word}</value></attribute>" for word in ("false", "true"))
 
 
@@ -53,12 +59,12 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         stems: list[str] = []
         for part in lists:
             boxes = _corners(part, devkit)
-            heads = _heads(part)
+            heads, top = _heads(part), _top(part.video)
             rows = part.rows.plain()
             for frame, at in part.listed(subset):
                 stem = part.stem(frame)
                 stems.append(stem)
-                content = _picture(part.video, rows, f"{stem}.{suffix}", at, boxes, heads, names)
+                content = _picture(top, rows, f"{stem}.{suffix}", at, boxes, heads, names)
                 out.put(f"Annotations/{stem}.xml", content.encode())
                 done += 1
                 options.progress(done, total)
@@ -84,15 +90,26 @@ def _write_label_map(out: Outlet, labels: list[str]) -> list[Skipped]:
     return []
 
 
-def _corners(part: PictureList, devkit: bool) -> list[list[str]]:
-    """``xmin, ymin, xmax, ymax`` as they are written."""
+def _corners(part: PictureList, devkit: bool) -> list[str]:
+    """The element of each row's corners."""
     video = part.video
     if devkit:
         whole = whole_pixels(part.rows.boxes, video.width, video.height)
         whole[:, :2] += 1
-        return [[str(value) for value in row] for row in whole.tolist()]
-    boxes = rounded(part.rows.boxes, _DECIMALS, video.width, video.height).tolist()
-    return [[f"{value:.{_DECIMALS}f}" for value in row] for row in boxes]
+        pattern, rows = _BOX.format("%d"), whole.tolist()
+    else:
+        pattern = _BOX.format(f"%.{_DECIMALS}f")
+        rows = rounded(part.rows.boxes, _DECIMALS, video.width, video.height).tolist()
+    return [pattern % tuple(row) for row in rows]
+
+
+def _top(video: DatasetVideo) -> str:
+    """What stands between the name of a picture and its objects."""
+    return (
+        "</filename>\n<source><database>Unknown</database><annotation>Unknown</annotation><image>Unknown</image>"
+        f"</source>\n<size><width>{video.width}</width><height>{video.height}</height><depth>3</depth></size>"
+        "<segmented>0</segmented>\n"
+    )
 
 
 def _heads(part: PictureList) -> list[str]:
@@ -112,30 +129,22 @@ def _attribute(name: str, value: str) -> str:
 
 
 def _picture(
-    video: DatasetVideo,
+    top: str,
     rows: PlainRows,
     name: str,
     at: slice,
-    boxes: list[list[str]],
+    boxes: list[str],
     heads: list[str],
     names: dict[int, str],
 ) -> str:
-    out = [
-        f"<annotation><folder/><filename>{text(name)}</filename>\n<source><database>Unknown</database>"
-        "<annotation>Unknown</annotation><image>Unknown</image></source>\n"
-        f"<size><width>{video.width}</width><height>{video.height}</height><depth>3</depth></size>"
-        "<segmented>0</segmented>\n"
-    ]
+    out = [f"<annotation><folder/><filename>{text(name)}{top}"]
     for k in range(at.start, at.stop):
-        xmin, ymin, xmax, ymax = boxes[k]
         score = rows.score[k]
+        said = f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else ""
         out.append(
             f"<object><name>{names[rows.label[k]]}</name><truncated>0</truncated>"
             f"<occluded>{rows.occluded[k]:d}</occluded><difficult>{rows.ignore[k]:d}</difficult>\n"
-            f"<bndbox><xmin>{xmin}</xmin><ymin>{ymin}</ymin><xmax>{xmax}</xmax><ymax>{ymax}</ymax></bndbox>\n"
-            f"<attributes>{_KEY[rows.key[k]]}"
-            + (f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else "")
-            + f"{heads[rows.track[k]]}</attributes></object>\n"
+            f"{boxes[k]}\n<attributes>{_KEY[rows.key[k]]}{said}{heads[rows.track[k]]}</attributes></object>\n"
         )
     out.append("</annotation>\n")
     return "".join(out)
@@ -159,14 +168,14 @@ class _Object(NamedTuple):
 
 def _read(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
-    files = _files(path)
+    folder, files = _files(path, target.spool)
     if not files and not (path / "ImageSets").is_dir():
         raise refuse(path.name, None, "has no Annotations/*.xml. Export as Pascal VOC again.")
     pictures = PictureNames(path if path.is_dir() else path.parent, target.video)
     found: list[_Object] = []
     about: dict[str, dict[str, Any]] = {}
     for file in files:
-        found += _objects(file, pictures, intake, about)
+        found += _objects(f"{folder}/{file}", pictures, intake, about)
     offset = _offset(path, found, intake)
     if pictures.others:
         intake.skip(f"{pictures.others} pictures", f"They are of another video than {target.video.name}.")
@@ -174,54 +183,85 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     for each in found:
         (x1, y1, x2, y2), (wide, high) = each.corners, each.scale
         edges = ((x1 - offset) * wide, (y1 - offset) * high, x2 * wide, y2 * high)
-        given: dict[str, Any] = dict(zip(_GIVEN, (each.file, each.line, *each[7:]), strict=True))
-        if not each.uid:
-            loose.add(each.frame, edges, each.label, **given)
-            continue
-        known = each.uid in intake
-        if intake.box(each.uid, each.frame, edges, each.label, **given) and not known:
-            intake.describe(each.uid, **about[each.uid])
+        uid = each.uid
+        known = uid in intake
+        # A box without a name waits until all are known.
+        take = partial(intake.box, uid) if uid else loose.add
+        taken = take(
+            each.frame,
+            edges,
+            each.label,
+            file=each.file,
+            line=each.line,
+            key=each.key,
+            occluded=each.occluded,
+            ignore=each.ignore,
+            score=each.score,
+        )
+        if uid and taken and not known:
+            intake.describe(uid, **about[uid])
     loose.settle()
     return intake.finish(path.name)
 
 
-def _files(path: Path) -> list[Path]:
+def _inside(path: Path) -> Path:
+    return path / "Annotations" if (path / "Annotations").is_dir() else path
+
+
+def _files(path: Path, spool: Spool | None) -> tuple[Path, list[str]]:
+    """A folder, and the names of the XML files in it and below, sorted; plain names, since there can be 100,000."""
     if path.is_file():
-        return [path]
-    inside = path / "Annotations" if (path / "Annotations").is_dir() else path
-    return sorted(inside.rglob("*.xml"))
+        return path.parent, [path.name]
+    folder = _inside(path)
+    return folder, [name for name in names_below(folder, spool) if name.endswith(".xml")]
 
 
-def _objects(file: Path, pictures: PictureNames, intake: Intake, about: dict[str, dict[str, Any]]) -> Iterator[_Object]:
+def _objects(path: str, pictures: PictureNames, intake: Intake, about: dict[str, dict[str, Any]]) -> list[_Object]:
     """The objects of a file; what they say of a track goes into ``about`` when it first comes."""
-    filename, scale, objects = "", (1.0, 1.0), []
-    for node in elements(file, "annotation", ("filename", "size", "object")):
+    name = sys.intern(path.rpartition("/")[2])
+    spool = intake.target.spool
+    small = small_elements(content_of(path, spool, SMALL + 1), "annotation", _WANTED)
+    if small is not None:
+        try:
+            return list(_objects_in(small, name, pictures, intake, about))
+        except ImportFormatError:
+            pass  # once more, with the line of every element
+    return list(_objects_in(elements(_on_disk(path, spool), "annotation", _WANTED), name, pictures, intake, about))
+
+
+def _on_disk(path: str, spool: Spool | None) -> Path:
+    return Path(path) if spool is None else spool.on_disk(path)
+
+
+def _objects_in(
+    nodes: Iterable[XmlNode], file: str, pictures: PictureNames, intake: Intake, about: dict[str, dict[str, Any]]
+) -> Iterator[_Object]:
+    filename, scale = "", (1.0, 1.0)
+    objects: list[XmlNode] = []
+    for node in nodes:
         if node.tag == "filename":
             filename = node.text
         elif node.tag == "object":
             objects.append(node)
         else:
-            width, height = _real(node, "width", file.name), _real(node, "height", file.name)
+            width, height = _real(node, "width", file), _real(node, "height", file)
             if (width, height) != (0.0, 0.0):
-                scale = intake.scale(width, height, file.name, node.line)
+                scale = intake.scale(width, height, file, node.line)
     # Tools rename pictures and leave the element; the file's own name comes first.
-    frame = pictures.frame(file.name)
-    if frame is None and not pictures.is_other(file.name):
+    frame = pictures.frame(file)
+    if frame is None and not pictures.is_other(file):
         frame = pictures.frame(filename) if filename else None
         if frame is None and not pictures.is_other(filename):
-            raise refuse(
-                file.name, None, "neither its name nor <filename> has a frame number. Call it frame_000010.xml."
-            )
+            raise refuse(file, None, "neither its name nor <filename> has a frame number. Call it frame_000010.xml.")
     if frame is None or not objects:
         return
-    ordinal = intake.frame(frame, file.name)
-    name = sys.intern(file.name)
+    ordinal = intake.frame(frame, file)
     for node in objects:
         box = node.child("bndbox")
         if box is None:
-            raise refuse(file.name, node.line, "<object> must have <bndbox>. Correct it.")
-        corners = tuple(_real(box, name, file.name) for name in ("xmin", "ymin", "xmax", "ymax"))
-        yield _object(node, corners, name, ordinal, scale, intake, about)
+            raise refuse(file, node.line, "<object> must have <bndbox>. Correct it.")
+        corners = tuple(_real(box, name, file) for name in _CORNERS)
+        yield _object(node, corners, file, ordinal, scale, intake, about)
 
 
 def _offset(path: Path, found: list[_Object], intake: Intake) -> int:
@@ -252,18 +292,18 @@ def _offset(path: Path, found: list[_Object], intake: Intake) -> int:
     return 0
 
 
-def _real(node: Node, name: str, file: str) -> float:
-    child = node.child(name)
+def _real(node: XmlNode, name: str, file: str) -> float:
     try:
-        return float("" if child is None else child.text)
+        return float(node.value(name))
     except ValueError:
+        child = node.child(name)
         line = node.line if child is None else child.line
         got = "nothing" if child is None else repr(child.text[:40])
         raise refuse(file, line, f"<{name}> of <{node.tag}> must be a number. Got {got}.") from None
 
 
 def _object(
-    node: Node,
+    node: XmlNode,
     corners: tuple[float, ...],
     file: str,
     frame: int,
@@ -271,12 +311,8 @@ def _object(
     intake: Intake,
     about: dict[str, dict[str, Any]],
 ) -> _Object:
-    said: dict[str, str] = {}
     attributes = node.child("attributes")
-    for entry in attributes.all("attribute") if attributes is not None else ():
-        name, value = entry.child("name"), entry.child("value")
-        if name is not None and value is not None:
-            said[name.text] = value.raw
+    said = {} if attributes is None else attributes.table("attribute", "name", "value")
     number = said.get("score", node.value("score")).strip()
     try:
         score = float(number) if number else math.nan
@@ -313,11 +349,15 @@ def _sniff(path: Path) -> bool:
         and not any(path.glob("*.xml"))
     ):
         return False
-    for file in _files(path)[:1] if path.is_dir() or path.suffix.lower() == ".xml" else []:
-        with file.open("rb") as stream:
-            start = stream.read(1 << 14)
-        return b"<annotation>" in start or b"<annotation " in start
-    return False
+    if path.is_dir():
+        file = next(_inside(path).rglob("*.xml"), None)
+    else:
+        file = path if path.suffix.lower() == ".xml" else None
+    if file is None:
+        return False
+    with file.open("rb") as stream:
+        start = stream.read(1 << 14)
+    return b"<annotation>" in start or b"<annotation " in start
 
 
 FORMAT = Format(

@@ -14,10 +14,11 @@ from defusedxml.ElementTree import XMLParser
 
 from tsr_engine.exchange.checks import refuse
 
-__all__ = ["Node", "attribute", "elements", "number", "quoted", "text"]
+__all__ = ["DEPTH", "Node", "attribute", "elements", "number", "quoted", "text"]
 
 _CHUNK = 1 << 16
-_DEPTH = 32
+DEPTH = 32
+"""Most elements inside each other."""
 _INVALID = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -65,6 +66,15 @@ class Node:
             node = None if node is None else node.child(tag)
         return "" if node is None else node.text
 
+    def table(self, row: str, key: str, value: str) -> dict[str, str]:
+        """The text of one element inside each row, by that of another; the value with its white space."""
+        out: dict[str, str] = {}
+        for entry in self.all(row):
+            name, told = entry.child(key), entry.child(value)
+            if name is not None and told is not None:
+                out[name.text] = told.raw
+        return out
+
     def all(self, tag: str) -> Iterable[Node]:
         """The elements of that name directly inside."""
         return (node for node in self.children if node.tag == tag)
@@ -94,8 +104,8 @@ class _Builder:
             nonlocal depth
             if not depth:
                 self.root = tag
-            if depth >= _DEPTH:
-                rule = f"elements are nested deeper than {_DEPTH}. Export it again."
+            if depth >= DEPTH:
+                rule = f"elements are nested deeper than {DEPTH}. Export it again."
                 raise refuse(self._file, int(expat.CurrentLineNumber), rule)
             depth += 1
             if stack:

@@ -12,13 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tsr_engine.exchange.archive import files_below
-from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.checks import MAX_JSON_BYTES, Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.picture_lists import PictureNames
+from tsr_engine.exchange.reading import decoded
 from tsr_engine.exchange.sidecar import SideRow, read_side
+from tsr_engine.exchange.spool import Spool, content_of, names_below
 from tsr_engine.exchange.yaml_names import names_of
 
 __all__ = ["SIDE", "SIDE_OWN", "label_files", "read_yolo"]
@@ -41,10 +42,10 @@ class _Row:
     rest: tuple[float, ...]
 
 
-def label_files(path: Path) -> list[str]:
+def label_files(path: Path, spool: Spool | None = None) -> list[str]:
     """Names of the label files of a folder, relative to it, sorted; those below ``labels`` if there is one."""
     # Plain names: a folder can hold 100,000 of these.
-    named = [(name, name.split("/")) for name in files_below(path)]
+    named = [(name, name.split("/")) for name in names_below(path, spool)]
     found = [(n, parts) for n, parts in named if n.endswith(".txt") and parts[-1].lower() not in _NO_LABELS]
     inside = [name for name, parts in found if not {"labels", "obj_train_data"}.isdisjoint(parts[:-1])]
     return inside or [name for name, _ in found]
@@ -59,7 +60,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     if path.is_file():
         raise refuse(path.name, None, "is one file; YOLO is a folder with data.yaml and labels. Pack the folder.")
     intake = Intake(target)
-    files = label_files(path)
+    files = label_files(path, target.spool)
     if not files and not (path / SIDE).is_file():
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, named_by = _class_names(path)
@@ -72,7 +73,8 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
             if not pictures.is_other(last):
                 raise refuse(name, None, "its name has no frame number. Call it frame_000010.txt.")
             continue
-        lines = read_text(path / name)
+        content = content_of(f"{path}/{name}", target.spool, MAX_JSON_BYTES + 1)
+        lines = decoded(content, last)
         if lines.strip():
             ordinal = intake.frame(frame, name)
             rows += _rows(lines, name, ordinal, names, named_by, intake)

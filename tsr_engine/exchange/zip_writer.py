@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
-from typing import IO, BinaryIO, Final
+from typing import IO, Any, BinaryIO, Final
 
 from tsr_engine.io.pictures import SUFFIXES
 
@@ -37,7 +38,8 @@ class ZipWriter:
             target: seekable.
             pulse: called after each megabyte that was packed; raises to stop.
         """
-        self._archive = zipfile.ZipFile(target, "w")
+        self._tail = _Tail(target)
+        self._archive = zipfile.ZipFile(self._tail, "w")
         self._pulse = pulse
         self._since = 0
 
@@ -48,6 +50,7 @@ class ZipWriter:
         """Write the list of entries; after an exception the archive is worth nothing, and no other one is raised."""
         if kind is None:
             self._archive.close()
+            self._tail.flush_all()
             return
         # Left open, it would try again when it is collected.
         with suppress(OSError, ValueError):
@@ -70,6 +73,52 @@ class ZipWriter:
         if self._since >= _CHUNK:
             self._since = 0
             self._pulse()
+
+
+class _Tail(io.RawIOBase):
+    """The last megabyte of a file, in memory.
+
+    The archive goes back to the head of every entry to write its size down, which in a file takes two system calls and
+    empties the buffer; with 100,000 small entries that is a tenth of all the time.
+    """
+
+    def __init__(self, target: BinaryIO) -> None:
+        self._target = target
+        self._begin = target.tell()
+        self._held = io.BytesIO()
+
+    def seekable(self) -> bool:
+        return True
+
+    def writable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._begin + self._held.tell()
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        if whence:
+            raise io.UnsupportedOperation("only from the beginning of the file")
+        if 0 <= offset - self._begin <= len(self._held.getbuffer()):
+            self._held.seek(offset - self._begin)
+        else:
+            self.flush_all()
+            self._begin = self._target.seek(offset)
+        return offset
+
+    def write(self, data: Any) -> int:
+        done = self._held.write(data)
+        if self._held.tell() >= _CHUNK:
+            self.flush_all()
+        return done
+
+    def flush_all(self) -> None:
+        """Write what is held into the file, and go on where the cursor stands."""
+        at = self.tell()
+        self._target.write(self._held.getbuffer())
+        if self._target.tell() != at:
+            self._target.seek(at)
+        self._begin, self._held = at, io.BytesIO()
 
 
 def _entry(name: str, size: int) -> zipfile.ZipInfo:

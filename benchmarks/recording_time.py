@@ -1,0 +1,203 @@
+"""Size and time of a recording of 300 frames of 1280x720, which may take 5 MB and 2 s.
+
+Two drives are made and tracked: one whose packets fit and are copied, and one whose pictures must be encoded anew.
+Each is recorded as ``tsr record`` does it, several times in a fresh process (the first one loads the SDK beside its
+work), and once by the command itself, whose time has the start of Python in it.
+
+::
+
+    python benchmarks/recording_time.py                # the shipped drive, enlarged
+    python benchmarks/recording_time.py --clips DIR    # the leanest and the fattest clip of that size, joined
+    python benchmarks/recording_time.py --work DIR     # keep drives and runs there, and use those that are there
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from fractions import Fraction
+from itertools import cycle, islice
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+
+from sample_videos import SHIPPED
+from tsr_engine.errors import TsrError
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.params import Params
+from tsr_engine.pipeline import load_components
+from tsr_engine.recording import RecordingRequest, write_recording
+from tsr_engine.recording.transcode import allowance
+from tsr_engine.records import Picture
+from tsr_engine.runs import RunRequest, track_video
+
+FRAMES, WIDTH, HEIGHT = 300, 1280, 720
+MOST_MB, MOST_SECONDS = 5.0, 2.0
+_CRF = {"copied": (26, 32, 38, 44), "encoded": (20, 14, 8, 2)}
+"""Qualities that are tried until the packets fit, or do not."""
+
+
+def main() -> None:
+    """Print one JSON line for each of the two drives; 1 where a recording is larger or slower than it may be."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--clips", type=Path, help=f"folder of clips; those of {WIDTH}x{HEIGHT} are taken")
+    parser.add_argument("--work", type=Path, help="folder that keeps drives and runs")
+    parser.add_argument("--times", type=int, default=4, help="recordings in one process")
+    parser.add_argument("--here", nargs=2, type=Path, metavar=("RUN", "VIDEO"), help="in this process, for one run")
+    asked = parser.parse_args()
+    if asked.here:
+        print(json.dumps(record(asked.here[0], asked.here[1], asked.times)))
+        return
+    met = True
+    with ExitStack() as stack:
+        work = asked.work or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        work.mkdir(parents=True, exist_ok=True)
+        for kind in _CRF:
+            found = measure(kind, work, asked.clips, asked.times)
+            met &= found["megabytes"] <= MOST_MB and max(found["seconds"]) <= MOST_SECONDS
+            print(json.dumps(found), flush=True)
+    sys.exit(0 if met else 1)
+
+
+def measure(kind: str, work: Path, clips: Path | None, times: int) -> dict[str, Any]:
+    """Make and track a drive if need be, and record it.
+
+    Args:
+        kind: ``copied`` or ``encoded``: what is to become of its packets.
+        work: folder for both.
+        clips: folder of clips; None: the shipped drive.
+        times: recordings in one process.
+
+    Returns:
+        ``megabytes``; ``seconds`` and ``cpu_seconds`` of each recording of one process; those of the whole command;
+        the load of the machine before.
+    """
+    video, run = work / f"{kind}.mp4", work / f"{kind}-run"
+    if not video.is_file():
+        source = _drive(kind, video, clips)
+        (work / f"{kind}.txt").write_text(source, encoding="utf-8")
+    if not (run / "evidence.sqlite").is_file():
+        params = Params()
+        track_video(RunRequest(video, params, evidence=run, stop=FRAMES, restart=True), load_components(params))
+    load = os.getloadavg()[0]
+    here = _process([sys.executable, __file__, "--here", str(run), str(video), "--times", str(times)])
+    out = work / f"{kind}.rrd"
+    command = [sys.executable, "-c", "from app.cli.main import run; run()", "record", str(run)]
+    whole = _process([*command, "--video", str(video), "--out", str(out), "--frames", f"0:{FRAMES}", "--json"])
+    told = json.loads(here.pop("said"))
+    return {
+        "drive": kind,
+        "source": (work / f"{kind}.txt").read_text(encoding="utf-8"),
+        "picture": told["picture"],
+        "megabytes": told["megabytes"],
+        "picture_megabytes": told["picture_megabytes"],
+        "boxes": told["boxes"],
+        "seconds": told["seconds"],
+        "cpu_seconds": told["cpu_seconds"],
+        "command_seconds": whole["seconds"],
+        "command_cpu_seconds": whole["cpu_seconds"],
+        "cores": len(os.sched_getaffinity(0)),
+        "load": round(load, 1),
+    }
+
+
+def record(run: Path, video: Path, times: int) -> dict[str, Any]:
+    """Record a run in this process, several times."""
+    found: dict[str, Any] = {"seconds": [], "cpu_seconds": []}
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(times):
+            began, worked = time.perf_counter(), time.process_time()
+            report = write_recording(
+                RecordingRequest(run, Path(folder) / "drive.rrd", first=0, stop=FRAMES, video=video)
+            )
+            found["seconds"].append(round(time.perf_counter() - began, 2))
+            found["cpu_seconds"].append(round(time.process_time() - worked, 2))
+    found["megabytes"] = round(report.size / 1e6, 2)
+    found["picture_megabytes"] = round(report.picture_size / 1e6, 2)
+    found["picture"], found["boxes"] = report.picture, sum(report.boxes.values())
+    return found
+
+
+def _process(command: list[str]) -> dict[str, Any]:
+    """What a process says and takes."""
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)  # noqa: S603
+    seconds, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode:
+        raise TsrError(f"{' '.join(command[:4])} ended with {done.returncode}: {done.stderr.strip()[-400:]}")
+    worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return {"said": done.stdout, "seconds": round(seconds, 2), "cpu_seconds": round(worked, 2)}
+
+
+def _drive(kind: str, out: Path, clips: Path | None) -> str:
+    """A video of at least ``FRAMES`` frames; returns what it was made of."""
+    if clips is not None:
+        clip = _clip(kind, clips)
+        _join(clip, out)
+        return f"{clip.name}, joined to itself, packets as they were"
+    source = SHIPPED[0].video
+    for crf in _CRF[kind]:
+        with VideoWriter(out, WIDTH, HEIGHT, Fraction(30), crf=crf, keys=FRAMES // 10) as writer:
+            for picture in islice(_pictures(source), FRAMES):
+                writer.write(picture)
+        if (out.stat().st_size <= allowance(FRAMES, WIDTH, HEIGHT)) == (kind == "copied"):
+            return f"{source.name}, enlarged, at crf {crf}"
+    raise TsrError(f"No quality of {_CRF[kind]} makes a drive that is {kind}.")
+
+
+def _pictures(source: Path) -> Iterator[Picture]:
+    for _ in cycle((0,)):
+        with open_video(source) as video:
+            for frame in video.frames():
+                yield cv2.resize(frame.picture, (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)  # type: ignore[misc]
+
+
+def _clip(kind: str, folder: Path) -> Path:
+    """The clip with the fewest, or most, bytes a frame."""
+    rates = {}
+    for path in sorted(folder.glob("*.mp4")):
+        with av.open(path) as container:
+            stream = container.streams.video[0]
+            if (stream.width, stream.height) == (WIDTH, HEIGHT) and stream.frames:
+                rates[path] = path.stat().st_size / stream.frames
+    if not rates:
+        raise TsrError(f"{folder} has no clip of {WIDTH}x{HEIGHT}. Name another folder with --clips.")
+    return (min if kind == "copied" else max)(rates, key=lambda path: rates[path])
+
+
+def _join(clip: Path, out: Path) -> None:
+    """The clip again and again, without encoding anything."""
+    with av.open(out, "w", format="mp4") as target:
+        made: Any = None
+        done = 0
+        after = 0
+        while done < FRAMES:
+            with av.open(clip) as container:
+                source = container.streams.video[0]
+                if made is None:
+                    made = target.add_stream_from_template(source)
+                packets = [packet for packet in container.demux(source) if packet.size]
+                step = min(packet.duration for packet in packets if packet.duration)
+                first = min(packet.pts for packet in packets)
+                end = max(packet.pts for packet in packets) + step - first
+                for packet in packets:
+                    packet.pts += after - first
+                    packet.dts += after - first
+                    packet.stream = made
+                    target.mux(packet)
+                after, done = after + end, done + len(packets)
+
+
+if __name__ == "__main__":
+    main()
