@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +14,23 @@ import numpy as np
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.held_out import Found, held_out
+from benchmarks.peers.kept import Kept, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
+from benchmarks.systems.remembered import systems_code
 from benchmarks.systems.trained import SYSTEMS, trained
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.params import Params
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.pipeline import load_detector, one_blas_thread
+from tsr_engine.pipeline import load_components, one_blas_thread
 from tsr_engine.protocols import OfflineDetector
 
 __all__ = ["EXPERIMENT"]
 
 OURS = ("ACF", "ACF and prior")
+LEAST = -8.0
+"""Log-odds from which the other systems' detections are kept."""
 
 
 def _run(data: Data) -> Result:
@@ -37,15 +42,19 @@ def _run(data: Data) -> Result:
         "detector": detector.sha256[:12],
         "prior": known.prior.sha256[:12],
     }
-    detectors: dict[str, OfflineDetector] = {"ACF": load_detector(Params().with_settings([("second_core", False)]))}
+    components = load_components(Params().with_settings([("second_core", False)]))
+    detectors: dict[str, OfflineDetector] = {"ACF": components.detector}
+    made_from: list[Any] = ["side by side", dict(components.models), systems_code()]
     try:
         for system in trained(data):
-            detectors[system.system.title] = system.detector(DetectorParams(keep_score=-8.0))
+            detectors[system.system.title] = system.detector(DetectorParams(keep_score=LEAST))
             settings[system.system.name] = system.sha256[:12]
+            made_from.append(system.sha256)
         missing = ""
     except Skip as why:
         missing = str(why)
-    found, ms = _side_by_side(detectors, report) if not missing else ({}, {})
+    kept = Kept(data.scratch / "side_by_side")
+    found, ms = _side_by_side(detectors, report, kept, made_from) if not missing else ({}, {})
     curves |= {name: score_detections(results) for name, results in found.items() if name not in OURS}
     figures: dict[str, Any] = {name: plain(curve) for name, curve in curves.items()}
     for name, value in ms.items():
@@ -63,30 +72,44 @@ def _run(data: Data) -> Result:
 
 
 def _side_by_side(
-    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene]
+    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Kept, made_from: Sequence[Any]
 ) -> tuple[dict[str, Found], dict[str, float]]:
     """Detections of every detector on every scene, and its median CPU time a picture on one thread, ms.
 
-    Detectors take turns on each picture, so that whatever else the machine does falls on all of them.
+    Detectors take turns on each picture, so that whatever else the machine does falls on all of them. Pictures that
+    were done with the same models and code are not done again, so it can be stopped and go on.
     """
     found: dict[str, Found] = {name: [] for name in detectors}
     times: dict[str, list[float]] = {name: [] for name in detectors}
+    warm: set[str] = set()
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
         with one_blas_thread():
-            for number, scene in enumerate(scenes):
-                picture = read_picture(scene.path)
-                for name, detector in detectors.items():
-                    if not number:
-                        detector.detect(picture)  # may compile
-                    began = time.thread_time()
-                    seen = detector.detect(picture)
-                    times[name].append(time.thread_time() - began)
-                    found[name].append((seen.boxes, seen.scores, scene.boxes))
+            for scene in scenes:
+                key = [*made_from, list(detectors), file_digest(scene.path)]
+                record = kept.get(key, partial(_turn, detectors, scene.path, warm))
+                for name, (seconds, boxes, scores) in record.items():
+                    times[name].append(seconds)
+                    found[name].append((np.array(boxes, float).reshape(-1, 4), np.array(scores, float), scene.boxes))
     finally:
         cv2.setNumThreads(threads)
     return found, {name: float(np.median(values)) * 1e3 for name, values in times.items()}
+
+
+def _turn(detectors: Mapping[str, OfflineDetector], path: Path, warm: set[str]) -> dict[str, list[Any]]:
+    """CPU seconds, boxes and scores of every detector on a picture; one that is not warm yet runs once before."""
+    picture = read_picture(path)
+    record: dict[str, list[Any]] = {}
+    for name, detector in detectors.items():
+        if name not in warm:
+            detector.detect(picture)  # may compile
+            warm.add(name)
+        began = time.thread_time()
+        seen = detector.detect(picture)
+        seconds = time.thread_time() - began
+        record[name] = [seconds, seen.boxes.tolist(), seen.scores.tolist()]
+    return record
 
 
 def _columns() -> dict[str, tuple[Callable[..., Any], int]]:

@@ -6,6 +6,7 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -16,14 +17,16 @@ import numpy as np
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.peers.kept import Kept, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
+from benchmarks.systems.remembered import plain_seen, read_seen, systems_code
 from benchmarks.systems.video import FrameTruth, Seen, counted, followed, frame_truths, watch
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.evaluation.tracking_rows import Truth, read_results
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_components, load_detector, one_blas_thread
+from tsr_engine.pipeline import Components, load_components, one_blas_thread
 from tsr_engine.records import Detections
 from tsr_engine.runs import RunRequest, track_video
 
@@ -54,7 +57,8 @@ def _run(data: Data) -> Result:
         raise Skip("the folder `clips` does not hold both clips to choose parameters on and others to judge them by.")
     judged, chosen = groups["held out"], groups["chosen on"]
     times: list[float] = []
-    clips = {name: _watched(video, truth, times) for name, (video, truth) in pairs.items()}
+    kept = Kept(data.scratch / "watched")
+    clips = {name: _watched(video, truth, times, kept) for name, (video, truth) in pairs.items()}
     figures: dict[str, Any] = {}
     picked: dict[str, dict[str, float]] = {}
     for name, row in (("ACF", "ACF and KF"), ("ACF and prior", "ACF, prior and KF")):
@@ -63,7 +67,7 @@ def _run(data: Data) -> Result:
         figures[name] = _alone([clips[n] for n in judged], name) | {"ms": float(np.median(times)) * 1e3}
         figures[row], filtering = _filtered([clips[n] for n in judged], name, params)
         figures[row]["ms"] = figures[name]["ms"] + filtering
-    figures[ENGINE] = _engine([clips[n] for n in judged])
+    figures[ENGINE] = _engine([clips[n] for n in judged], kept)
     truth = [frame for n in judged for frame in clips[n].truths]
     return Result(
         "detection_video",
@@ -82,27 +86,36 @@ def _signs(truth: Truth) -> int:
     return len(np.unique(truth.track_id[~truth.ignore & wide]))
 
 
-def _watched(video: Path, truth: Truth, times: list[float]) -> _Clip:
-    """Detect once a frame; suppression, which depends on the prior, is done for both afterwards."""
+def _watched(video: Path, truth: Truth, times: list[float], kept: Kept) -> _Clip:
+    """What the detector sees of a clip, by now or as an earlier call kept it; ``times`` gets CPU seconds a frame."""
     params = Params().with_settings([("second_core", False), ("keep_score", -8.0), ("final_overlap", 1.0)])
-    detector = load_detector(params.with_settings([("use_prior", False)]))
+    components = load_components(params.with_settings([("use_prior", False)]))
+    key = ["watched", file_digest(video), params.model_dump(mode="json"), dict(components.models), systems_code()]
+    record = kept.get(key, lambda: _watch(video, components))
+    times.extend(record["times"])
+    seen = {name: [read_seen(frame) for frame in frames] for name, frames in record["seen"].items()}
+    return _Clip(video, frame_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH), seen)
+
+
+def _watch(video: Path, components: Components) -> dict[str, Any]:
+    """Detect once a frame; suppression, which depends on the prior, is done for both afterwards."""
     overlap = Params().detector.final_overlap
-    weight = 0.0 if detector.prior is None else detector.prior.weight
-    seen: dict[str, list[Seen]] = {"ACF": [], "ACF and prior": []}
+    seen: dict[str, list[Any]] = {"ACF": [], "ACF and prior": []}
+    times: list[float] = []
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     try:
         with one_blas_thread():
-            for frame in watch(video, detector, times):
-                for name, used in (("ACF", 0.0), ("ACF and prior", weight)):
+            for frame in watch(video, components.detector, times):
+                for name, used in (("ACF", 0.0), ("ACF and prior", components.learned_lambda)):
                     d = frame.detections
                     scores = with_prior(d.raw_scores, d.prior, used)
-                    kept = suppress(d.boxes, scores, overlap)
-                    final = Detections(d.boxes[kept], d.raw_scores[kept], d.prior[kept], scores[kept])
-                    seen[name].append(Seen(frame.ordinal, frame.seconds, frame.size, frame.shift, final))
+                    best = suppress(d.boxes, scores, overlap)
+                    final = Detections(d.boxes[best], d.raw_scores[best], d.prior[best], scores[best])
+                    seen[name].append(plain_seen(Seen(frame.ordinal, frame.seconds, frame.size, frame.shift, final)))
     finally:
         cv2.setNumThreads(threads)
-    return _Clip(video, frame_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH), seen)
+    return {"seen": seen, "times": times}
 
 
 def _alone(clips: Sequence[_Clip], name: str) -> dict[str, Any]:
@@ -136,23 +149,34 @@ def _best(clips: Sequence[_Clip], name: str) -> dict[str, float]:
     return max(choices, key=lambda values: _filtered(clips, name, values)[0]["ap"])
 
 
-def _engine(clips: Sequence[_Clip]) -> dict[str, Any]:
+def _engine(clips: Sequence[_Clip], kept: Kept) -> dict[str, Any]:
     """The result rows of `tsr track`, default parameters: KF, gate, online detector."""
     params = Params.preset("default")
     components = load_components(params)
     results, seconds, frames = [], 0.0, 0
     for clip in clips:
-        with tempfile.TemporaryDirectory() as scratch:
-            rows = Path(scratch) / "rows.csv"
-            began = time.process_time()
-            run = track_video(RunRequest(clip.video, params, csv=rows), components)
-            seconds += time.process_time() - began
-            frames += run.frames
-            found = read_results(rows)
+        key = ["tracked", file_digest(clip.video), params.model_dump(mode="json"), dict(components.models)]
+        run = kept.get(key, partial(_track, clip.video, params, components))
+        seconds += run["seconds"]
+        frames += run["frames"]
+        at, boxes = np.array(run["at"], int), np.array(run["boxes"], float).reshape(-1, 4)
+        scores = np.array(run["scores"], float)
         for seen, truth in zip(clip.seen["ACF"], clip.truths, strict=True):
-            here = found.frame == seen.ordinal
-            results.append(counted(found.boxes[here], found.score[here], truth))
+            here = at == seen.ordinal
+            results.append(counted(boxes[here], scores[here], truth))
     return plain(score_detections(results)) | {"ms": 1e3 * seconds / max(1, frames)}
+
+
+def _track(video: Path, params: Params, components: Components) -> dict[str, Any]:
+    """Frames, boxes and scores of the rows of one clip, and the CPU seconds that they took."""
+    with tempfile.TemporaryDirectory() as scratch:
+        rows = Path(scratch) / "rows.csv"
+        began = time.process_time()
+        run = track_video(RunRequest(video, params, csv=rows), components)
+        seconds = time.process_time() - began
+        found = read_results(rows)
+    columns = {"at": found.frame.tolist(), "boxes": found.boxes.tolist(), "scores": found.score.tolist()}
+    return columns | {"seconds": seconds, "frames": run.frames}
 
 
 def _tell(result: Result) -> str:

@@ -50,7 +50,7 @@ class SvmPlan:
     cost: float = 0.05
     jittered: int = 6
     crop_frames: int = 3
-    searched: float = 0.5
+    searched: float = 0.4
     first: int = 30
     hard: int = 40
     own: int = 8

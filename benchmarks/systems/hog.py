@@ -127,11 +127,13 @@ def _vote(patches, cell, floats, ints, votes, out):  # type: ignore[no-untyped-d
                 for c in range(patches.shape[1]):
                     _gradient_row(patches[i, c, up], patches[i, c, y], patches[i, c, down], gx, gy, energy)
                 _share_row(gx, gy, energy, low, upper, whole)
-                for x in range(columns * cell):
-                    base, k = 10 * (x // cell), low[x]
-                    votes[base + k] += whole[x] - upper[x]
-                    votes[base + (k + 1 if k < 8 else 0)] += upper[x]
-                    votes[base + 9] += whole[x]
+                for column in range(columns):  # cell by cell: no division a pixel
+                    base = 10 * column
+                    for x in range(column * cell, (column + 1) * cell):
+                        k = low[x]
+                        votes[base + k] += whole[x] - upper[x]
+                        votes[base + (k + 1 if k < 8 else 0)] += upper[x]
+                        votes[base + 9] += whole[x]
             for p in range(10):
                 for column in range(columns):
                     out[i, p, row, column] = votes[column * 10 + p]

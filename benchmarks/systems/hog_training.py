@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -29,6 +29,8 @@ from tsr_engine.training.mining import MIN_WIDTH, away_from_signs, read_picture,
 __all__ = ["HogPlan", "train_hog_cascade"]
 
 Tell = Callable[[str], None]
+_SIZE_SLACK: Final = 0.12
+"""A window is of a sign's size where the logarithms of their sides differ by no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,10 +186,15 @@ def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np
 def _windows_on_signs(scene: Scene) -> list[NDArray[np.uint8]]:
     """Per sign of a scene the windows of the scan that lie on it, shape (n, FEATURES) each; n may be 0."""
     out: list[list[NDArray[np.uint8]]] = [[] for _ in scene.boxes]
-    for level in _levels(read_picture(scene)):
-        for number, box in enumerate(scene.boxes):
-            side = np.sqrt((box[2] - box[0]) * (box[3] - box[1]))
-            if abs(np.log(WINDOW.sign / level.scale_x / side)) > 0.12:
+    picture = read_picture(scene)
+    sides = np.sqrt((scene.boxes[:, 2] - scene.boxes[:, 0]) * (scene.boxes[:, 3] - scene.boxes[:, 1]))
+    scales = scales_of(picture.shape[1], picture.shape[0], MIN_WIDTH)
+    # A level costs far more than its windows: those that show no sign at the window's size are not made. Sides of
+    # levels are whole px, so a level's own scale may be a little off the one asked for.
+    near_size = np.abs(np.log(WINDOW.sign / (scales[:, None] * sides))) < _SIZE_SLACK + 0.05
+    for level in levels(picture, scales[near_size.any(axis=1)]):
+        for number, (box, side) in enumerate(zip(scene.boxes, sides, strict=True)):
+            if abs(np.log(WINDOW.sign / level.scale_x / side)) > _SIZE_SLACK:
                 continue
             middle = WINDOW.cells / 2 - WINDOW.pad
             row = int((box[1] + box[3]) / 2 * level.scale_y / WINDOW.shrink - middle)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
+from benchmarks.systems import hog_training
 from benchmarks.systems.hog import BINS, integral, orientation_cells, patch_cells
 from benchmarks.systems.hog_blocks import FEATURES, RECTS, WINDOW, window_bytes
 from benchmarks.systems.hog_cascade import HogCascade, HogCascadeDetector, merged
-from benchmarks.systems.hog_scan import HogLevel, levels, scan
+from benchmarks.systems.hog_scan import HogLevel, levels, scales_of, scan
 from benchmarks.systems.hog_training import HogPlan, train_hog_cascade
-from tests.benchmarks.drawn_scenes import drawn_scenes
+from tests.benchmarks.drawn_scenes import SIZE, drawn_scenes
 from tsr_engine.detection.trees import NEVER, TreeEnsemble
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.training.mining import read_picture
+from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.mining import MIN_WIDTH, read_picture
 
 
 def _ensemble(trees: int, seed: int = 0) -> TreeEnsemble:
@@ -95,6 +99,24 @@ def test_windows_around_a_sign_are_averaged() -> None:
     boxes = np.array([[10.0, 10, 30, 30], [12, 10, 32, 30], [80, 80, 100, 100]])
     out = merged(boxes, np.array([2.0, 2.0, 1.0]), boxes[[0, 2]])
     np.testing.assert_allclose(out, [[11, 10, 31, 30], [80, 80, 100, 100]])
+
+
+def test_levels_too_large_or_small_for_any_sign_are_not_made(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    scene = drawn_scenes(tmp_path, 1)[0]
+    every = scales_of(*SIZE, MIN_WIDTH)
+    asked: list[int] = []
+
+    def few(picture: Picture, scales: FloatArray) -> Iterator[HogLevel]:
+        asked.append(len(scales))
+        return levels(picture, scales)
+
+    monkeypatch.setattr(hog_training, "levels", few)
+    found = hog_training._windows_on_signs(scene)
+    monkeypatch.setattr(hog_training, "levels", lambda picture, _: levels(picture, every))
+    assert asked[0] < len(every)
+    assert len(found) == len(scene.boxes)
+    for windows, same in zip(found, hog_training._windows_on_signs(scene), strict=True):
+        np.testing.assert_array_equal(windows, same)
 
 
 def test_a_trained_cascade_finds_a_sign_it_has_not_seen(tmp_path) -> None:  # type: ignore[no-untyped-def]

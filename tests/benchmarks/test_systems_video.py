@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from benchmarks.experiment import Data, Result, Skip, machine
 from benchmarks.experiments import detection, detection_video, systems
+from benchmarks.peers.kept import Kept
 from benchmarks.systems.curves import RATES, outdone, plain
+from benchmarks.systems.remembered import plain_seen, read_seen
 from benchmarks.systems.video import FrameTruth, Seen, counted, followed, frame_truths
+from tests.benchmarks.drawn_scenes import drawn_scenes
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.evaluation.tracking_rows import Truth
 from tsr_engine.params import Params
-from tsr_engine.records import Detections
+from tsr_engine.records import Detections, Picture
 
 SIGN = np.array([100.0, 100, 130, 130])
 
@@ -101,6 +106,71 @@ def test_a_budget_that_was_overrun_is_said() -> None:
     for seconds, expected in ((60, "and was kept"), (6000, "which slow one overran")):
         figures = {"budget_minutes": 15, "systems": [record | {"cpu_seconds": seconds}]}
         assert expected in systems.EXPERIMENT.tell(Result("systems", figures=figures, machine=machine()))
+
+
+def test_a_frame_is_remembered_exactly() -> None:
+    for seen in (_seen(3, (SIGN / 7, 2.0 / 3), (SIGN, 0.1)), _seen(4)):
+        again = read_seen(json.loads(json.dumps(plain_seen(seen))))
+        for name in ("ordinal", "seconds", "size", "shift"):
+            assert getattr(again, name) == getattr(seen, name)
+        np.testing.assert_array_equal(again.detections.boxes, seen.detections.boxes)
+        np.testing.assert_array_equal(again.detections.scores, seen.detections.scores)
+
+
+class _Counting:
+    """A detector that sees one sign, and counts the pictures."""
+
+    name = "counting"
+
+    def __init__(self, stop_at: int = 99) -> None:
+        self.pictures, self.stop_at = 0, stop_at
+
+    def detect(self, picture: Picture) -> Detections:
+        self.pictures += 1
+        if self.pictures > self.stop_at:
+            raise KeyboardInterrupt
+        return _seen(0, (SIGN, float(picture.mean()))).detections
+
+
+def test_scenes_that_are_done_are_not_searched_again(tmp_path: Path) -> None:
+    scenes = drawn_scenes(tmp_path, 3)
+    kept = Kept(tmp_path / "kept")
+    stopped = {"a": _Counting(), "b": _Counting(stop_at=2)}  # b is stopped in the second scene
+    with pytest.raises(KeyboardInterrupt):
+        detection._side_by_side(stopped, scenes, kept, ["models"])
+    goes_on = {"a": _Counting(), "b": _Counting()}
+    found, ms = detection._side_by_side(goes_on, scenes, kept, ["models"])
+    assert goes_on["a"].pictures == 3  # two scenes, the first of them once more before it is timed
+    whole, _ = detection._side_by_side({"a": _Counting(), "b": _Counting()}, scenes, Kept(None), ["models"])
+    assert set(ms) == {"a", "b"}
+    for one, other in zip(found["b"], whole["b"], strict=True):
+        for mine, theirs in zip(one, other, strict=True):
+            np.testing.assert_array_equal(mine, theirs)
+    others = {"a": _Counting(), "b": _Counting()}
+    detection._side_by_side(others, scenes, kept, ["other models"])
+    assert others["a"].pictures == 4
+
+
+def test_a_clip_is_watched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    video = tmp_path / "clip.mp4"
+    video.write_bytes(b"a clip")
+    watched: list[Path] = []
+
+    def watch(path: Path, _: object) -> dict[str, object]:
+        watched.append(path)
+        frames = [plain_seen(_seen(k, (SIGN, 1.0))) for k in range(3)]
+        return {"seen": {"ACF": frames, "ACF and prior": frames}, "times": [0.1, 0.2, 0.3]}
+
+    monkeypatch.setattr(detection_video, "_watch", watch)
+    monkeypatch.setattr(detection_video, "load_components", lambda _: SimpleNamespace(models={"detector": "a digest"}))
+    nothing = np.zeros(0, int)
+    truth = Truth(nothing, nothing, np.zeros((0, 4)), nothing, np.zeros(0), np.zeros(0, bool))
+    for _ in range(2):
+        times: list[float] = []
+        clip = detection_video._watched(video, truth, times, Kept(tmp_path / "kept"))
+        assert times == [0.1, 0.2, 0.3]
+        assert [seen.ordinal for seen in clip.seen["ACF and prior"]] == [0, 1, 2]
+    assert watched == [video]
 
 
 def test_without_data_all_three_skip(tmp_path: Path) -> None:

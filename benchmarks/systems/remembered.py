@@ -1,0 +1,46 @@
+"""What the long experiments with these systems have already seen, so that they go on where they were stopped."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.systems.video import Seen
+from tsr_engine.records import Detections
+
+__all__ = ["plain_detections", "plain_seen", "read_detections", "read_seen", "systems_code"]
+
+
+@cache
+def systems_code() -> str:
+    """Digest of the systems' code as it is written: what is remembered was made by it."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(f"{path.name}\0".encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def plain_detections(found: Detections) -> list[list[Any]]:
+    """Detections as values that JSON can hold, exact."""
+    return [found.boxes.tolist(), found.raw_scores.tolist(), found.prior.tolist(), found.scores.tolist()]
+
+
+def read_detections(record: list[list[Any]]) -> Detections:
+    """What :func:`plain_detections` gave."""
+    boxes, raw, prior, scores = (np.array(column, dtype=np.float64) for column in record)
+    return Detections(boxes.reshape(-1, 4), raw, prior, scores)
+
+
+def plain_seen(seen: Seen) -> list[Any]:
+    """A frame as values that JSON can hold, exact."""
+    return [seen.ordinal, seen.seconds, list(seen.size), list(seen.shift), plain_detections(seen.detections)]
+
+
+def read_seen(record: list[Any]) -> Seen:
+    """What :func:`plain_seen` gave."""
+    ordinal, seconds, (width, height), (x, y), found = record
+    return Seen(ordinal, seconds, (width, height), (x, y), read_detections(found))
