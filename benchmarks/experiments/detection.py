@@ -141,7 +141,8 @@ def _tell(result: Result) -> str:
         parts.append(
             "\nTimes: median over the same pictures, one thread, the systems taking turns on each; ours is the shipped "
             "model, of the same size and settings as the one whose curve is drawn. All search from 16 px. The other "
-            "systems are this repository's own, in compiled Python, less tuned for speed than ours.\n"
+            "systems are this repository's own, in compiled Python, less tuned for speed than ours. Pictures that an "
+            "earlier call did are not done again: the load below is that at the end of the last one.\n"
         )
         parts.append(
             f"\n**Where ours loses here.** {'; '.join(behind)}.\n"

@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tsr_engine.evaluation.detection import DetectionScore
+from tsr_engine.records import FloatArray
 
 __all__ = ["RATES", "outdone", "plain"]
 
@@ -17,13 +19,22 @@ RATES: Final = ("0.03", "0.1", "1.0")
 
 def plain(curve: DetectionScore) -> dict[str, Any]:
     """What the report needs of a curve."""
-    some = np.unique(np.linspace(0, max(0, len(curve.recall) - 1), 400).astype(int)) if len(curve.recall) else []
+    some = _corners(curve.recall)
     return {
         "ap": curve.average_precision,
         "recall_at": {rate: curve.recall_at(float(rate)) for rate in RATES},
         "recall": np.round(curve.recall[some], 5).tolist(),
         "precision": np.round(curve.precision[some], 5).tolist(),
     }
+
+
+def _corners(recall: FloatArray, most: int = 800) -> NDArray[np.int64]:
+    """Points that a drawing needs: between two finds precision only falls, however many false ones there are."""
+    if not len(recall):
+        return np.zeros(0, np.int64)
+    finds = np.flatnonzero(np.diff(recall))
+    corners = np.unique(np.concatenate([[0], finds, finds + 1, [len(recall) - 1]]))
+    return corners[np.unique(np.linspace(0, len(corners) - 1, min(most, len(corners))).astype(int))]
 
 
 def outdone(

@@ -69,6 +69,18 @@ def test_a_curve_of_nothing_can_be_told() -> None:
     assert empty["recall"] == []
 
 
+def test_a_drawn_curve_keeps_every_find_however_many_false_ones_come_after() -> None:
+    signs = np.array([[40.0 * k, 0, 40.0 * k + 20, 20] for k in range(5)])
+    false = np.array([[0.0, 500.0, 20.0, 520.0]])
+    boxes = np.concatenate([signs[:2], false, signs[2:4], np.repeat(false, 5000, axis=0), signs[4:]])
+    told = plain(score_detections([(boxes, np.linspace(9, 1, len(boxes)), signs)]))
+    assert len(told["recall"]) < 20
+    drawn = list(zip(told["recall"], told["precision"], strict=True))
+    assert (0.4, 1.0) in drawn  # before the first false one
+    assert (0.8, 0.8) in drawn  # before the crowd
+    assert drawn[-1] == (1.0, pytest.approx(5 / 5006, abs=1e-5))
+
+
 def _curve(ap: float, recall: float, ms: float) -> dict[str, object]:
     at = dict.fromkeys(RATES, recall)
     return {"ap": ap, "recall_at": at, "recall": [0.0, recall], "precision": [1.0, 0.5], "ms": ms}
