@@ -1,15 +1,20 @@
+from itertools import pairwise
+
+import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tsr_engine.channels.pyramid import PyramidPlan, build_pyramid, level_scales, resample
+from tsr_engine.channels.scratch import Scratch
+from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.window import Window
 from tsr_engine.training.lambdas import measure_lambdas
 
 
 def natural(seed: int, height: int, width: int) -> np.ndarray:
     """A picture with a natural picture's spectrum (amplitude 1/f) and some sharp shapes."""
-    import cv2
-
     rng = np.random.default_rng(seed)
     fy, fx = np.fft.fftfreq(height)[:, None], np.fft.fftfreq(width)[None]
     f = np.hypot(fy, fx)
@@ -134,3 +139,39 @@ def test_resample_keeps_flat_channels_flat() -> None:
 def test_plans_that_do_not_divide_are_refused() -> None:
     with pytest.raises(ValueError, match="multiple of computed_per_octave. Got 8 and 3"):
         PyramidPlan(per_octave=8, computed_per_octave=3)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**20), st.integers(1, 40), st.integers(1, 40), st.sampled_from([0, 1, 3]))
+def test_smoothing_is_the_library_s_to_the_bit(seed: int, height: int, width: int, border: int) -> None:
+    cells = np.random.default_rng(seed).integers(0, 256, (3, height, width), dtype=np.uint8)
+    wanted = [
+        cv2.copyMakeBorder(
+            cv2.GaussianBlur(plane, (3, 3), 0, borderType=cv2.BORDER_REPLICATE), *[border] * 4, cv2.BORDER_REPLICATE
+        )
+        for plane in cells
+    ]
+    assert np.array_equal(smooth(cells, border), wanted)
+
+
+def test_memory_that_is_used_again_changes_no_level() -> None:
+    """Pictures of several sizes one after another, larger and smaller ones."""
+    plan, scratch = PyramidPlan(per_octave=6, computed_per_octave=2, lambdas=(0.1,) * 10), Scratch()
+    for seed, (height, width) in enumerate([(120, 160), (200, 260), (90, 130), (200, 260)]):
+        picture, scales = natural(seed, height, width), level_scales(1.5, 0.2, 6)
+        count = 0
+        again = build_pyramid(picture, scales, plan, border=2, scratch=scratch)
+        for fresh, level in zip(build_pyramid(picture, scales, plan, border=2), again, strict=True):
+            assert np.array_equal(fresh.cells, level.cells)
+            assert (fresh.index, fresh.scale_x, fresh.scale_y) == (level.index, level.scale_x, level.scale_y)
+            count += 1
+        assert count == len(scales)
+
+
+def test_levels_own_their_cells_unless_memory_is_given() -> None:
+    picture, scales = natural(5, 120, 160), level_scales(1.0, 0.25, 4)
+    kept = list(build_pyramid(picture, scales, PyramidPlan(per_octave=4, computed_per_octave=2)))
+    copies = [level.cells.copy() for level in kept]
+    list(build_pyramid(natural(6, 120, 160), scales, PyramidPlan(per_octave=4, computed_per_octave=2)))
+    assert all(np.array_equal(level.cells, copy) for level, copy in zip(kept, copies, strict=True))
+    assert not any(np.shares_memory(a.cells, b.cells) for a, b in pairwise(kept))

@@ -15,6 +15,7 @@ Definition (after Dollar et al., "Fast Feature Pyramids for Object Detection", P
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final
 
 import cv2
@@ -211,6 +212,7 @@ def check_picture(picture: Picture, shrink: int) -> None:
         raise ValueError(f"A picture must hold one cell of {shrink} px. Got shape {picture.shape} instead.")
 
 
+@lru_cache
 def triangle(radius: int) -> NDArray[np.float32]:
     """Taps of a triangle filter of 2 * radius + 1, summing to 1."""
     taps = np.concatenate([np.arange(1, radius + 2), np.arange(radius, 0, -1)]).astype(np.float32)

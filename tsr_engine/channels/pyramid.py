@@ -21,7 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import CHANNELS
-from tsr_engine.channels.quantise import channel_bytes
+from tsr_engine.channels.quantise import plane_bytes
+from tsr_engine.channels.scratch import Scratch
+from tsr_engine.channels.smooth import replicate, smooth
 from tsr_engine.records import Picture
 
 
@@ -82,14 +84,6 @@ def level_scales(top: float, bottom: float, per_octave: int) -> NDArray[np.float
     return np.asarray(top * 2.0 ** (-np.arange(count) / per_octave))
 
 
-def smooth(cells: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """[1 2 1]/4 along both axes of every channel, borders replicated; same shape."""
-    out = np.empty_like(cells)
-    for c in range(len(cells)):
-        cv2.GaussianBlur(cells[c], (3, 3), 0, dst=out[c], borderType=cv2.BORDER_REPLICATE)
-    return out
-
-
 def build_pyramid(
     picture: Picture,
     scales: Sequence[float] | NDArray[np.float64],
@@ -98,6 +92,7 @@ def build_pyramid(
     chain: int = 0,
     chains: int = 1,
     border: int = 0,
+    scratch: Scratch | None = None,
 ) -> Iterator[Level]:
     """The levels of a picture's pyramid, largest first; each is made when it is asked for.
 
@@ -109,39 +104,40 @@ def build_pyramid(
         bands: per scale the first and last picture row, px, that is needed; unset: all rows. A computed level covers
             the bands of all levels that are approximated from it.
         chain: which part of the work is wanted when several cores share it.
-        border: replicated cells around each level.
         chains: number of parts: computed levels are dealt out in turn, each with the levels approximated from it.
+        border: replicated cells around each level.
+        scratch: memory to work in; a level's cells then hold until the next level is asked for. Unset: each level
+            owns its cells.
     """
-    ones = np.ones(CHANNELS)
     lambdas = np.asarray(plan.lambdas)
     step = plan.per_octave // plan.computed_per_octave
-    pictures = _Halves(picture)
-    source: tuple[int, NDArray[np.uint8], float, float, float] | None = None
+    pictures = _Halves(picture, scratch or Scratch())
     for number, (near, members) in enumerate(_families(len(scales), step)):
         if number % chains != chain:
             continue
         band = (0.0, float(picture.shape[0]))
         if bands is not None:
             band = (min(bands[i][0] for i in members), max(bands[i][1] for i in members))
-        source = _computed(pictures, near, float(scales[near]), plan, band)
+        source = _computed(pictures, near, float(scales[near]), plan, band, border, scratch or Scratch())
         if source is None:
             return
-        _, cells, scale_x, scale_y, top = source
+        inner = source.cells[:, border : source.cells.shape[1] - border, border : source.cells.shape[2] - border]
+        _, height, width = inner.shape
         for index in members:
             if index == near:
-                yield Level(index, bordered(cells, border), scale_x, scale_y, top, True, ones)
+                yield source
                 continue
             ratio = float(scales[index] / scales[near])
-            rows, columns = int(cells.shape[1] * ratio), int(cells.shape[2] * ratio)
+            rows, columns = int(height * ratio), int(width * ratio)
             if min(rows, columns) < 1:
                 continue
             # the exact ratio of the two grids, not the wanted one, leads back to the picture
             yield Level(
                 index,
-                resample(cells, rows, columns, border),
-                scale_x * columns / cells.shape[2],
-                scale_y * rows / cells.shape[1],
-                top,
+                resample(inner, rows, columns, border, scratch),
+                source.scale_x * columns / width,
+                source.scale_y * rows / height,
+                source.top,
                 False,
                 ratio**-lambdas,
             )
@@ -157,83 +153,95 @@ def _families(count: int, step: int) -> Iterator[tuple[int, list[int]]]:
 
 
 class _Halves:
-    """Resized pictures; a size an octave below one that was made is the half of it."""
+    """A picture's planes (3, h, w), resized; a size an octave below one that was made is the half of it."""
 
-    def __init__(self, picture: Picture) -> None:
-        self._picture = picture
-        self._made: dict[float, Picture] = {}
+    def __init__(self, picture: Picture, scratch: Scratch) -> None:
+        self._scratch = scratch
+        self.height, self.width = picture.shape[:2]
+        self._planes = scratch.array("planes", (3, self.height, self.width), np.uint8)
+        cv2.split(picture, list(self._planes))
+        self._made: dict[float, NDArray[np.uint8]] = {}
 
-    @property
-    def original(self) -> Picture:
-        """The picture at scale 1."""
-        return self._picture
-
-    def at(self, scale: float) -> Picture:
-        """The picture at a scale; sizes are rounded down."""
+    def at(self, scale: float) -> NDArray[np.uint8]:
+        """The planes at a scale; sizes are rounded down."""
         if scale in self._made:
             return self._made[scale]
         double = next((p for s, p in self._made.items() if abs(s / scale - 2.0) < 1e-6), None)
         if double is not None:
-            h, w = double.shape[0] // 2, double.shape[1] // 2
-            made = cv2.resize(double[: 2 * h, : 2 * w], (w, h), interpolation=cv2.INTER_AREA)
+            made = self._half(double, scale)
         else:
-            base = self._picture
-            while scale <= 0.5 * base.shape[1] / self._picture.shape[1] + 1e-9:
-                h, w = base.shape[0] // 2, base.shape[1] // 2
-                base = np.asarray(
-                    cv2.resize(base[: 2 * h, : 2 * w], (w, h), interpolation=cv2.INTER_AREA), dtype=np.uint8
-                )
-            size = (int(self._picture.shape[1] * scale), int(self._picture.shape[0] * scale))
-            made = base if size == (base.shape[1], base.shape[0]) else cv2.resize(base, size)
+            base, reached = self._planes, 0.5
+            while scale <= reached + 1e-9:
+                base, reached = self._half(base, reached), reached / 2
+            size = (int(self.width * scale), int(self.height * scale))
+            made = base
+            if size != (base.shape[2], base.shape[1]):
+                made = self._room(scale, size)
+                for source, target in zip(base, made, strict=True):
+                    cv2.resize(source, size, dst=target)
         self._made = {s: p for s, p in self._made.items() if s < 4 * scale}
-        self._made[scale] = np.asarray(made, dtype=np.uint8)
-        return self._made[scale]
+        self._made[scale] = made
+        return made
+
+    def _half(self, planes: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
+        """Means of 2 x 2 px."""
+        h, w = planes.shape[1] // 2, planes.shape[2] // 2
+        made = self._room(scale, (w, h))
+        for source, target in zip(planes, made, strict=True):
+            cv2.resize(source[: 2 * h, : 2 * w], (w, h), dst=target, interpolation=cv2.INTER_AREA)
+        return made
+
+    def _room(self, scale: float, size: tuple[int, int]) -> NDArray[np.uint8]:
+        return self._scratch.array(f"planes at {scale:.6f}", (3, size[1], size[0]), np.uint8)
 
 
 def _computed(
-    pictures: _Halves, index: int, scale: float, plan: PyramidPlan, band: tuple[float, float]
-) -> tuple[int, NDArray[np.uint8], float, float, float] | None:
-    """Index, smoothed bytes, true scales and upper edge of a computed level; None if it would be empty."""
-    original = pictures.original
+    pictures: _Halves,
+    index: int,
+    scale: float,
+    plan: PyramidPlan,
+    band: tuple[float, float],
+    border: int,
+    scratch: Scratch,
+) -> Level | None:
+    """A level computed from the picture; None if it would be empty."""
     cell = plan.shrink
-    if min(original.shape[0] * scale, original.shape[1] * scale) < cell:
+    if min(pictures.height * scale, pictures.width * scale) < cell:
         return None
-    resized = pictures.at(scale)
-    scale_x, scale_y = resized.shape[1] / original.shape[1], resized.shape[0] / original.shape[0]
+    planes = pictures.at(scale)
+    rows, columns = planes.shape[1:]
+    scale_x, scale_y = columns / pictures.width, rows / pictures.height
     # whole cells, with room for the filters' support
     first = max(0, int(band[0] * scale_y) // cell * cell - 4 * cell)
-    last = min(resized.shape[0], int(np.ceil(band[1] * scale_y / cell)) * cell + 4 * cell)
+    last = min(rows, int(np.ceil(band[1] * scale_y / cell)) * cell + 4 * cell)
     if last - first < cell:
         return None
-    cells = smooth(channel_bytes(np.ascontiguousarray(resized[first:last]), cell))
-    return index, cells, scale_x, scale_y, first / scale_y
+    shape = (CHANNELS, (last - first) // cell, columns // cell)
+    rough = plane_bytes(planes[:, first:last], cell, scratch.array("rough", shape, np.uint8))
+    bordered = (CHANNELS, shape[1] + 2 * border, shape[2] + 2 * border)
+    cells = smooth(rough, border, scratch.array("computed", bordered, np.uint8))
+    return Level(index, cells, scale_x, scale_y, first / scale_y, True, np.ones(CHANNELS))
 
 
-def resample(cells: NDArray[np.uint8], rows: int, columns: int, border: int = 0) -> NDArray[np.uint8]:
-    """Channels (10, h, w) resampled bilinearly to (10, rows, columns), with a replicated border around."""
-    out = np.empty((len(cells), rows + 2 * border, columns + 2 * border), np.uint8)
-    for c in range(len(cells)):
-        inner = out[c, border : border + rows, border : border + columns]
-        cv2.resize(cells[c], (columns, rows), dst=inner, interpolation=cv2.INTER_LINEAR)
-    _replicate(out, border)
+def resample(
+    cells: NDArray[np.uint8], rows: int, columns: int, border: int = 0, scratch: Scratch | None = None
+) -> NDArray[np.uint8]:
+    """Channels resampled bilinearly.
+
+    Args:
+        cells: shape (channels, h, w), uint8.
+        rows: wanted.
+        columns: wanted.
+        border: replicated cells to lay around the result.
+        scratch: memory of the result; unset: new.
+
+    Returns:
+        Shape (channels, rows + 2 border, columns + 2 border), uint8.
+    """
+    shape = (len(cells), rows + 2 * border, columns + 2 * border)
+    out = (scratch or Scratch()).array("resampled", shape, np.uint8)
+    inner = out[:, border : border + rows, border : border + columns]
+    for source, target in zip(cells, inner, strict=True):
+        cv2.resize(source, (columns, rows), dst=target, interpolation=cv2.INTER_LINEAR)
+    replicate(out, border)
     return out
-
-
-def bordered(cells: NDArray[np.uint8], border: int) -> NDArray[np.uint8]:
-    """Channels (10, h, w) with ``border`` replicated cells on every side."""
-    if not border:
-        return cells
-    channels, rows, columns = cells.shape
-    out = np.empty((channels, rows + 2 * border, columns + 2 * border), np.uint8)
-    out[:, border:-border, border:-border] = cells
-    _replicate(out, border)
-    return out
-
-
-def _replicate(cells: NDArray[np.uint8], border: int) -> None:
-    """Fills the border from the inner cells, in place."""
-    if border:
-        cells[:, :border] = cells[:, border : border + 1]
-        cells[:, -border:] = cells[:, -border - 1 : -border]
-        cells[:, :, :border] = cells[:, :, border : border + 1]
-        cells[:, :, -border:] = cells[:, :, -border - 1 : -border]

@@ -6,6 +6,7 @@ dozens of windows.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import cv2
@@ -59,9 +60,28 @@ def channel_bytes(picture: Picture, shrink: int = 2) -> NDArray[np.uint8]:
         ValueError: not a BGR uint8 picture, or smaller than one cell.
     """
     check_picture(picture, shrink)
-    blue, green, red = cv2.split(picture)
+    return plane_bytes(cv2.split(picture), shrink)
+
+
+def plane_bytes(
+    planes: Sequence[NDArray[np.uint8]] | NDArray[np.uint8], shrink: int = 2, out: NDArray[np.uint8] | None = None
+) -> NDArray[np.uint8]:
+    """:func:`channel_bytes` of a picture that lies in planes.
+
+    Args:
+        planes: blue, green and red, uint8, shape (h, w) each, at least ``shrink`` px on each side; rows contiguous.
+        shrink: cell size in px.
+        out: where to write; unset: a new array.
+
+    Returns:
+        Shape (10, h // shrink, w // shrink), uint8.
+    """
+    blue, green, red = planes
+    if out is None:
+        out = np.empty((CHANNELS, blue.shape[0] // shrink, blue.shape[1] // shrink), np.uint8)
     taps = triangle(norm_radius(shrink))
-    return np.asarray(_stream(blue, green, red, shrink, taps, np.float32(NORM_CONST), _OFFSET, _GAIN))
+    _stream(blue, green, red, shrink, taps, np.float32(NORM_CONST), _OFFSET, _GAIN, out)
+    return out
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -87,27 +107,21 @@ def _quantise(channels, out, offset, gain):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _blur_row(source, taps, target):  # type: ignore[no-untyped-def]
-    """Filter along a row, borders replicated."""
-    n, radius = source.shape[0], taps.shape[0] // 2
-    for x in range(n):
-        target[x] = np.float32(0.0)
-    for k in range(taps.shape[0]):
-        tap, shift = taps[k], k - radius
-        low = min(n, max(0, -shift))
-        high = max(low, min(n, n - shift))
-        for x in range(low, high):
-            target[x] += tap * source[x + shift]
-        for x in range(low):
-            target[x] += tap * source[0]
-        for x in range(high, n):
-            target[x] += tap * source[n - 1]
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _add_scaled(source, tap, target):  # type: ignore[no-untyped-def]
     for x in range(source.shape[0]):
         target[x] += tap * source[x]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
+    """Filter along a row (n,), borders replicated; ``padded`` is scratch of (n + 2 * radius,)."""
+    n, radius = source.shape[0], taps.shape[0] // 2
+    padded[:radius] = source[0]
+    padded[radius : radius + n] = source
+    padded[radius + n :] = source[n - 1]
+    target[:] = np.float32(0.0)
+    for k in range(taps.shape[0]):
+        _add_scaled(padded[k : k + n], taps[k], target)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -117,18 +131,18 @@ def _invert(divisor, gain):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def _stream(blue, green, red, shrink, taps, const, offset, gain):  # type: ignore[no-untyped-def]
+def _stream(blue, green, red, shrink, taps, const, offset, gain, out):  # type: ignore[no-untyped-def]
     ch, cw = blue.shape[0] // shrink, blue.shape[1] // shrink
     size, radius = taps.shape[0], taps.shape[0] // 2
-    out = np.empty((CHANNELS, ch, cw), np.uint8)
     cells = np.empty((CHANNELS, size, cw), np.float32)
     blurred = np.empty((size, cw), np.float32)
+    padded = np.empty(cw + 2 * radius, np.float32)
     factor = np.empty(cw, np.float32)
     rows = start_rows(blue, green, red)
     for y in range(ch + radius):
         if y < ch:
             cell_row(blue, green, red, y, shrink, rows, cells, y % size)
-            _blur_row(cells[3, y % size], taps, blurred[y % size])
+            _blur_row(cells[3, y % size], taps, padded, blurred[y % size])
         done = y - radius
         if done < 0:
             continue
@@ -141,4 +155,3 @@ def _stream(blue, green, red, shrink, taps, const, offset, gain):  # type: ignor
             _row(cells[c, at], offset[c], gain[c], out[c, done])
         for c in range(3, CHANNELS):
             _scaled_row(cells[c, at], factor, out[c, done])
-    return out

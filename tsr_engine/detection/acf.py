@@ -8,12 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from threading import local
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
+from tsr_engine.channels.scratch import Scratch
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
@@ -126,6 +128,7 @@ class AcfDetector:
         self.params = params or DetectorParams()
         self.prior_params = prior_params or PriorParams()
         self._prepared: dict[tuple[int, int, int], ScanNodes] = {}
+        self._own = local()
         self._pool = ThreadPoolExecutor(1, "tsr-scan") if self.params.second_core else None
 
     @classmethod
@@ -217,13 +220,23 @@ class AcfDetector:
             self._prepared[key] = nodes
         return nodes
 
+    def _scratch(self) -> Scratch:
+        """This thread's memory: several may detect at a time."""
+        if not hasattr(self._own, "scratch"):
+            self._own.scratch = Scratch()
+        scratch: Scratch = self._own.scratch
+        return scratch
+
     def _scan(
         self, picture: Picture, scales: FloatArray, bands: list[tuple[float, float]], chain: int, chains: int
     ) -> tuple[FloatArray, FloatArray]:
         window = self.model.window
         boxes, scores = [np.zeros((0, 4))], [np.zeros(0)]
-        for level in build_pyramid(picture, scales, self.model.plan, bands, chain, chains, window.pad):
+        levels = build_pyramid(picture, scales, self.model.plan, bands, chain, chains, window.pad, self._scratch())
+        for level in levels:
             y, x, score = scan_level(level.cells, self.model.cascade, self.params.dense_trees, self.prepared(level))
+            if not len(y):
+                continue
             if len(y) > LEVEL_LIMIT:
                 best = np.sort(np.argpartition(-score, LEVEL_LIMIT)[:LEVEL_LIMIT])
                 y, x, score = y[best], x[best], score[best]

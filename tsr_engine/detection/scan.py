@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.trees import TreeEnsemble
 
-BAND: Final = 16
+BAND: Final = 32
 """Rows whose survivors go on together: enough to keep the processor busy, few enough to stay in its cache."""
+BLOCK: Final = 64
+"""Windows side by side of which at least one must survive before each is looked at: most of a road and sky do not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +114,14 @@ def _add_tree(f0, f1, f2, f3, f4, f5, f6, t, v, acc):  # type: ignore[no-untyped
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _highest(totals):  # type: ignore[no-untyped-def]
+    best = totals[0]
+    for x in range(totals.shape[0]):
+        best = max(best, totals[x])
+    return best
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[no-untyped-def]
     """Adds one tree to the surviving windows and closes ranks over those that drop out; returns how many are left.
 
@@ -157,11 +167,14 @@ def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection
             )  # fmt: skip
         count = 0
         for row in range(rows):
-            start = row * columns
-            for x in range(start, start + nx):
-                places[count] = base + x
-                totals[count] = sums[x]
-                count += 1 if sums[x] >= limit else 0
+            for start in range(row * columns, row * columns + nx, BLOCK):
+                block = sums[start : min(start + BLOCK, row * columns + nx)]
+                if _highest(block) < limit:
+                    continue
+                for x in range(block.shape[0]):
+                    places[count] = base + start + x
+                    totals[count] = block[x]
+                    count += 1 if block[x] >= limit else 0
         for t in range(dense, trees):
             if count == 0:
                 break

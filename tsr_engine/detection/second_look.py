@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import CHANNELS
-from tsr_engine.channels.pyramid import smooth
 from tsr_engine.channels.quantise import channel_bytes
+from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.records import FloatArray, Picture

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.channels.pyramid import smooth
 from tsr_engine.channels.quantise import channel_bytes
+from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
 from tsr_engine.records import FloatArray, Picture
