@@ -134,12 +134,61 @@ def test_confident_with_detection_learns_a_positive_and_updates_the_filter() -> 
 def test_confident_without_detection_is_the_prediction() -> None:
     bench = Bench()
     (track,) = bench.step(NONE).tracks
-    assert bench.learner.calls == [("learn", 1, 5)]
+    assert bench.learner.calls == []
     assert track.source == "predicted"
     assert track.prediction is not None
     assert np.array_equal(track.box, track.prediction.box)
     assert track.gate is not None
     assert track.gate.confident
+
+
+def test_predictions_without_detection_are_learned_on_demand() -> None:
+    bench = Bench(learn_undetected=True)
+    bench.step(NONE)
+    assert bench.learner.calls == [("learn", 1, 5)]
+
+
+def test_a_sign_unseen_for_some_frames_is_sought_whatever_the_gate_says() -> None:
+    bench = Bench(relocalise_after=3)
+    sources, events = [], []
+    for given in (NONE, NONE, NONE, detection(82.0), NONE, NONE, NONE):
+        frame = bench.step(given)
+        sources.append(frame.tracks[0].source)
+        events.append([event.text for event in frame.events if event.kind in ("relocalised", "rejected")])
+    assert sources == [*["predicted"] * 2, "relocalised", "detected", *["predicted"] * 2, "relocalised"]
+    sentence = "Track 1 has had no detection for 3 frames; a window like it is 6 px left."
+    assert events == [[], [], [sentence], [], [], [], [sentence]]
+    assert [name for name, *_ in bench.learner.calls] == ["relocalise", "learn", "relocalise"]
+
+
+def test_a_window_that_was_sought_is_one_more_measurement() -> None:
+    """Between the prediction and the window, the nearer to the window the less noise it is taken to have."""
+
+    def left(noise: float) -> float:
+        bench = Bench(relocalise_after=1, sought_noise=noise)
+        (track,) = bench.step(NONE).tracks
+        assert track.prediction is not None
+        return float(track.prediction.box[0] - track.box[0])
+
+    exact, as_usual, vague = (left(noise) for noise in (0.01, 2.0, 50.0))
+    assert 6.0 >= exact > as_usual > vague >= 0.0
+    assert exact > 5.5
+    assert vague < 0.5
+
+
+def test_a_sign_unseen_is_left_to_the_gate_on_demand() -> None:
+    bench = Bench(relocalise_after=None)
+    assert [bench.step(NONE).tracks[0].source for _ in range(4)] == ["predicted"] * 4
+    assert bench.learner.calls == []
+
+
+def test_a_search_without_success_leaves_a_confident_prediction() -> None:
+    bench = Bench(relocalise_after=1, sought_probability=0.7)
+    bench.learner.probability = 0.6
+    frame = bench.step(NONE)
+    assert frame.tracks[0].source == "predicted"
+    assert frame.tracks[0].relocalisation is not None
+    assert [event.kind for event in frame.events if event.kind == "rejected"] == []
 
 
 def test_rejected_without_detection_learns_a_negative_and_relocalises() -> None:

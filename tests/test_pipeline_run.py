@@ -98,10 +98,13 @@ def test_events_speak_in_sentences_and_hold_their_values(finished: tuple[Path, R
     folder, _ = finished
     with EvidenceReader(folder / "run") as reader:
         events = [event for _, event in reader.events()]
-    rejections = [event for event in events if event.kind in ("rejected", "relocalised")]
+    found = [event for event in events if event.kind in ("rejected", "relocalised")]
+    rejections = [event for event in found if "l_positive" in event.values]
     assert rejections
+    assert all("no detection for" in event.text for event in found if "undetected" in event.values)
+    assert all("l_positive" in event.values or "undetected" in event.values for event in found)
+    assert all(event.text.endswith(".") for event in found)
     for event in rejections:
-        assert event.text.endswith(".")
         assert event.values["l_positive"] >= event.values["tau"] == 3.0
         assert f"L = {event.values['l_positive']:.1f}" in event.text
 

@@ -40,6 +40,8 @@ DEPARTURES = (
     Departure("gate's distance in pixels", ("position_unit",)),
     Departure("gate's distance with the camera's shift", ("position_camera",)),
     Departure("rejected: the online window replaces the detection", ("rejected_measurement",)),
+    Departure("without a detection the gate alone decides", ("relocalise_after",)),
+    Departure("predictions without a detection learned as the sign", ("learn_undetected",)),
     Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),
 )
 """What ``default`` does otherwise than ``paper``, row by row; a test holds that nothing is left out."""
@@ -63,6 +65,7 @@ ON_CLIPS = (
     "only sure sights start tracks",
     "no camera shift",
     "gate's distance in pixels",
+    "without a detection the gate alone decides",
     "gate by look: offset 2, tau 90",
     "no online detector",
     "paper",

@@ -161,14 +161,15 @@ def _row(error: float) -> dict[str, Any]:
 
 
 def test_the_report_says_who_ends_nearer(tmp_path: Path) -> None:
-    rows = {"default": _row(0.2), "paper": _row(0.3), "CSRT": _row(0.1)}
+    rows = {"CSRT": _row(0.1), "KF alone": _row(0.15), "default": _row(0.2), "paper": _row(0.3)}
     missing = {"Vit": "TrackerVit is a network."}
     result = Result("gaps", "toys", {"groups": {"held out": rows}, "missing": missing})
     text = gaps.EXPERIMENT.tell(result)
-    assert "- held out, 5 frames: CSRT ends with 0.1000 against our 0.2000" in text
+    assert "- held out, 5 frames: ours ends with 0.2000, CSRT with 0.1000, KF alone with 0.1500\n" in text
+    assert text.index("| default |") < text.index("| CSRT |")
     assert "*Skipped:* Vit: TrackerVit is a network." in text
     assert "| - |" in text  # no gap of 20 frames
-    del rows["CSRT"]
+    del rows["CSRT"], rows["KF alone"]
     assert "nothing ends nearer" in gaps.EXPERIMENT.tell(result)
     assert gaps.EXPERIMENT.plot is not None
     gaps.EXPERIMENT.plot(result, tmp_path / "gaps.svg")

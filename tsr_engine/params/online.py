@@ -26,6 +26,9 @@ class OnlineParams(Section):
     svm_c: float = Field(0.2, gt=0, le=1e6, description="C of the incremental SVM")
     sample_age: int = Field(40, ge=1, le=100000, description="T: samples older than this many frames are unlearned")
     learn_rejected: bool = Field(False, description="learn predictions that the gate rejects as negative samples")
+    learn_undetected: bool = Field(
+        False, description="learn confident predictions of frames without a detection as the sign"
+    )
     background_negatives: int = Field(
         8, ge=0, le=24, description="background windows around a confident result that are learned as negative samples"
     )

@@ -23,6 +23,19 @@ class PipelineParams(Section):
     sure_probability: float = Field(
         0.5, ge=0, le=1, description="least P(y = 1) of a relocalisation that counts as evidence of the sign"
     )
+    relocalise_after: int | None = Field(
+        2,
+        ge=1,
+        le=1000,
+        description="from so many frames in a row without a detection on, the online detector is asked whatever the "
+        "gate says; none: only when the gate rejects",
+    )
+    sought_probability: float = Field(
+        0.5, ge=0, le=1, description="least P(y = 1) of a window that replaces a confident prediction"
+    )
+    sought_noise: float = Field(
+        2.0, gt=0, le=100, description="noise of such a window as a measurement, relative to a detection's"
+    )
     keep_radius: int = Field(
         40, ge=1, le=200, description="largest search_radius that a replay finds pixels for, px around each prediction"
     )

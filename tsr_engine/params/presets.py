@@ -33,6 +33,8 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "position_unit": "px",
                 "position_camera": False,
                 "rejected_measurement": "relocalised",
+                "relocalise_after": None,
+                "learn_undetected": True,
             }
         ),
     }

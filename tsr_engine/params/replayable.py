@@ -10,7 +10,14 @@ __all__ = ["ABSENT", "FIXED", "is_replayable"]
 FIXED = ("detector.", "tracking.use_camera_shift", "tracking.shift_scale")
 """Parameters of steps that a replay does not repeat; a name that ends in a dot stands for its whole section."""
 
-ABSENT: Mapping[str, float] = MappingProxyType({"tracking.result_noise": 1.0, "gate.position_offset": 0.0})
+ABSENT: Mapping[str, float | None] = MappingProxyType(
+    {
+        "tracking.result_noise": 1.0,
+        "gate.position_offset": 0.0,
+        "pipeline.relocalise_after": None,
+        "online.learn_undetected": True,
+    }
+)
 """What a run did whose evidence is older than these parameters and so does not name them."""
 
 

@@ -22,7 +22,7 @@ from tsr_engine.geometry.boxes import area, clip, to_cxcywh
 from tsr_engine.params import Params
 from tsr_engine.pipeline.companion import Companion, Parts
 from tsr_engine.pipeline.frame import FrameInput
-from tsr_engine.pipeline.sentences import rejected, relabelled, relocalised
+from tsr_engine.pipeline.sentences import rejected, relabelled, relocalised, sought
 from tsr_engine.protocols import PixelSource
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recognition.crops import crop_bounds
@@ -137,7 +137,11 @@ class TrackingCore:
         seconds: dict[str, float],
         events: list[Event],
     ) -> _Note:
-        """Gate one prediction; learn, correct or relocalise (steps 4 to 6)."""
+        """Gate one prediction; learn, correct or relocalise (steps 4 to 6).
+
+        A smooth prediction is always near the one before, so the gate hardly ever rejects what a detector that has
+        gone blind leaves behind. After ``relocalise_after`` such frames the online detector is asked all the same.
+        """
         companion = self._companions[track_id]
         verdict: GateVerdict | None = None
         if self._visible(prediction.box) and companion.memory.count:
@@ -147,27 +151,37 @@ class TrackingCore:
             if detected is not None:
                 self._tracker.correct(track_id, detected)
             return _Note(verdict, None, ())
-        with _timed(seconds, "learn"):
-            label = 1 if verdict.confident else -1
-            samples = companion.online.learn(frame.pixels, prediction.box, label, frame.ordinal)
+        alone = 0 if detected is not None else self._tracker.undetected(track_id)
+        samples: tuple[Sample, ...] = ()
+        # What was predicted only would teach the detector its own drift. Nor is anything forgotten then.
+        if not (alone and verdict.confident) or self.params.online.learn_undetected:
+            with _timed(seconds, "learn"):
+                label = 1 if verdict.confident else -1
+                samples = companion.online.learn(frame.pixels, prediction.box, label, frame.ordinal)
         use_detection = verdict.confident or self.params.pipeline.rejected_measurement == "detection"
         if detected is not None and use_detection:
             self._tracker.correct(track_id, detected)
             if not verdict.confident:
                 events.append(rejected(track_id, verdict, self.params.gate, "its detection counts"))
             return _Note(verdict, None, samples)
-        if verdict.confident:
+        after = self.params.pipeline.relocalise_after
+        if verdict.confident and (after is None or alone < after):
             return _Note(verdict, None, samples)
         with _timed(seconds, "relocalise"):
             found = companion.online.relocalise(frame.pixels, prediction.box, frame.ordinal)
-        if found is None or found.probability < self.params.pipeline.relocalise_probability:
+        sure = found is not None and found.probability >= self.params.pipeline.sure_probability
+        if verdict.confident:
+            if found is not None and found.probability >= self.params.pipeline.sought_probability:
+                noise = self.params.pipeline.sought_noise
+                self._tracker.correct(track_id, found.box, source="relocalised", noise=noise, confident=sure)
+                events.append(sought(track_id, alone, prediction.box, found))
+        elif found is None or found.probability < self.params.pipeline.relocalise_probability:
             events.append(rejected(track_id, verdict, self.params.gate, "no window around it looks like the sign"))
             if detected is not None:
                 self._tracker.correct(track_id, detected)
-            return _Note(verdict, found, samples)
-        sure = found.probability >= self.params.pipeline.sure_probability
-        self._tracker.correct(track_id, found.box, source="relocalised", confident=sure, result=found.box)
-        events.append(relocalised(track_id, verdict, self.params.gate, prediction.box, found))
+        else:
+            self._tracker.correct(track_id, found.box, source="relocalised", confident=sure, result=found.box)
+            events.append(relocalised(track_id, verdict, self.params.gate, prediction.box, found))
         return _Note(verdict, found, samples)
 
     def _judge(self, frame: FrameInput, box: FloatArray, companion: Companion) -> GateVerdict:

@@ -25,10 +25,17 @@ def relocalised(
     track_id: int, verdict: GateVerdict, gate: GateParams, prediction: FloatArray, found: Relocalisation
 ) -> Event:
     """The gate has turned a prediction down and the online detector has found the sign beside it."""
-    before, after = to_cxcywh(prediction), to_cxcywh(found.box)
-    dx, dy = float(after[0] - before[0]), float(after[1] - before[1])
+    dx, dy = _displacement(prediction, found)
     text = f"Prediction of track {track_id} rejected, {_reason(verdict, gate)}; relocalised {_move(dx, dy)}."
     values = _values(verdict, gate) | {"dx": dx, "dy": dy, "probability": found.probability}
+    return Event("relocalised", track_id, text, values)
+
+
+def sought(track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation) -> Event:
+    """The online detector has found a sign that the offline detector has not seen for some frames."""
+    dx, dy = _displacement(prediction, found)
+    text = f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}."
+    values = {"undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability}
     return Event("relocalised", track_id, text, values)
 
 
@@ -62,6 +69,12 @@ def _reason(verdict: GateVerdict, gate: GateParams) -> str:
     worst = max(weights, key=lambda name: weights[name])
     relation = ">" if verdict.l_positive > gate.tau else "="
     return f"L = {verdict.l_positive:.1f} {relation} {gate.tau:g}, {worst}"
+
+
+def _displacement(prediction: FloatArray, found: Relocalisation) -> tuple[float, float]:
+    """From the prediction's centre to the window's, px."""
+    before, after = to_cxcywh(prediction), to_cxcywh(found.box)
+    return float(after[0] - before[0]), float(after[1] - before[1])
 
 
 def _move(dx: float, dy: float) -> str:

@@ -107,6 +107,10 @@ class Tracker:
         """The id that the next track gets."""
         return self._next_id
 
+    def undetected(self, track_id: int) -> int:
+        """Frames in a row without a detection of a living track, this one included."""
+        return self._tracks[track_id].undetected
+
     def predict(self, dt: float = 1.0, shift: tuple[float, float] | None = None) -> dict[int, Prediction]:
         """Time update of all tracks; starts a frame.
 

@@ -99,7 +99,7 @@ function unlearning(lane, i) {
  */
 function shorten(text, track) {
   let plain = text.replace(` of track ${track} `, ' ');
-  if (plain.startsWith(`Track ${track} is now `)) plain = plain.slice(`Track ${track} is `.length);
+  plain = plain.replace(new RegExp(`^Track ${track} (?:is (?=now )|has had (?=no ))`), '');
   plain = plain.replace(/\.$/, '');
   return plain.charAt(0).toLowerCase() + plain.slice(1);
 }

@@ -138,7 +138,11 @@ test('columns: a step that did not take place is NaN, votes are cumulative', () 
 
 test('events are sentences without the track that the inspector names already', () => {
   const lane = laneOf(tracks, 2);
-  lane.events = [{ frame: lane.frame[5], kind: 'relocalised', text: `Prediction of track ${lane.id} rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left.` }];
+  lane.events = [
+    { frame: lane.frame[5], kind: 'relocalised', text: `Prediction of track ${lane.id} rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left.` },
+    { frame: lane.frame[6], kind: 'relocalised', text: `Track ${lane.id} has had no detection for 3 frames; a window like it is 6 px left.` },
+    { frame: lane.frame[8], kind: 'relabelled', text: `Track ${lane.id} is now 'yield' with 60% of the votes, no longer 'stop'.` },
+  ];
   lane.confident.fill(true);
   lane.confident[5] = false;
   lane.confident[7] = false;
@@ -149,9 +153,11 @@ test('events are sentences without the track that the inspector names already', 
   lane.position_distance[7] = 2;
   lane.source[7] = 1;
   const told = sentencesOf(lane);
-  assert.deepEqual(told.map((one) => one.kind), ['born', 'relocalised', 'rejected', 'ended']);
+  assert.deepEqual(told.map((one) => one.kind), ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended']);
   assert.equal(told[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
-  assert.equal(told[2].text, 'prediction rejected, L = 40 ≥ 15, symmetry 0.2 is low; nothing better was found near it');
+  assert.equal(told[2].text, 'no detection for 3 frames; a window like it is 6 px left');
+  assert.equal(told[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
+  assert.equal(told[3].text, 'prediction rejected, L = 40 ≥ 15, symmetry 0.2 is low; nothing better was found near it');
   assert.equal(short(1e9), 'very large');
   assert.equal(short(null), '–');
 });
