@@ -129,8 +129,12 @@ def test_pictures_that_are_encoded_anew_keep_their_numbers_and_times(
     assert [corpus.read_code(picture) for picture in decoded(data, nanos)] == [video.codes[k] for k in range(7, 40)]
 
 
-def test_300_frames_of_720p_are_five_megabytes_whatever_the_video_takes(tmp_path: Path) -> None:
+@pytest.mark.parametrize("threads", [1, 2])
+def test_300_frames_of_720p_are_five_megabytes_whatever_the_video_takes(
+    threads: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Changing noise is the worst that can be. Scaled down to a 16th of the area."""
+    monkeypatch.setattr(transcode, "_threads", lambda: threads)
     path, count = tmp_path / "noise.mp4", 60
     rng = np.random.default_rng(1)
     with av.open(path, "w") as out:

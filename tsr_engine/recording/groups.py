@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import Any, Final
 
 import av
+import cv2
 from av.codec.context import Flags
 
 __all__ = ["GROUP", "GroupEncoder"]
@@ -22,7 +23,8 @@ _AIM: Final = 0.96
 _LEAST: Final = 15
 """Pictures of the shortest group; a key frame takes as much as eight others."""
 _MOST: Final = 1.25
-"""A group ends early where it has used this multiple of its share; where it is twice that, even a short one."""
+"""A group ends early where it has used this multiple of its share; where it is twice that, even a short one. The last
+one, which no other can make up for, ends where it would use it up if it went on like this."""
 _TRIAL: Final = 8
 """Pictures that are tried before the first group."""
 _TRIALS: Final = 4
@@ -37,8 +39,14 @@ _FINER: Final = 6
 """Steps that a group may be finer than the last one, as sizes far from the middle say little."""
 _FINEST, _COARSEST = 16, 69
 """x264 counts on beyond the 51 of H.264 by leaving out more coefficients."""
-_OPTIONS: Final = {"preset": "ultrafast", "g": "9999", "bf": "0", "x264-params": "stitchable=1"}
-"""With parameter sets that do not depend on the quantiser, so that one header serves all groups."""
+_OPTIONS: Final = {"preset": "ultrafast", "g": "9999", "bf": "0"}
+_STITCHABLE: Final = "stitchable=1"
+"""Parameter sets that do not depend on the quantiser, so that one header serves all groups."""
+_NARROW: Final = ":asm=AVX2"
+"""Instructions to be used where a processor has AVX-512: with those the encoder takes a tenth longer. It is only to be
+said where they are there, since x264 uses what it is told to without asking the processor."""
+_AVX2, _AVX_512F = 11, 13
+"""``CV_CPU_AVX2`` and ``CV_CPU_AVX_512F`` of OpenCV (opencv2/core/cvdef.h), which Python does not name."""
 
 
 class GroupEncoder:
@@ -105,8 +113,10 @@ class GroupEncoder:
         self._encoder.flags |= Flags.global_header
 
     def _encode(self, picture: Any) -> None:
-        used = sum(self._sizes) / self._share
-        early = used > _MOST and (self._taken >= _LEAST or used > 2 * _MOST)
+        used, last = sum(self._sizes), self._left + self._taken <= GROUP
+        foreseen = _whole(self._sizes) if last and self._sizes else used
+        most = _MOST * self._share
+        early = (self._taken >= _LEAST and foreseen > most) or used > 2 * most
         if self._taken >= GROUP or early:
             self._mux(self._encoder.encode(None))
             self._correct(self._sizes)
@@ -117,10 +127,8 @@ class GroupEncoder:
 
     def _correct(self, sizes: list[int]) -> None:
         """Choose the next quantiser by what a whole group like the last one would take."""
-        others = sizes[1:] or sizes
-        like = sizes[0] + (GROUP - 1) * sum(others) / len(others)
         share = max(self._rest / self._left, 1.0) * GROUP
-        step = max(math.ceil(_HALVES * math.log2(like / share)), -_FINER)
+        step = max(math.ceil(_HALVES * math.log2(_whole(sizes) / share)), -_FINER)
         self._quantiser = min(max(self._quantiser + step, _FINEST), _COARSEST)
 
     def _mux(self, packets: list[Any]) -> None:
@@ -133,6 +141,17 @@ class GroupEncoder:
     def _configure(self, context: Any, picture: Any) -> None:
         context.width, context.height, context.pix_fmt = picture.width, picture.height, "yuv420p"
         context.time_base, context.framerate = self._time_base, Fraction(30)
-        context.options = {**_OPTIONS, "qp": str(self._quantiser), "threads": str(self._threads)}
+        context.options = {**_OPTIONS, **_instructions(), "qp": str(self._quantiser), "threads": str(self._threads)}
         for name in ("color_range", "colorspace"):
             setattr(context, name, getattr(picture, name))
+
+
+def _whole(sizes: list[int]) -> float:
+    """Bytes of a whole group that goes on like this one."""
+    others = sizes[1:] or sizes
+    return sizes[0] + (GROUP - 1) * sum(others) / len(others)
+
+
+def _instructions() -> dict[str, str]:
+    wide = cv2.checkHardwareSupport(_AVX2) and cv2.checkHardwareSupport(_AVX_512F)
+    return {"x264-params": _STITCHABLE + _NARROW * wide}

@@ -7,12 +7,14 @@ import json
 import threading
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.header import VideoIdentity
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.frame_table import FrameTable
@@ -116,22 +118,25 @@ def write_recording(
         StorageError: the file cannot be written.
     """
     began = time.perf_counter()
-    # Loading the SDK takes a second of Python; pictures are cut, and at times encoded, beside it.
+    # Loading the SDK takes up to a second of Python. Pictures are cut, and at times encoded, beside it and everything
+    # else.
     threading.Thread(target=load_sdk, name="tsr-recording-sdk", daemon=True).start()
-    with EvidenceReader(request.evidence) as reader:
+    with (
+        EvidenceReader(request.evidence) as reader,
+        ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-picture") as beside,
+    ):
         frames = frames_of(reader, request.first, request.stop)
         progress(0, 4)
-        clip, picture = _picture(request, reader, frames)
-        progress(1, 4)
+        picture = beside.submit(_picture, request, reader.header.video, reader.folder, frames)
         layers = {name: rows.within(frames) for name, rows in box_layers(reader, frames)}
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
                 layers[name] = rows.within(frames)
         lines = _ordered(list(track_lines(reader, frames)), request.focus_track)
         moments = events(reader, frames)
-        progress(2, 4)
-        content = _Content(request, reader, frames, clip, picture, layers, lines, moments)
-        return _write(content, progress, began)
+        progress(1, 4)
+        content = _Content(request, reader, frames, layers, lines, moments)
+        return _write(content, picture, progress, began)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +144,6 @@ class _Content:
     request: RecordingRequest
     reader: EvidenceReader
     frames: Frames
-    clip: Clip | None
-    picture: str
     layers: dict[str, BoxRows]
     lines: list[Lines]
     moments: Moments
@@ -156,7 +159,7 @@ class _Content:
     def identity(self) -> str:
         """Digest of everything that decides what is shown: a viewer merges recordings of one name."""
         digest = hashlib.sha256(self.reader.header.identity().encode())
-        picture = None if self.clip is None else self.request.exact
+        picture = None if self.request.video is None else self.request.exact
         digest.update(repr((self.frames.first, len(self.frames), picture, self.title())).encode())
         digest.update(repr((self.request.focus_frame, self.request.focus_track, dict(self.request.notes))).encode())
         for name in ("corrected", "truth"):
@@ -167,13 +170,13 @@ class _Content:
         return digest.hexdigest()
 
 
-def _picture(request: RecordingRequest, reader: EvidenceReader, frames: Frames) -> tuple[Clip | None, str]:
+def _picture(request: RecordingRequest, known: VideoIdentity, folder: Path, frames: Frames) -> tuple[Clip | None, str]:
+    """The picture, and one sentence: where it is from."""
     if request.video is None:
         return None, "None: the recording was made without the video."
-    known = reader.header.video
     if not request.known and video_sha256(request.video) != known.sha256:
         raise EvidenceError(
-            f"{request.video} is not the video of the run in {reader.folder}: that was {known.name} with the SHA-256 "
+            f"{request.video} is not the video of the run in {folder}: that was {known.name} with the SHA-256 "
             f"{known.sha256[:12]}... . Name that file."
         )
     clip = cut_clip(request.video, frames, video_stamps, table=request.table, exact=request.exact)
@@ -185,7 +188,9 @@ def _ordered(lines: list[Lines], focus: int | None) -> list[Lines]:
     return sorted(lines, key=lambda one: (one.track_id != focus, -sum(len(v.at) for v in one.values.values())))
 
 
-def _write(content: _Content, progress: Callable[[int, int], None], began: float) -> RecordingReport:
+def _write(
+    content: _Content, cut: Future[tuple[Clip | None, str]], progress: Callable[[int, int], None], began: float
+) -> RecordingReport:
     request, frames = content.request, content.frames
     digest = content.identity()
     application, recording = f"tsr_{digest[:12]}", digest[:32]
@@ -201,6 +206,9 @@ def _write(content: _Content, progress: Callable[[int, int], None], began: float
     )
     with atomic_bytes(request.out) as file, Sink(application, recording, make_blueprint(opening)) as sink:
         _log(content, sink)
+        progress(2, 4)
+        clip, picture = cut.result()
+        _log_picture(content, sink, clip, picture)
         progress(3, 4)
         size = file.write(sink.take())
     progress(4, 4)
@@ -212,9 +220,9 @@ def _write(content: _Content, progress: Callable[[int, int], None], began: float
         first=frames.first,
         stop=frames.first + len(frames),
         size=size,
-        picture_size=0 if content.clip is None else len(content.clip.data),
+        picture_size=0 if clip is None else len(clip.data),
         seconds=time.perf_counter() - began,
-        picture=content.picture,
+        picture=picture,
         boxes={name: len(rows) for name, rows in content.layers.items()},
         tracks=tuple(one.track_id for one in content.lines),
         events=len(content.moments.frame),
@@ -222,28 +230,10 @@ def _write(content: _Content, progress: Callable[[int, int], None], began: float
 
 
 def _log(content: _Content, sink: Sink) -> None:
+    """Everything that needs no picture."""
     frames = content.frames
-    header = content.reader.header
     sink.name(content.title())
-    facts = {
-        "engine_version": header.engine_version,
-        "schema_version": str(header.schema_version),
-        "sdk_version": sink.sdk_version,
-        "video": header.video.name,
-        "video_sha256": header.video.sha256,
-        "run_identity": header.identity(),
-        "run_created": header.created,
-        "frames": f"{frames.first}:{frames.first + len(frames)}",
-        "picture": content.picture,
-        "models": json.dumps(dict(header.models), sort_keys=True),
-        "configuration": json.dumps(header.parameters, sort_keys=True),
-        **content.request.notes,
-    }
-    sink.properties("tsr", facts)
-    sink.document("about", about_text(content.title(), facts, header, {n: len(r) for n, r in content.layers.items()}))
     sink.classes()
-    if content.clip is not None:
-        sink.video(VIDEO, content.clip.data, frames, content.clip.nanos)
     for name, rows in content.layers.items():
         sink.boxes(LAYERS[name], frames, rows)
     if np.isfinite(content.tau) and content.tau > 0:
@@ -255,6 +245,28 @@ def _log(content: _Content, sink: Sink) -> None:
     for one in content.lines:
         _log_track(one, frames, sink)
     sink.log_entries(EVENTS, frames, content.moments)
+
+
+def _log_picture(content: _Content, sink: Sink, clip: Clip | None, picture: str) -> None:
+    frames, header = content.frames, content.reader.header
+    facts = {
+        "engine_version": header.engine_version,
+        "schema_version": str(header.schema_version),
+        "sdk_version": sink.sdk_version,
+        "video": header.video.name,
+        "video_sha256": header.video.sha256,
+        "run_identity": header.identity(),
+        "run_created": header.created,
+        "frames": f"{frames.first}:{frames.first + len(frames)}",
+        "picture": picture,
+        "models": json.dumps(dict(header.models), sort_keys=True),
+        "configuration": json.dumps(header.parameters, sort_keys=True),
+        **content.request.notes,
+    }
+    sink.properties("tsr", facts)
+    sink.document("about", about_text(content.title(), facts, header, {n: len(r) for n, r in content.layers.items()}))
+    if clip is not None:
+        sink.video(VIDEO, clip.data, frames, clip.nanos)
 
 
 def _log_track(one: Lines, frames: Frames, sink: Sink) -> None:
