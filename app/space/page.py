@@ -14,7 +14,7 @@ from typing import Final
 
 from tsr_engine.errors import StorageError
 
-__all__ = ["HUSH", "PLAIN", "ViserPage", "policy", "viser_page"]
+__all__ = ["BAR", "HUSH", "PLAIN", "ViserPage", "policy", "viser_page"]
 
 HUSH: Final = (
     "addEventListener('unhandledrejection', (event) => { "
@@ -23,26 +23,39 @@ HUSH: Final = (
 """A script of ours: viser prepares a renderer for Gaussian splats, which needs ``eval``. It gets none, and nothing here
 needs that renderer, so its failure is not worth an error in the console."""
 
+BAR: Final = (
+    "{ const given = matchMedia; "
+    "window.matchMedia = (asked) => given.call(window, /max-width/.test(asked) ? 'not all' : asked); }"
+)
+"""A script of ours: for a narrow frame viser has a layout for telephones, whose panel is open at first whatever it is
+told, and covers half of the scene. Every frame is given the layout in which the panel can be a bar."""
+
 PLAIN: Final = """(() => {
   const given = HTMLCanvasElement.prototype.getContext;
-  let options = null;
-  const find = () => {
-    const gl = given.call(document.createElement('canvas'), 'webgl2');
-    const told = gl?.getExtension('WEBGL_debug_renderer_info');
-    const name = told ? String(gl.getParameter(told.UNMASKED_RENDERER_WEBGL)) : '';
-    gl?.getExtension('WEBGL_lose_context')?.loseContext();
-    const drawn = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
-    return drawn ? {antialias: false, preserveDrawingBuffer: false} : {};
-  };
+  const probe = given.call(document.createElement('canvas'), 'webgl2');
+  const told = probe?.getExtension('WEBGL_debug_renderer_info');
+  const name = told ? String(probe.getParameter(told.UNMASKED_RENDERER_WEBGL)) : '';
+  probe?.getExtension('WEBGL_lose_context')?.loseContext();
+  if (!/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name)) return;
   HTMLCanvasElement.prototype.getContext = function (kind, asked) {
     if (kind !== 'webgl2') return given.call(this, kind, asked);
-    options ??= find();
-    return given.call(this, kind, {...asked, ...options});
+    return given.call(this, kind, {...asked, antialias: false, preserveDrawingBuffer: false});
   };
+  const extension = WebGL2RenderingContext.prototype.getExtension;
+  WebGL2RenderingContext.prototype.getExtension = function (asked) {
+    return asked === 'WEBGL_debug_renderer_info' ? null : extension.call(this, asked);
+  };
+  const here = new URL(location.href);
+  if (here.searchParams.has('fixedDpr')) return;
+  const pixels = Math.max(1, innerWidth * innerHeight);
+  here.searchParams.set('fixedDpr', String(Math.min(devicePixelRatio, Math.max(0.5, Math.sqrt(250000 / pixels)))));
+  history.replaceState(history.state, '', here);
 })();"""
-"""A script of ours: where no graphics card draws, pictures go without antialiasing (four samples a pixel) and are not
-copied, which saves up to two fifths of their processor time. Where the renderer's name tells of a card, or of nothing
-that is known, all stays as viser asks for it."""
+"""A script of ours: where no graphics card draws, pictures go without antialiasing (four samples a pixel), are not
+copied and have at most a quarter of a million pixels, which saves two fifths of their processor time. viser takes its
+resolution from the address. The renderer's name is kept from viser, whose notice about drawing by software covers the
+scene; the review page says it beside the scene. Where the name tells of a card, or of nothing that is known, all stays
+as viser asks for it."""
 
 _LOADER: Final = re.compile(r'<script data-p="([^"]*)" data-ss="(\d+)" data-cs="(\d+)">(.*?)</script>', re.DOTALL)
 _ALPHABET: Final = "".join(chr(c) for c in range(0x21, 0x7F) if chr(c) not in "\"&<>'`")
@@ -78,9 +91,11 @@ def viser_page() -> ViserPage:
     if path is None or not path.is_file():
         raise StorageError("viser's page is not installed. Install viser as tsr asks for it: pip install tsr.")
     text = path.read_text(encoding="utf-8")
-    scripts = (HUSH.encode(), PLAIN.encode(), *_scripts(text))
-    ours = f"<head>\n    <script>{HUSH}</script>\n    <script>{PLAIN}</script>"
-    content = text.replace("<head>", ours, 1).encode()
+    ours = (HUSH, BAR, PLAIN)
+    scripts = (*(one.encode() for one in ours), *_scripts(text))
+    content = text.replace(
+        "<head>", "\n    ".join(["<head>", *(f"<script>{one}</script>" for one in ours)]), 1
+    ).encode()
     return ViserPage(
         content, gzip.compress(content, 6), policy(scripts), f'"{hashlib.sha256(content).hexdigest()[:24]}"'
     )

@@ -193,6 +193,8 @@ class _Gui:
             "Sign size", min=0.5, max=1.5, step=0.05, initial_value=wish.size, hint="Assumed: times size class 2"
         )
         self.legend = gui.add_html("")
+        # The whole panel hides half of a small frame; its bar stays, and a click opens it.
+        gui.main_panel.minimize()
         self._told = ""
         self._listen(self.mode, lambda value: view.choose_mode(names[value]))
         self._listen(self.colour, lambda value: view.ask(colour=colours[value]))

@@ -17,7 +17,7 @@ def test_every_inline_script_of_the_page_is_named_and_nothing_else_may_run() -> 
     page = viser_page()
     text = page.content.decode()
     inline = re.findall(r"<script[^>]*>(.*?)</script>", text, re.DOTALL)
-    assert len(inline) == 3
+    assert len(inline) == 4
     script = re.search(r"script-src ([^;]*)", page.policy)
     assert script is not None
     for code in inline:
@@ -38,7 +38,7 @@ def test_the_page_talks_to_this_server_only_and_is_framed_by_it_only() -> None:
 
 def test_the_program_is_unpacked_to_name_it() -> None:
     text = viser_page().content.decode()
-    for ours in (page_module.HUSH, page_module.PLAIN):
+    for ours in (page_module.HUSH, page_module.BAR, page_module.PLAIN):
         text = text.replace(f"<script>{ours}</script>", "")
     loader, program = page_module._scripts(text)
     assert b"DecompressionStream" in loader

@@ -110,7 +110,11 @@ export function createSpaceView(app, {webgl = hasWebgl} = {}) {
       if (run !== id || signal.aborted) return;
       space = found;
       follow();
-      fill(body, h('iframe', {class: 'space-frame', src: found.url, title: 'Scene in three dimensions', allow: 'fullscreen', referrerpolicy: 'no-referrer'}));
+      const frame = h('iframe', {class: 'space-frame', src: found.url, title: 'Scene in three dimensions', allow: 'fullscreen', referrerpolicy: 'no-referrer'});
+      frame.addEventListener('load', () => {
+        if (run === id && isCoarse(frame)) fill(notice, 'No graphics card draws here, so the scene is coarser and slower.');
+      }, {signal});
+      fill(body, frame);
     } catch (thrown) {
       if (run !== id || signal.aborted) return;
       fill(body, emptyState({
@@ -197,4 +201,13 @@ function hasWebgl() {
   } catch {
     return false;
   }
+}
+
+/**
+ * Whether the page in a frame has found that no graphics card draws: app/space/page.py then limits its pixels.
+ *
+ * @param {HTMLIFrameElement} frame
+ */
+function isCoarse(frame) {
+  return new URLSearchParams(frame.contentWindow?.location.search).has('fixedDpr');
 }
