@@ -15,7 +15,7 @@ from typing import Any
 import tsr_engine
 from tsr_engine.io.atomic import atomic_text
 
-__all__ = ["Kept", "code", "file_digest"]
+__all__ = ["Kept", "code", "digest_of", "file_digest"]
 
 ENGINE = (
     "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params", "pipeline", "recognition",
@@ -53,7 +53,7 @@ class Kept:
 def code(steps: tuple[str, ...]) -> str:
     """Digest of parts of the engine as they are written; each a folder or a file below ``tsr_engine``."""
     root = Path(tsr_engine.__file__).parent
-    return _digest(root, [root / step for step in steps])
+    return digest_of(root, [root / step for step in steps])
 
 
 @cache
@@ -65,10 +65,11 @@ def file_digest(path: Path) -> str:
 @cache
 def _own() -> str:
     root = Path(__file__).parent
-    return _digest(root, [root])
+    return digest_of(root, [root])
 
 
-def _digest(root: Path, paths: list[Path]) -> str:
+def digest_of(root: Path, paths: list[Path]) -> str:
+    """Digest of Python files, and of those in folders, as they are written; known by their place below ``root``."""
     digest = hashlib.sha256()
     for path in paths:
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from benchmarks.peers.kept import digest_of
 from benchmarks.systems.video import Seen
 from tsr_engine.records import Detections
 
@@ -23,10 +23,8 @@ _DETECTING: Final = (
 @cache
 def systems_code() -> str:
     """Digest of the code that detects, as it is written: what is remembered was made by it."""
-    digest = hashlib.sha256()
-    for name in _DETECTING:
-        digest.update(f"{name}\0".encode() + (Path(__file__).parent / f"{name}.py").read_bytes())
-    return digest.hexdigest()
+    folder = Path(__file__).parent
+    return digest_of(folder, [folder / f"{name}.py" for name in _DETECTING])
 
 
 def plain_detections(found: Detections) -> list[list[Any]]:

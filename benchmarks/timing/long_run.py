@@ -46,8 +46,8 @@ from tsr_engine.tracking.camera_shift import CameraShift
 __all__ = ["NOTES", "SHOWN", "Seen", "look_once", "note_writer", "repeated"]
 
 NOTES: Final = "notes.jsonl"
-STEP: Final = 250
-"""Frames from one note to the next."""
+STEP: Final = 100
+"""Frames from one note to the next; the lengths that are reported are multiples of it."""
 SHOWN: Final = 8
 """Signs are shown in the first of so many turns."""
 

@@ -14,7 +14,7 @@ from benchmarks.experiment import Result, machine
 from benchmarks.experiments import scale, yolo_time
 from benchmarks.timing.growth import exponent
 from benchmarks.timing.in_turn import Turns, scenes_in_turn
-from benchmarks.timing.long_run import NOTES, Seen, look_once, note_writer, repeated
+from benchmarks.timing.long_run import NOTES, STEP, Seen, look_once, note_writer, repeated
 from benchmarks.timing.looped import RATE, SIZE, base_clip, looped
 from benchmarks.timing.notes import read_sections
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
@@ -41,6 +41,15 @@ def test_everyone_has_every_picture_and_who_begins_changes() -> None:
     assert calls[:2] == [("a", 0), ("b", 0)]  # not timed
     assert calls[2:] == [("a", 0), ("b", 0), ("b", 1), ("a", 1), ("a", 2), ("b", 2)]
     assert [turns.summary(name)["turns"] for name in turns.names] == [3, 3]
+
+
+def test_of_several_turns_the_least_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    seconds = iter([5.0, 1.0, 3.0, 2.0, 4.0, 6.0])
+    monkeypatch.setattr("benchmarks.timing.in_turn._thread_seconds", lambda work, picture: next(seconds))
+    pictures = [np.zeros((2, 2, 3), np.uint8)]
+    turns = scenes_in_turn({"a": lambda _: None, "b": lambda _: None}, pictures, rounds=3)
+    # turn by turn: a 5 b 1, b 3 a 2, a 4 b 6
+    assert (turns.ms["a"], turns.ms["b"]) == ([2000.0], [1000.0])
 
 
 def test_ratios_are_taken_picture_by_picture() -> None:
@@ -138,11 +147,11 @@ def test_sections_leave_out_what_lies_between_processes(tmp_path: Path) -> None:
 
 def test_notes_are_written_and_time_ends(tmp_path: Path) -> None:
     with (tmp_path / NOTES).open("w", encoding="utf-8") as lines:
-        assert note_writer(lines, 3600.0)(250)
-        assert note_writer(lines, 3600.0)(251)
-        assert not note_writer(lines, -1.0)(500)
+        assert note_writer(lines, 3600.0)(STEP)
+        assert note_writer(lines, 3600.0)(STEP + 1)
+        assert not note_writer(lines, -1.0)(2 * STEP)
     notes = [json.loads(line) for line in (tmp_path / NOTES).read_text().splitlines()]
-    assert [note["frames"] for note in notes] == [250, 500]
+    assert [note["frames"] for note in notes] == [STEP, 2 * STEP]
     assert all(0 < note["rss_mb"] <= note["peak_mb"] for note in notes)
 
 
