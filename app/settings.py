@@ -12,7 +12,10 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from tsr_engine.errors import UsageError
 
-__all__ = ["Settings", "load_settings"]
+__all__ = ["DATABASE_FILE", "Settings", "load_settings"]
+
+DATABASE_FILE = "tsr.sqlite"
+"""SQLite database in a data folder."""
 
 
 def _default_home() -> Path:
@@ -92,7 +95,7 @@ class Settings(BaseSettings):
     @property
     def database(self) -> str:
         """SQLAlchemy address of the database."""
-        return self.database_url or f"sqlite:///{self.home / 'tsr.sqlite'}"
+        return self.database_url or f"sqlite:///{self.home / DATABASE_FILE}"
 
 
 def load_settings(**values: object) -> Settings:

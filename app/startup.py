@@ -30,13 +30,15 @@ def start(context: Context) -> Running:
     context.artefacts.sweep()
     context.imports.sweep()
     sweep_placing(context.settings.home, context.database)
+    stream = EventStream(context.database, context.events)
     supervisor = None
     if context.settings.workers:
-        supervisor = Supervisor(context.settings, context.database, context.events, context.jobs)
+        supervisor = Supervisor(
+            context.settings, context.database, context.events, context.jobs, lambda: stream.pages > 0
+        )
         supervisor.start()
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()
-    stream = EventStream(context.database, context.events)
     stream.start()
     return Running(supervisor, stream, warmer)
 

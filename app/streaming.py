@@ -38,6 +38,11 @@ class EventStream:
         self._turns = 0
         self._stopped = False
 
+    @property
+    def pages(self) -> int:
+        """How many pages are open."""
+        return len(self._pages)
+
     def start(self) -> None:
         """Begin to read; needs a running event loop."""
         self._seen = self._newest()

@@ -8,7 +8,7 @@ from sqlalchemy.orm import undefer
 from app.artefacts.service import ArtefactService
 from app.bundles.request import bundle_request, report_summary
 from app.errors import ApiError
-from app.exchange.dataset import home_source
+from app.exchange.stored import home_source
 from app.jobs.context import TaskContext
 from app.storage.models import Run, Video
 from app.training.folders import models_of_run

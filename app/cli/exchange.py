@@ -189,8 +189,9 @@ def import_file(
     from app.edits.service import EditService
     from app.events import EventBus
     from app.evidence.service import EvidenceService
+    from app.exchange.home import named_video, open_home
     from app.exchange.imports import ImportService, Incoming
-    from app.exchange.named import as_command_error, named_sources, named_video, open_home
+    from app.exchange.named import as_command_error, named_sources
     from app.truths.service import TruthService
 
     if kind not in ("annotation", "truth", "run"):

@@ -91,12 +91,12 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
     from app.errors import ApiError
     from app.events import EventBus
     from app.jobs.queue import JobQueue
-    from app.settings import load_settings
+    from app.settings import DATABASE_FILE, load_settings
     from app.storage.database import Database
     from app.training.service import TrainingService
 
     settings = load_settings(home=home)
-    if settings.database_url is None and not (settings.home / "tsr.sqlite").is_file():
+    if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
         raise UsageError(f"There is no data folder at {settings.home}. Name the one of 'tsr review' with --home.")
     database = Database(settings.database)
     try:

@@ -68,6 +68,7 @@ def record(
         first=None if frames is None else first,
         stop=stop,
         video=source.video.path if picture else None,
+        known=video is not None,  # it has been checked when the run was named
         exact=exact,
         corrected=corrected,
         truth=truth,
@@ -85,7 +86,7 @@ def record(
     if picture and source.video.path is None:
         say("warning: the video is not there, so the recording has no picture. Name it with --video.")
     if json:
-        from app.recordings.task import report_summary
+        from app.recordings.summary import report_summary
 
         print_json({"out": str(out), "size": report.size, **report_summary(report)})
         return
@@ -103,7 +104,7 @@ def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:
     """Corrections and ground truth of a run of a data folder; none for bare evidence."""
     if "id" not in source.provenance["run"]:
         return None, None
-    from app.exchange.named import open_home
+    from app.exchange.home import open_home
     from app.recordings.annotation import corrected_rows, truth_of
 
     with open_home(source.folder.parents[1]) as (_, database), database.read() as session:

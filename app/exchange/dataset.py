@@ -1,4 +1,8 @@
-"""Runs as a data set that every format can write: boxes as people have left them, and where they come from."""
+"""Runs as a data set that every format can write: boxes as people have left them, and where they come from.
+
+Nothing here needs the database, which takes longer to load than a small export to write; see
+:mod:`app.exchange.stored`.
+"""
 
 from __future__ import annotations
 
@@ -9,26 +13,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import func, select
-from sqlalchemy.orm import Session, undefer
 
 from app.edits.documents import TrackDoc
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import Conflict, Invalid
 from app.evidence.tables import FloatColumn
 from app.exchange.rates import exact_rate
 from app.exchange.tracks import run_tracks
-from app.storage.models import Edit, Run, TrackDocument, Video
-from app.videos.table import unpack
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "home_source", "video_facts"]
+__all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "source_of", "times_of"]
 
 LABELS = CLASS_NAMES
 """The labels of every data set of ours: the class number is the place."""
@@ -118,37 +117,6 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
     return Dataset(LABELS, tuple(source.dataset_video() for source in sources))
 
 
-def home_source(session: Session, home: Path, run_id: str) -> Source:
-    """A run of a data folder with the corrections that are stored now; all from one state of the database.
-
-    Args:
-        session: reads.
-        home: the data folder.
-        run_id: the run.
-
-    Raises:
-        NotFound: no such run.
-        Conflict: it is still going on, or has stored nothing.
-    """
-    run = session.get(Run, run_id)
-    if run is None:
-        raise NotFound(f"There is no run {run_id[:40]!r}.")
-    if run.state in ("queued", "running"):
-        raise Conflict(
-            f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
-        )
-    folder = home / run.folder
-    if not (folder / RUN_FILE).is_file():
-        raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
-    query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
-    facts = video_facts(session.scalars(query).one())
-    rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id))
-    documents = {row.key: TrackDoc.model_validate({**row.document, "revision": row.revision}) for row in rows}
-    revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
-    about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
-    return _source(folder, documents, facts, revision, about)
-
-
 def evidence_source(folder: Path, video: Path | None = None) -> Source:
     """A bare evidence folder, without corrections.
 
@@ -175,7 +143,7 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
             with open_video(video) as file:
                 table, announced = file.table, float(file.rate)
             rate, constant = exact_rate(table.pts, table.time_base, announced)
-            times: FloatColumn | None = _times(table)
+            times: FloatColumn | None = times_of(table)
             frames = len(table)
         else:
             frames = max(int(header.frame_table.get("frames", 0)), (reader.last_frame or 0) + 1)
@@ -183,40 +151,29 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
     facts = VideoFacts(
         header.video.name, header.video.sha256, size[0][0], size[0][1], frames, rate, times, constant, video
     )
-    return _source(folder, {}, facts, 0, {"name": folder.name, "kind": "engine"})
+    return source_of(folder, {}, facts, 0, {"name": folder.name, "kind": "engine"})
 
 
-def video_facts(video: Video) -> VideoFacts:
-    """A video of a data folder; its frame table must be loaded.
-
-    Raises:
-        Conflict: it is not imported (yet).
-    """
-    if video.frame_table is None or video.width is None or video.height is None:
-        raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
-    table = unpack(video.frame_table)
-    rate, constant = exact_rate(table.pts, table.time_base, video.rate)
-    path = Path(video.path)
-    return VideoFacts(
-        name=video.name,
-        sha256=video.id,
-        width=video.width,
-        height=video.height,
-        frames=len(table),
-        rate=rate,
-        times=_times(table),
-        constant_rate=constant,
-        path=path if path.is_file() else None,
-    )
-
-
-def _source(
+def source_of(
     folder: Path,
     documents: Mapping[str, TrackDoc],
     facts: VideoFacts,
     revision: int,
     about: Mapping[str, Any],
 ) -> Source:
+    """A run from its evidence and what is known besides.
+
+    Args:
+        folder: its evidence.
+        documents: what people have said, by key.
+        facts: of the video.
+        revision: number of the newest edit.
+        about: what the manifest says of the run; ``name`` and ``kind`` at least.
+
+    Raises:
+        EvidenceError: the evidence belongs to another video.
+        Conflict: the run has stored nothing.
+    """
     with EvidenceReader(folder) as reader:
         header, low, high = reader.header, reader.first_frame, reader.last_frame
         if header.video.sha256 != facts.sha256:
@@ -236,7 +193,8 @@ def _source(
     return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance)
 
 
-def _times(table: FrameTable) -> FloatColumn:
+def times_of(table: FrameTable) -> FloatColumn:
+    """Presentation times of all frames, s."""
     return np.asarray(table.pts.astype(np.float64) * float(table.time_base))
 
 

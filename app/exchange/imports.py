@@ -22,8 +22,9 @@ from app.events import EventBus
 from app.exchange.as_annotation import Annotated, annotate
 from app.exchange.as_run import write_run
 from app.exchange.as_truth import track_numbers, truth_rows
-from app.exchange.dataset import LABELS, Source, VideoFacts, home_source, video_facts
+from app.exchange.dataset import LABELS, Source, VideoFacts
 from app.exchange.marks import marks
+from app.exchange.stored import home_source, video_facts
 from app.exchange.tracks import run_tracks
 from app.runs.view import publish_run
 from app.settings import Settings

@@ -7,46 +7,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session
-
 from app.errors import ApiError, Invalid, StorageFull
-from app.exchange.dataset import Source, evidence_source, home_source
-from app.settings import Settings, load_settings
-from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.exchange.dataset import Source, evidence_source
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
-from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["as_command_error", "named_sources", "named_video", "open_home"]
+__all__ = ["as_command_error", "named_sources"]
 
 _RUN = re.compile("[0-9a-f]{32}")
-_VIDEO = re.compile("[0-9a-f]{64}")
-_FILE = "tsr.sqlite"
-
-
-@contextmanager
-def open_home(home: Path | None) -> Iterator[tuple[Settings, Database]]:
-    """The database of a data folder, beside a server that may run on it.
-
-    Args:
-        home: the folder; None: as ``tsr review`` would choose.
-
-    Raises:
-        InputError: there is no data folder.
-    """
-    settings = load_settings(home=home)
-    if settings.database_url is None and not (settings.home / _FILE).is_file():
-        raise InputError(
-            f"There is no data folder at {settings.home}. Name one with --home, or start 'tsr review' once."
-        )
-    database = Database(settings.database)
-    try:
-        database.migrate(settings.home / "backups")
-        yield settings, database
-    finally:
-        database.close()
 
 
 @contextmanager
@@ -84,46 +52,19 @@ def named_sources(names: Sequence[str], home: Path | None, video: Path | None) -
     for name in names:
         folder = _bare(Path(name))
         with as_command_error():
-            if folder is not None:
-                sources.append(evidence_source(folder, video))
-                continue
-            inside = _inside(Path(name))
-            with open_home(home if inside is None else inside) as (settings, database), database.read() as session:
-                run_id = Path(name).resolve().name if inside is not None else _run_named(session, name)
-                sources.append(home_source(session, settings.home, run_id))
+            sources.append(evidence_source(folder, video) if folder is not None else _stored(name, home))
     return sources
 
 
-def named_video(session: Session, name: str) -> Video:
-    """A video of a data folder by its file, its file's name or its 64 digits.
+def _stored(name: str, home: Path | None) -> Source:
+    """A run of a data folder."""
+    from app.exchange.home import open_home, run_named  # the database takes longer to load than all else here
+    from app.exchange.stored import home_source
 
-    Raises:
-        InputError: there is none, or there are several of that name.
-    """
-    path = Path(name)
-    digest = video_sha256(path) if path.is_file() else name
-    if _VIDEO.fullmatch(digest):
-        video = session.get(Video, digest)
-        if video is None:
-            raise InputError(f"{name} is not in the data folder. Add it in 'tsr review' first, or name another --home.")
-        return video
-    found = list(session.scalars(select(Video).where(Video.name == name)))
-    if len(found) > 1:
-        raise InputError(f"{len(found)} videos are called {name}. Name the file itself.")
-    if not found:
-        raise InputError(f"There is no run, evidence folder or video {name!r}. Check the name, or name another --home.")
-    return found[0]
-
-
-def _run_named(session: Session, name: str) -> str:
-    if _RUN.fullmatch(name) and session.get(Run, name) is not None:
-        return name
-    video = named_video(session, name)
-    query = select(Run.id).where(Run.video_id == video.id, Run.state == "complete", Run.kind != "whatif")
-    newest = session.scalars(query.order_by(Run.created.desc()).limit(1)).first()
-    if newest is None:
-        raise InputError(f"{video.name} has no complete run. Start one in 'tsr review', and wait for its end.")
-    return newest
+    inside = _inside(Path(name))
+    with open_home(home if inside is None else inside) as (settings, database), database.read() as session:
+        run_id = Path(name).resolve().name if inside is not None else run_named(session, name)
+        return home_source(session, settings.home, run_id)
 
 
 def _bare(path: Path) -> Path | None:
@@ -136,5 +77,7 @@ def _inside(path: Path) -> Path | None:
     folder = path.resolve()
     if not (folder / RUN_FILE).is_file() or not _RUN.fullmatch(folder.name) or folder.parent.name != "runs":
         return None
+    from app.settings import DATABASE_FILE
+
     home = folder.parent.parent
-    return home if (home / _FILE).is_file() else None
+    return home if (home / DATABASE_FILE).is_file() else None

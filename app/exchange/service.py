@@ -6,8 +6,8 @@ import re
 
 from app.artefacts.service import ArtefactService
 from app.errors import Invalid
-from app.exchange.dataset import home_source
 from app.exchange.export import ExportRequest, check_request
+from app.exchange.stored import home_source
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Artefact, Run, Video

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from app.artefacts.service import ArtefactService
 from app.errors import ApiError
-from app.exchange.dataset import home_source
 from app.exchange.export import ExportRequest, export_sources, summary_of
+from app.exchange.stored import home_source
 from app.jobs.context import TaskContext
 from tsr_engine.errors import ExportError
 

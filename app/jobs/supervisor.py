@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Sequence
 
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -18,6 +19,7 @@ from app.jobs.lanes import LANES, SHORT_WORKERS, Lane, lane_of
 from app.jobs.locks import holder, is_alive, place_of
 from app.jobs.outcome import settle_subject, take_back
 from app.jobs.queue import Fenced, JobQueue
+from app.jobs.readiness import STAY
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
@@ -29,6 +31,10 @@ _PATIENCE = 4.0
 """Seconds a cancelled worker gets before it is told to leave, and again before it is killed."""
 _FAREWELL = 0.6
 """Seconds that workers get when the server ends: Ctrl-C is answered within two."""
+_LINGER = 60.0
+"""Seconds that the standing worker outlives the last open page: a page that is loaded anew comes back at once."""
+_AGAIN = 10.0
+"""Seconds before a standing worker that has died gets a successor."""
 _log = logging.getLogger("tsr.supervisor")
 
 
@@ -37,16 +43,38 @@ class Supervisor:
 
     For jobs of this machine and data folder (on SQLite all are) the lock file decides who is alive. On PostgreSQL other
     machines may hold jobs: theirs are dead when they have not got on for a minute by our own steady clock.
+
+    While somebody has a page open, one worker of the short lane stands by: to start a process and to load the engine
+    takes two to four seconds, which is longer than most of what people wait for.
     """
 
     silence = 60.0
 
-    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        database: Database,
+        events: EventBus,
+        jobs: JobQueue,
+        watched: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Prepare to watch.
+
+        Args:
+            settings: of the server.
+            database: where the queue is.
+            events: what pages are told.
+            jobs: the queue.
+            watched: whether somebody has a page open.
+        """
         self._settings = settings
         self._database = database
         self._events = events
         self._jobs = jobs
         self._lanes: dict[Lane, list[subprocess.Popen[bytes]]] = {lane: [] for lane in LANES}
+        self._watched = watched
+        self._watched_at = self._stood_at = -_LINGER
+        self._standing: subprocess.Popen[bytes] | None = None
         self._stop = threading.Event()
         self._overdue: dict[str, float] = {}
         self._beats: dict[str, tuple[object, float]] = {}
@@ -115,6 +143,24 @@ class Supervisor:
             most = self._settings.workers if lane == "long" else SHORT_WORKERS
             if waiting[lane] > max(0, len(workers) - busy) and len(workers) < most:
                 workers.append(self._spawn(lane))
+        self._stand_by(running)
+
+    def _stand_by(self, running: Sequence[Job]) -> None:
+        """Keep one short worker while a page is open, and send it away when nobody has come back."""
+        now, workers = time.monotonic(), self._lanes["short"]
+        if self._watched():
+            self._watched_at = now
+        if self._standing is not None and self._standing not in workers:
+            self._standing = None
+        if self._standing is None:
+            if self._watched_at == now and now - self._stood_at > _AGAIN:
+                self._standing, self._stood_at = self._spawn("short", STAY), now
+                workers.append(self._standing)
+        elif now - self._watched_at > _LINGER and not any(
+            holder(self._settings.home, job.id) == self._standing.pid for job in running
+        ):
+            self._standing.terminate()
+            self._standing = None
 
     def _is_dead(self, job: Job) -> bool:
         if is_alive(self._settings.home, job.id):
@@ -150,10 +196,10 @@ class Supervisor:
             assert process is not None
             os.kill(process, signal.SIGKILL if waited > 2 * _PATIENCE else signal.SIGTERM)
 
-    def _spawn(self, lane: Lane) -> subprocess.Popen[bytes]:
+    def _spawn(self, lane: Lane, *further: str) -> subprocess.Popen[bytes]:
         passed = {f"TSR_{name.upper()}": value for name, value in _as_environment(self._settings).items()}
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        command = [sys.executable, "-m", "app.jobs.worker", str(os.getpid()), lane]
+        command = [sys.executable, "-m", "app.jobs.worker", str(os.getpid()), lane, *further]
         environment = {**os.environ, **threads, **passed}
         return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
 

@@ -1,7 +1,7 @@
-"""A process that takes jobs from the queue until there are none: ``python -m app.jobs.worker PARENT LANE``.
+"""A process that takes jobs from the queue until there are none: ``python -m app.jobs.worker PARENT LANE [stay]``.
 
 It ends with its server, has a limit on memory, and works at low priority: a broken or hostile video costs this one
-process.
+process. One that is to stay waits for jobs until it is told to leave, and loads meanwhile what they will need.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from app.jobs.lanes import LANES, Lane
 from app.jobs.locks import JobLock, place_of
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
+from app.jobs.readiness import STAY, preparations
 from app.jobs.tasks import task_of
 from app.settings import Settings, load_settings
 from app.storage.database import Database
@@ -72,6 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Work until idle or told to leave; the exit code is 0 then."""
     given = sys.argv[1:] if arguments is None else arguments
     parent, lane = int(given[0]), LANES[LANES.index(given[1])]  # type: ignore[arg-type]
+    stays = STAY in given[2:]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
     leaving = _Leaving()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
@@ -85,11 +87,14 @@ def main(arguments: list[str] | None = None) -> int:
     events = EventBus()
     jobs = JobQueue(events)
     since = time.monotonic()
-    while not leaving() and time.monotonic() - since < IDLE:
+    ahead = preparations() if stays else iter(())
+    while not leaving() and (stays or time.monotonic() - since < IDLE):
         if _one_job(settings, database, events, jobs, leaving, lane):
             since = time.monotonic()
+        elif (step := next(ahead, None)) is not None:
+            step()
         else:
-            time.sleep(0.2)
+            time.sleep(0.1)
     database.close()
     return 0
 

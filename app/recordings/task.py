@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import undefer
@@ -11,13 +10,11 @@ from sqlalchemy.orm import undefer
 from app.artefacts.service import ArtefactService
 from app.jobs.context import TaskContext
 from app.recordings.annotation import corrected_rows, documents_of, truth_of
+from app.recordings.summary import report_summary
 from app.storage.models import Run, Video
 from app.videos.table import modified, unpack
 
-if TYPE_CHECKING:
-    from tsr_engine.recording import RecordingReport
-
-__all__ = ["record_run", "report_summary"]
+__all__ = ["record_run"]
 
 
 def record_run(task: TaskContext) -> None:
@@ -59,19 +56,3 @@ def _unchanged(video: Video, path: Path) -> bool:
     found = path.stat()
     stamp = -1 if video.frame_table is None else modified(video.frame_table)
     return stamp >= 0 and (found.st_size, found.st_mtime_ns) == (video.size, stamp)
-
-
-def report_summary(report: RecordingReport) -> dict[str, Any]:
-    """A report as plain JSON values."""
-    return {
-        "first": report.first,
-        "stop": report.stop,
-        "title": report.name,
-        "picture": report.picture,
-        "picture_size": report.picture_size,
-        "seconds": round(report.seconds, 3),
-        "boxes": report.boxes,
-        "tracks": list(report.tracks),
-        "events": report.events,
-        "store_id": f"Recording:{report.application_id}:{report.recording_id}",
-    }

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
-import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from alembic import command
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
-from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, create_engine, event
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.orm import Session
 
 from app.errors import ApiError, Busy, Invalid, StorageFull
-from tsr_engine.errors import StorageError
 
 __all__ = ["Database", "storage_failure"]
 
-MIGRATIONS = Path(__file__).parent / "migrations"
 _WAIT_MS = 8000
 """How long SQLite waits for another writer."""
 
@@ -67,37 +58,9 @@ class Database:
         Raises:
             StorageError: the database is newer than this version, or cannot be changed.
         """
-        config = Config()
-        config.set_main_option("script_location", str(MIGRATIONS))
-        scripts = ScriptDirectory.from_config(config)
-        with self._writer.connect() as connection:
-            now = MigrationContext.configure(connection).get_current_revision()
-            connection.rollback()
-            if now == scripts.get_current_head():
-                return
-            known = {script.revision for script in scripts.walk_revisions()}
-            if now is not None and now not in known:
-                raise StorageError(
-                    f"The database was written by a newer version of tsr (tables {now}). Install that version, or name "
-                    "another data folder with --home."
-                )
-            if now is not None and backup is not None and self.is_sqlite:
-                self._copy(backup)
-            config.attributes["connection"] = connection
-            command.upgrade(config, "head")
-            connection.commit()
+        from app.storage.migrating import bring_up_to_date  # only who may change tables loads alembic
 
-    def _copy(self, folder: Path) -> None:
-        name = self.engine.url.database
-        assert name is not None
-        folder.mkdir(parents=True, exist_ok=True)
-        target = folder / f"{Path(name).stem}-{datetime.now(UTC):%Y%m%dT%H%M%S}.sqlite"
-        if shutil.disk_usage(folder).free < 2 * Path(name).stat().st_size:
-            raise StorageError(f"There is no room in {folder} to copy {name} before its tables change. Free some.")
-        with sqlite3.connect(name) as source, sqlite3.connect(target) as copy:
-            source.backup(copy)
-        copy.close()
-        source.close()
+        bring_up_to_date(self._writer, backup if self.is_sqlite else None)
 
     def close(self) -> None:
         """Close all connections."""

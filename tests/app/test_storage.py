@@ -15,6 +15,7 @@ from sqlalchemy.exc import OperationalError
 from toy_server import SECRET, Server
 
 from app.events import EventBus
+from app.storage import migrating
 from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
 from tests.patience import within
@@ -65,7 +66,7 @@ def test_a_newer_database_is_refused(database: Database) -> None:
 def test_an_older_database_is_copied_before_it_changes(tmp_path: Path) -> None:
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
-    database._copy(tmp_path / "backups")  # what a migration from an older revision does first
+    migrating._copy(database.engine, tmp_path / "backups")  # what a migration from an older revision does first
     copy = next((tmp_path / "backups").iterdir())
     with sqlite3.connect(copy) as connection:
         assert connection.execute("SELECT version_num FROM alembic_version").fetchone() is not None

@@ -15,7 +15,8 @@ from import_now import work_off
 from toy_home import ToyHome
 from toy_server import Server
 
-from app.exchange.dataset import dataset_of, home_source
+from app.exchange.dataset import dataset_of
+from app.exchange.stored import home_source
 from tsr_engine.exchange.dataset import Dataset, Track
 
 CLOSE = 0.02

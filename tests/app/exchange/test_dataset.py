@@ -11,8 +11,9 @@ from toy_home import ToyHome
 
 from app.compare.annotation import corrected_boxes
 from app.errors import Conflict, Invalid, NotFound
-from app.exchange.dataset import dataset_of, evidence_source, home_source
+from app.exchange.dataset import dataset_of, evidence_source
 from app.exchange.rates import exact_rate
+from app.exchange.stored import home_source
 from app.storage.models import Run
 from tsr_engine.errors import InputError
 

@@ -1,0 +1,82 @@
+"""A data folder beside the server that may run on it, and what people name in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.settings import DATABASE_FILE, Settings, load_settings
+from app.storage.database import Database
+from app.storage.models import Run, Video
+from tsr_engine.errors import InputError
+from tsr_engine.io.video_probe import video_sha256
+
+__all__ = ["named_video", "open_home", "run_named"]
+
+_RUN = re.compile("[0-9a-f]{32}")
+_VIDEO = re.compile("[0-9a-f]{64}")
+
+
+@contextmanager
+def open_home(home: Path | None) -> Iterator[tuple[Settings, Database]]:
+    """The database of a data folder, beside a server that may run on it.
+
+    Args:
+        home: the folder; None: as ``tsr review`` would choose.
+
+    Raises:
+        InputError: there is no data folder.
+    """
+    settings = load_settings(home=home)
+    if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
+        raise InputError(
+            f"There is no data folder at {settings.home}. Name one with --home, or start 'tsr review' once."
+        )
+    database = Database(settings.database)
+    try:
+        database.migrate(settings.home / "backups")
+        yield settings, database
+    finally:
+        database.close()
+
+
+def named_video(session: Session, name: str) -> Video:
+    """A video of a data folder by its file, its file's name or its 64 digits.
+
+    Raises:
+        InputError: there is none, or there are several of that name.
+    """
+    path = Path(name)
+    digest = video_sha256(path) if path.is_file() else name
+    if _VIDEO.fullmatch(digest):
+        video = session.get(Video, digest)
+        if video is None:
+            raise InputError(f"{name} is not in the data folder. Add it in 'tsr review' first, or name another --home.")
+        return video
+    found = list(session.scalars(select(Video).where(Video.name == name)))
+    if len(found) > 1:
+        raise InputError(f"{len(found)} videos are called {name}. Name the file itself.")
+    if not found:
+        raise InputError(f"There is no run, evidence folder or video {name!r}. Check the name, or name another --home.")
+    return found[0]
+
+
+def run_named(session: Session, name: str) -> str:
+    """A run's id, or the newest complete run of a video that :func:`named_video` finds.
+
+    Raises:
+        InputError: there is none.
+    """
+    if _RUN.fullmatch(name) and session.get(Run, name) is not None:
+        return name
+    video = named_video(session, name)
+    query = select(Run.id).where(Run.video_id == video.id, Run.state == "complete", Run.kind != "whatif")
+    newest = session.scalars(query.order_by(Run.created.desc()).limit(1)).first()
+    if newest is None:
+        raise InputError(f"{video.name} has no complete run. Start one in 'tsr review', and wait for its end.")
+    return newest

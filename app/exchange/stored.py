@@ -1,0 +1,73 @@
+"""Runs of a data folder as a data set, with the corrections that are stored now."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session, undefer
+
+from app.edits.documents import TrackDoc
+from app.errors import Conflict, NotFound
+from app.exchange.dataset import Source, VideoFacts, source_of, times_of
+from app.exchange.rates import exact_rate
+from app.storage.models import Edit, Run, TrackDocument, Video
+from app.videos.table import unpack
+from tsr_engine.evidence.schema import RUN_FILE
+
+__all__ = ["home_source", "video_facts"]
+
+
+def home_source(session: Session, home: Path, run_id: str) -> Source:
+    """A run of a data folder with the corrections that are stored now; all from one state of the database.
+
+    Args:
+        session: reads.
+        home: the data folder.
+        run_id: the run.
+
+    Raises:
+        NotFound: no such run.
+        Conflict: it is still going on, or has stored nothing.
+    """
+    run = session.get(Run, run_id)
+    if run is None:
+        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    if run.state in ("queued", "running"):
+        raise Conflict(
+            f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
+        )
+    folder = home / run.folder
+    if not (folder / RUN_FILE).is_file():
+        raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
+    query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
+    facts = video_facts(session.scalars(query).one())
+    rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id))
+    documents = {row.key: TrackDoc.model_validate({**row.document, "revision": row.revision}) for row in rows}
+    revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+    about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
+    return source_of(folder, documents, facts, revision, about)
+
+
+def video_facts(video: Video) -> VideoFacts:
+    """A video of a data folder; its frame table must be loaded.
+
+    Raises:
+        Conflict: it is not imported (yet).
+    """
+    if video.frame_table is None or video.width is None or video.height is None:
+        raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
+    table = unpack(video.frame_table)
+    rate, constant = exact_rate(table.pts, table.time_base, video.rate)
+    path = Path(video.path)
+    return VideoFacts(
+        name=video.name,
+        sha256=video.id,
+        width=video.width,
+        height=video.height,
+        frames=len(table),
+        rate=rate,
+        times=times_of(table),
+        constant_rate=constant,
+        path=path if path.is_file() else None,
+    )

@@ -1,0 +1,26 @@
+"""What is told of a finished recording."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tsr_engine.recording import RecordingReport
+
+__all__ = ["report_summary"]
+
+
+def report_summary(report: RecordingReport) -> dict[str, Any]:
+    """A report as plain JSON values."""
+    return {
+        "first": report.first,
+        "stop": report.stop,
+        "title": report.name,
+        "picture": report.picture,
+        "picture_size": report.picture_size,
+        "seconds": round(report.seconds, 3),
+        "boxes": report.boxes,
+        "tracks": list(report.tracks),
+        "events": report.events,
+        "store_id": f"Recording:{report.application_id}:{report.recording_id}",
+    }

@@ -1,0 +1,64 @@
+"""Tables brought up to date with Alembic, and the copy of a SQLite file that is made before."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from datetime import UTC, datetime
+from pathlib import Path
+
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Engine
+
+from tsr_engine.errors import StorageError
+
+__all__ = ["bring_up_to_date"]
+
+_MIGRATIONS = Path(__file__).parent / "migrations"
+
+
+def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
+    """Create or change the tables of a database.
+
+    Args:
+        engine: whose connections may write.
+        backup: folder that the SQLite file is copied to before an existing database changes.
+
+    Raises:
+        StorageError: the database is newer than this version, or cannot be changed.
+    """
+    config = Config()
+    config.set_main_option("script_location", str(_MIGRATIONS))
+    scripts = ScriptDirectory.from_config(config)
+    with engine.connect() as connection:
+        now = MigrationContext.configure(connection).get_current_revision()
+        connection.rollback()
+        if now == scripts.get_current_head():
+            return
+        known = {script.revision for script in scripts.walk_revisions()}
+        if now is not None and now not in known:
+            raise StorageError(
+                f"The database was written by a newer version of tsr (tables {now}). Install that version, or name "
+                "another data folder with --home."
+            )
+        if now is not None and backup is not None:
+            _copy(engine, backup)
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")
+        connection.commit()
+
+
+def _copy(engine: Engine, folder: Path) -> None:
+    name = engine.url.database
+    assert name is not None
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / f"{Path(name).stem}-{datetime.now(UTC):%Y%m%dT%H%M%S}.sqlite"
+    if shutil.disk_usage(folder).free < 2 * Path(name).stat().st_size:
+        raise StorageError(f"There is no room in {folder} to copy {name} before its tables change. Free some.")
+    with sqlite3.connect(name) as source, sqlite3.connect(target) as copy:
+        source.backup(copy)
+    copy.close()
+    source.close()

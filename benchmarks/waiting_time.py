@@ -1,0 +1,117 @@
+"""How long people wait for short work in the tool: from asking for it to having it.
+
+A sample drive is tracked by ``tsr review``; then a what-if, a recording, an export and a bug bundle of it are asked
+for. With no page open a process begins with the work; with one open a worker stands by. Both sides in one session::
+
+    python -m benchmarks.waiting_time [--turns 3] [--video FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import tempfile
+import threading
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median
+from typing import Any, Final
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+
+_CLOSED: Final = 32.0
+"""Seconds until a process without work has ended."""
+_OPEN: Final = 12.0
+"""Seconds until a worker that stands by has loaded everything."""
+_GOING_ON: Final = ("queued", "running")
+
+
+class Asking:
+    """One tracked video of a server."""
+
+    def __init__(self, server: LiveServer, video: Path) -> None:
+        self._server = server
+        found = server.add_video(video)
+        self._run = server.call("POST", f"/videos/{found['id']}/runs", {})["id"]
+        self._stop = min(300, found["frames"])
+        self._asked = 0
+        self._wait(f"/runs/{self._run}", 0.5)
+
+    def seconds(self, kind: str) -> float:
+        """Ask for something and wait until it is there."""
+        began = time.perf_counter()
+        self._asked += 1
+        if kind == "whatif":
+            # each asks for other parameters: a what-if that has been made is given at once
+            changed = {"parameters": {"gate.tau": 2.0 + self._asked / 1000}}
+            made = self._server.call("POST", f"/runs/{self._run}/whatif", changed)
+            self._wait(f"/runs/{made['id']}", 0.01)
+        else:
+            made = self._order(kind)
+            self._wait(f"/artefacts/{made['id']}", 0.01)
+        return time.perf_counter() - began
+
+    def _order(self, kind: str) -> dict[str, Any]:
+        frames = {"first": 0, "stop": self._stop}
+        if kind == "export":
+            return dict(self._server.call("POST", "/exports", {"runs": [self._run], "format": "cvat-video"}))
+        where = {"recording": "recordings", "bundle": "bundles"}[kind]
+        return dict(self._server.call("POST", f"/runs/{self._run}/{where}", frames))
+
+    def _wait(self, path: str, pause: float) -> None:
+        while (now := self._server.call("GET", path))["state"] in _GOING_ON:
+            time.sleep(pause)
+        if now["state"] != "complete":
+            raise RuntimeError(f"{path} is {now['state']}: {now.get('error')}")
+
+
+@contextlib.contextmanager
+def page_of(server: LiveServer) -> Iterator[None]:
+    """What the server knows of an open page: somebody follows its events."""
+    request = urllib.request.Request(server.base + "/api/events")  # noqa: S310 - our own server
+    request.add_header("Authorization", "Bearer " + (server.home / "token").read_text().strip())
+    with urllib.request.urlopen(request, timeout=600) as answer:  # noqa: S310
+
+        def read() -> None:
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                for _ in answer:
+                    pass
+
+        threading.Thread(target=read, daemon=True).start()
+        yield
+
+
+def measure(video: Path, turns: int) -> dict[str, Any]:
+    """Seconds of each kind, asked for first of all: without a page, with one, and again right afterwards."""
+    kinds = ("whatif", "recording", "export", "bundle")
+    found: dict[str, dict[str, list[float]]] = {kind: {"closed": [], "open": [], "again": []} for kind in kinds}
+    with tempfile.TemporaryDirectory() as home, LiveServer(Path(home), (video.parent,), sample=False) as server:
+        asking = Asking(server, video)
+        for _ in range(turns):
+            for kind in kinds:
+                time.sleep(_CLOSED)
+                found[kind]["closed"].append(asking.seconds(kind))
+        with page_of(server):
+            time.sleep(_CLOSED)
+            for turn in range(turns):
+                for kind in kinds:
+                    time.sleep(_OPEN if not turn else 1.0)
+                    found[kind]["again" if turn else "open"].append(asking.seconds(kind))
+    return {kind: {name: round(median(v), 2) for name, v in times.items() if v} for kind, times in found.items()}
+
+
+def main() -> None:
+    """Print the table as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--video", type=Path, default=SHIPPED[0].video)
+    asked = parser.parse_args()
+    print(json.dumps(measure(asked.video.absolute(), asked.turns), indent=1))
+
+
+if __name__ == "__main__":
+    main()

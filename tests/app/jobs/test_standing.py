@@ -1,0 +1,126 @@
+"""A worker that stands by while somebody has a page open."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from long_run import SEGMENT, make_long_run
+from toy_server import SECRET
+
+from app.context import Context, build_context
+from app.exchange.export import ExportRequest
+from app.jobs import supervisor as supervisor_module
+from app.jobs.locks import holder
+from app.jobs.supervisor import Supervisor
+from app.settings import Settings
+from app.storage.models import Artefact, Job, Run
+
+pytestmark = pytest.mark.slow
+
+
+@dataclass
+class Desk:
+    """A data folder with a supervisor, and a page that is open or not."""
+
+    context: Context
+    supervisor: Supervisor
+    open: bool = True
+
+    def standing(self) -> int | None:
+        """The process that stands by."""
+        found = [worker.pid for worker in self.supervisor._lanes["short"] if "stay" in _command(worker.pid)]
+        return found[0] if found else None
+
+
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
+    """With a page open; nobody lingers."""
+    monkeypatch.setattr(supervisor_module, "_LINGER", 0.3)
+    monkeypatch.setattr(supervisor_module, "_AGAIN", 0.1)
+    home = tmp_path / "home"
+    make_long_run(home, 2 * SEGMENT, 12)
+    context = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
+    made = Desk(context, Supervisor(context.settings, context.database, context.events, context.jobs))
+    made.supervisor._watched = lambda: made.open
+    made.supervisor.start()
+    yield made
+    made.supervisor.stop()
+    context.close()
+
+
+def wait(what: Callable[[], Any], seconds: float = 120.0) -> Any:
+    """Until something is so; its value."""
+    until = time.monotonic() + seconds
+    while not (found := what()):
+        assert time.monotonic() < until, "it does not happen"
+        time.sleep(0.01)
+    return found
+
+
+def _command(process: int) -> str:
+    try:
+        return Path(f"/proc/{process}/cmdline").read_text().replace("\0", " ")
+    except OSError:
+        return ""
+
+
+def test_it_does_the_work_and_stays(desk: Desk) -> None:
+    process = wait(desk.standing)
+    with desk.context.database.read() as session:
+        run = session.query(Run).filter(Run.state == "complete").one()
+    made = desk.context.exports.start(ExportRequest(runs=[run.id], format="tracks-json"))
+    seen: set[int | None] = set()
+
+    def state() -> str | None:
+        with desk.context.database.read() as session:
+            job = session.query(Job).filter(Job.subject == made.id).one()
+            seen.add(holder(desk.context.settings.home, job.id))
+            found = session.get_one(Artefact, made.id).state
+            return found if found not in ("queued", "running") else None
+
+    assert wait(state) == "complete"
+    assert seen <= {process, None}
+    assert desk.standing() == process
+
+
+def test_it_goes_when_the_last_page_is_closed(desk: Desk) -> None:
+    process = wait(desk.standing)
+    desk.open = False
+    wait(lambda: not _command(process))
+    time.sleep(0.6)  # two turns of the supervisor
+    assert desk.standing() is None
+    desk.open = True
+    assert wait(desk.standing) != process
+
+
+def test_one_that_dies_gets_a_successor(desk: Desk) -> None:
+    process = wait(desk.standing)
+    os.kill(process, signal.SIGKILL)
+    wait(lambda: desk.standing() not in (None, process))
+
+
+def test_it_loads_what_jobs_need() -> None:
+    code = (
+        "import sys, app.jobs.readiness as r; needed = {'rerun', 'tsr_engine.replay', 'app.exchange.task'}\n"
+        "assert not needed & set(sys.modules)\n"
+        "for step in r.preparations(): step()\n"
+        "assert needed <= set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_bare_evidence_is_named_without_loading_a_database() -> None:
+    code = "import sys, app.exchange.named; assert not {'sqlalchemy', 'alembic'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
