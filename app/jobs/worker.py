@@ -14,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 
 from sqlalchemy.exc import OperationalError
 
@@ -92,11 +93,21 @@ def main(arguments: list[str] | None = None) -> int:
         if _one_job(settings, database, events, jobs, leaving, lane):
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
-            step()
+            ahead = ahead if _prepared(step) else iter(())
         else:
             time.sleep(0.1)
     database.close()
     return 0
+
+
+def _prepared(step: Callable[[], object]) -> bool:
+    """Whether one preparation went well. The job that needs it tells people why it does not; idleness must not."""
+    try:
+        step()
+    except Exception:
+        _log.exception("A worker could not load everything in advance; it goes on without.")
+        return False
+    return True
 
 
 def _one_job(

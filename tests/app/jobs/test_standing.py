@@ -24,6 +24,7 @@ from app.exchange.export import ExportRequest
 from app.jobs import supervisor as supervisor_module
 from app.jobs.locks import holder
 from app.jobs.supervisor import Supervisor
+from app.jobs.worker import _prepared
 from app.settings import Settings
 from app.storage.models import Artefact, Job, Run
 
@@ -119,6 +120,14 @@ def test_it_loads_what_jobs_need() -> None:
         "assert needed <= set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_what_cannot_be_loaded_ends_the_preparation_and_not_the_worker() -> None:
+    def fail() -> None:
+        raise ImportError("no such thing")
+
+    assert not _prepared(fail)
+    assert _prepared(lambda: None)
 
 
 def test_bare_evidence_is_named_without_loading_a_database() -> None:
