@@ -74,7 +74,7 @@ def page(desk: Desk) -> Iterator[Page]:
 def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     first = next_long_track(page)
     key = first["selected"]
-    page.keyboard.press("c")
+    page.keyboard.press("v")
     wait(page, lambda s: s["frame"] == first["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
     page.keyboard.press("f")
     page.keyboard.press("d")
@@ -108,7 +108,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == 38 and s["unsaved"] == 0)
 
     # correct a second frame, interpolate between the two
-    page.keyboard.press("c")
+    page.keyboard.press("v")
     wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
     assert str(now["frame"] + 10) in edited(page, lambda: page.keyboard.press("k"))["docs"][key]["keys"]
     page.keyboard.press("d")

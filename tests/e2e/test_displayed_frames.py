@@ -136,7 +136,7 @@ def test_the_picture_on_screen_is_the_frame_that_the_page_names(
     last = len(made.codes) - 1
     read = {0: on_screen(page, 0)}
     frame = 0
-    for key, by in (("f", 1), ("f", 1), ("c", 10), ("d", -1), ("c", 10), ("v", -10), ("f", 1)):
+    for key, by in (("f", 1), ("f", 1), ("v", 10), ("d", -1), ("v", 10), ("c", -10), ("f", 1)):
         page.keyboard.press(key)
         frame += by
         read[frame] = on_screen(page, frame)

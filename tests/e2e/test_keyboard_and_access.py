@@ -84,7 +84,7 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     page.keyboard.press("j")
     now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     key = now["selected"]
-    page.keyboard.press("c")
+    page.keyboard.press("v")
     now = wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
     at = str(now["frame"])
     start = next(list(t["box"]) for t in now["overlay"]["tracks"] if f"m{t['id']}" == key)

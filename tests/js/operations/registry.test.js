@@ -16,6 +16,11 @@ test('every promised key does something, and no key does two things', () => {
   assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at), []);
 });
 
+test('frames are stepped with the keys that CVAT has for it', () => {
+  const keyOf = (/** @type {string} */ id) => operations.find((operation) => operation.id === id)?.keys[0];
+  assert.deepEqual(['next-frame', 'previous-frame', 'on-10', 'back-10', 'next-key', 'previous-key'].map(keyOf), ['F', 'D', 'V', 'C', 'R', 'E']);
+});
+
 test('names are unique; every operation says what it does', () => {
   assert.equal(new Set(operations.map(({ id }) => id)).size, operations.length);
   for (const { id, label, tooltip, group } of operations) assert.ok(label && tooltip && group, id);
