@@ -54,6 +54,12 @@ test('classes are found by number, by beginnings, by parts', () => {
   assert.equal(ids(' ').length, LABELS.length);
 });
 
+test('what is written on a sign goes before the number of a class', () => {
+  const all = [...LABELS, ...['ice or snow', 'children'].map((name, i) => ({id: 30 + i, name, picture: ''}))];
+  assert.deepEqual(findLabels(all, '30').map(({name}) => name), ['speed limit 30 km/h', 'ice or snow']);
+  assert.deepEqual(findLabels(all, '31').map(({name}) => name), ['children']);
+});
+
 test('the library finds by every word and sorts as asked', () => {
   const base = {size: 1, state: 'ready', runs: 0, created: '2026-01-01T00:00:00', review: {tracks: 0, reviewed: 0}, duration: 1};
   const videos = /** @type {any[]} */ ([

@@ -12,8 +12,9 @@ import {recall, remember} from '../preferences.js';
 /** @typedef {import('../../types.js').Label} Label */
 
 /**
- * The classes that a text finds, best first: the number itself, names that begin with it, words that begin with its
- * words, then names that contain them.
+ * The classes that a text finds, best first: names with that number in them, the class of that number, names
+ * that begin with it, words that begin with its words, then names that contain them. What is written on a sign goes
+ * before the number of its class: who types 30 and Enter means the speed limit, not class 30.
  *
  * @param {readonly Label[]} labels
  * @param {string} text
@@ -26,13 +27,15 @@ export function findLabels(labels, text) {
   /** @param {Label} label */
   const rank = (label) => {
     const name = label.name.toLowerCase();
-    if (String(label.id) === wanted) return 0;
-    if (name.startsWith(wanted)) return 1;
-    if (words.every((word) => name.split(/[\s/()-]+/).some((part) => part.startsWith(word)))) return 2;
-    if (words.every((word) => name.includes(word))) return 3;
-    return 4;
+    const parts = name.split(/[\s/()-]+/);
+    if (/^\d+$/.test(wanted) && parts.includes(wanted)) return 0;
+    if (String(label.id) === wanted) return 1;
+    if (name.startsWith(wanted)) return 2;
+    if (words.every((word) => parts.some((part) => part.startsWith(word)))) return 3;
+    if (words.every((word) => name.includes(word))) return 4;
+    return 5;
   };
-  return labels.map((label) => ({label, rank: rank(label)})).filter((found) => found.rank < 4)
+  return labels.map((label) => ({label, rank: rank(label)})).filter((found) => found.rank < 5)
     .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id).map((found) => found.label);
 }
 
