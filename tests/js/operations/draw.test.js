@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { create, drawn } from '../../../static/js/operations/boxes.js';
+import { boxes, create, drawn } from '../../../static/js/operations/boxes.js';
 import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
 import { createWorld } from '../editing/world.js';
@@ -48,6 +48,20 @@ test('with Shift the box corrects the selected track, and no class is asked for'
   drawn({ store, edit: editor.edit }, BOX, true);
   await editor.settled();
   assert.deepEqual([server.log, draftOf(store.get()), review().mode], [['set_box'], null, 'select']);
+  end();
+});
+
+test('after a split the later half is selected, which has the box at the cursor; undone, the whole track is', async () => {
+  const { store, editor, review, end } = await createWorld();
+  const split = boxes.find(({ id }) => id === 'split');
+  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 40 }));
+  split?.run(/** @type {any} */ ({ store, edit: editor.edit }));
+  await editor.settled();
+  const later = review().selected ?? '';
+  assert.notEqual(later, 'm1');
+  assert.deepEqual([review().docs.m1.segments, review().docs[later].segments], [[{ track: 1, first: 0, last: 39 }], [{ track: 1, first: 40, last: 99 }]]);
+  await editor.undo();
+  assert.equal(review().selected, 'm1');
   end();
 });
 
