@@ -10,6 +10,7 @@
  * @typedef {import('../../model/geometry.js').Size} Size
  */
 import { handlesOf, toScreen } from '../../model/geometry.js';
+import { placeLabels } from '../../model/label_places.js';
 import { shownTracks } from '../../review/shown_tracks.js';
 
 /** Line, dash (CSS px) and width of each layer. */
@@ -66,16 +67,16 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
 
   for (const { box, score, raw } of overlay?.detections ?? []) {
     counts.detections++;
-    if (on.detections) pen.box('detections', box, `${raw.toFixed(1)} → ${score.toFixed(1)}`, 'below');
+    if (on.detections) pen.box('detections', box, `${raw.toFixed(1)} → ${score.toFixed(1)}`);
   }
   for (const track of review.secondOverlays[review.frame]?.tracks ?? []) {
     if (track.state !== 'confirmed') continue;
     counts.second++;
-    if (on.second) pen.box('second', track.box, `#${track.id} ${nameOf(track.class_id)}`, 'below');
+    if (on.second) pen.box('second', track.box, `#${track.id} ${nameOf(track.class_id)}`);
   }
   for (const { box, class_id } of review.truth[review.frame] ?? []) {
     counts.truth++;
-    if (on.truth) pen.box('truth', box, nameOf(class_id), 'below');
+    if (on.truth) pen.box('truth', box, nameOf(class_id));
   }
   for (const track of overlay?.tracks ?? []) {
     if (track.prediction) {
@@ -90,7 +91,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
       counts.relocalisations++;
       if (on.search) pen.box('search', track.relocalisation.search);
       if (on.relocalisations) {
-        pen.box('relocalisations', track.relocalisation.box, `f ${track.relocalisation.decision.toFixed(2)}`, 'below');
+        pen.box('relocalisations', track.relocalisation.box, `f ${track.relocalisation.decision.toFixed(2)}`);
         pen.cross('relocalisations', track.relocalisation.runner_up);
       }
     }
@@ -103,15 +104,17 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const box = shown.box;
     const gate = shown.engine?.gate;
     const gateText = gate ? ` L ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
-    pen.box(layer, box, `${nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`, 'above', shown.origin === 'interpolated');
+    const weight = review.selected === shown.key ? 2 : 1;
+    pen.box(layer, box, `${nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`, { where: 'above', weight, thin: shown.origin === 'interpolated' });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (review.selected === shown.key && review.mode !== 'merge') pen.handles(layer, box);
   }
   if (review.drag) {
-    pen.box('corrected', review.drag.box, `${(review.drag.box[2] - review.drag.box[0]).toFixed(0)} × ${(review.drag.box[3] - review.drag.box[1]).toFixed(0)}`, 'above');
+    pen.box('corrected', review.drag.box, `${(review.drag.box[2] - review.drag.box[0]).toFixed(0)} × ${(review.drag.box[3] - review.drag.box[1]).toFixed(0)}`, { where: 'above', weight: 3 });
     pen.handles('corrected', review.drag.box);
   }
+  pen.labels();
   return counts;
 }
 
@@ -122,6 +125,8 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
  * @param {Inks} inks
  */
 function createPen(ctx, view, screen, inks) {
+  /** @type {(import('../../model/label_places.js').WantedLabel & {layer: LayerName, text: string, weight: number})[]} */
+  const texts = [];
   /** @param {Box} box @returns {Box} */
   const place = (box) => {
     const [x1, y1] = toScreen(view, screen, box[0], box[1]);
@@ -146,27 +151,37 @@ function createPen(ctx, view, screen, inks) {
   };
 
   return {
-    /** @param {LayerName} layer @param {Box} box @param {string} [text] @param {'above'|'below'} [where] @param {boolean} [thin] */
-    box(layer, box, text, where = 'above', thin = false) {
+    /**
+     * @param {LayerName} layer
+     * @param {Box} box
+     * @param {string} [text]   stands there once `labels` is called
+     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean}} [how]   heavier labels choose their place first
+     */
+    box(layer, box, text, { where = 'below', weight = 0, thin = false } = {}) {
       const [x1, y1, x2, y2] = place(box);
       const { dash, width } = STYLES[layer];
       const scaled = (thin ? [4, 2] : dash).map((part) => part * inks.unit);
       stroke(inks.colour(layer), (thin ? width - 1 : width) * inks.unit, scaled, () => ctx.rect(x1, y1, x2 - x1, y2 - y1));
       if (!text) return;
       ctx.font = inks.font;
-      const wide = ctx.measureText(text).width + 8 * inks.unit;
-      const high = 16 * inks.unit;
-      const x = Math.min(Math.max(0, x1 - 1), Math.max(0, screen.width - wide));
-      let y = where === 'above' ? y1 - high - 2 : y2 + 2;
-      if (y < 0) y = y2 + 2;
-      if (y + high > screen.height) y = Math.max(0, y1 - high - 2);
-      ctx.fillStyle = 'rgb(0 0 0 / 0.72)';
-      ctx.fillRect(x, y, wide, high);
-      ctx.fillStyle = inks.colour(layer);
-      ctx.fillRect(x, y, 3 * inks.unit, high);
-      ctx.fillStyle = '#ffffff';
+      texts.push({ layer, text, weight, box: [x1, y1, x2, y2], wide: ctx.measureText(text).width + 8 * inks.unit, high: 16 * inks.unit, where });
+    },
+    /** All texts, over all boxes. */
+    labels() {
+      texts.sort((a, b) => b.weight - a.weight);
+      const places = placeLabels(texts, screen);
+      ctx.font = inks.font;
       ctx.textBaseline = 'middle';
-      ctx.fillText(text, x + 6 * inks.unit, y + high / 2 + 0.5);
+      texts.forEach(({ layer, text, wide, high }, i) => {
+        const at = places[i];
+        if (at === null) return;
+        ctx.fillStyle = 'rgb(0 0 0 / 0.72)';
+        ctx.fillRect(at.x, at.y, wide, high);
+        ctx.fillStyle = inks.colour(layer);
+        ctx.fillRect(at.x, at.y, 3 * inks.unit, high);
+        ctx.fillStyle = '#ffffff';
+        ctx.fillText(text, at.x + 6 * inks.unit, at.y + high / 2 + 0.5);
+      });
     },
     /** The 1-sigma box of the centre. @param {Box} box @param {[number, number, number, number]} sigma */
     innovation(box, [sx, sy]) {

@@ -1,0 +1,46 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { placeLabels } from '../../../static/js/model/label_places.js';
+
+/** @typedef {import('../../../static/js/types.js').Box} Box */
+
+const SCREEN = { width: 800, height: 450 };
+/** @param {Box} box @param {'above'|'below'} [where] */
+const label = (box, where = 'above') => ({ box, wide: 120, high: 16, where });
+/** @param {{x: number, y: number}|null} at @returns {Box} */
+const areaOf = (at) => (at ? [at.x, at.y, at.x + 120, at.y + 16] : [0, 0, 0, 0]);
+/** @param {Box} a @param {Box} b */
+const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+
+test('a sign alone has its label above it, at the upper edge below it', () => {
+  assert.deepEqual(placeLabels([label([300, 200, 330, 230])], SCREEN), [{ x: 299, y: 182 }]);
+  assert.deepEqual(placeLabels([label([300, 4, 330, 34])], SCREEN), [{ x: 299, y: 36 }]);
+  assert.deepEqual(placeLabels([label([300, 400, 330, 445], 'below')], SCREEN), [{ x: 299, y: 382 }]);
+});
+
+test('signs on one post: no label lies on a sign or on another label', () => {
+  /** @type {Box[]} */
+  const post = [[640, 220, 668, 250], [642, 252, 670, 280], [644, 282, 670, 306]];
+  const wanted = [...post.map((box) => label(box)), ...post.map((box) => label(box, 'below'))];
+  const places = placeLabels(wanted, SCREEN).map(areaOf);
+  for (const place of places) for (const box of post) assert.ok(!meet(place, box), `${place} lies on ${box}`);
+  places.forEach((a, i) => places.slice(i + 1).forEach((b) => assert.ok(!meet(a, b), `${a} lies on ${b}`)));
+});
+
+test('a small sign behind a long label is not covered', () => {
+  const small = /** @type {Box} */ ([380, 182, 396, 198]);
+  const [first] = placeLabels([label([300, 200, 320, 220]), label(small)], SCREEN);
+  assert.ok(!meet(areaOf(first), small));
+});
+
+test('at the right edge labels go to the left side', () => {
+  const [first, second] = placeLabels([label([760, 200, 795, 235]), label([760, 238, 795, 270])], SCREEN);
+  assert.deepEqual(first, { x: 680, y: 182 });
+  assert.deepEqual(second, { x: 638, y: 238 });
+});
+
+test('what is out of sight has no label', () => {
+  assert.deepEqual(placeLabels([label([820, 100, 850, 130]), label([100, -40, 130, -5])], SCREEN), [null, null]);
+});
