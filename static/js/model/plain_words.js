@@ -18,16 +18,18 @@ export function sentencesOf(lane) {
   /** @type {Sentence[]} */
   const found = [];
   const told = new Set();
+  const kinds = new Set();
   for (const event of lane.events) {
     told.add(event.frame);
+    kinds.add(event.kind);
     found.push({ frame: event.frame, kind: event.kind, text: shorten(event.text, lane.id) });
   }
   for (let i = 0; i < lane.frame.length; i += 1) {
     const frame = lane.frame[i];
-    if (i === 0) found.push({ frame, kind: 'born', text: birth(lane) });
+    if (i === 0 && !kinds.has('born')) found.push({ frame, kind: 'born', text: birth(lane) });
     if (lane.confident[i] === false && !told.has(frame)) found.push({ frame, kind: 'rejected', text: rejection(lane, i) });
     if (lane.unlearned[i] > 0) found.push({ frame, kind: 'unlearned', text: unlearning(lane, i) });
-    if (i > 0 && i === lane.frame.length - 1) found.push({ frame, kind: 'ended', text: 'last frame of the track' });
+    if (i > 0 && i === lane.frame.length - 1 && !kinds.has('died')) found.push({ frame, kind: 'ended', text: 'last frame of the track' });
   }
   return found.sort((a, b) => a.frame - b.frame);
 }
@@ -40,10 +42,34 @@ export function sentencesOf(lane) {
  * @returns {string|null} null: the gate did not judge this frame
  */
 export function verdictAt(lane, i) {
-  if (lane.confident[i] === null || lane.l_positive[i] === null) return null;
+  const likelihood = lane.l_positive[i];
+  if (lane.confident[i] === null || likelihood === null) return null;
   const relation = lane.confident[i] ? '<' : '≥';
   const verdict = lane.confident[i] ? 'Prediction confident' : 'Prediction rejected';
-  return `${verdict}: L = ${short(lane.l_positive[i])} ${relation} ${short(lane.tau)}`;
+  const factors = [lane.symmetry[i], lane.hash_distance[i], lane.position_distance[i]];
+  const names = ['symmetry', 'bits of its look', 'position'];
+  const known = factors.map((value, k) => (value === null ? null : `${short(value)} (${names[k]})`)).filter((text) => text !== null);
+  // parameters may shift a factor before it is multiplied: only a product that comes out is written as one
+  const product = factors.reduce((/** @type {number} */ all, value) => all * (value ?? Number.NaN), 1);
+  const whole = Math.abs(product - likelihood) <= 0.01 * Math.abs(likelihood);
+  const sum = whole ? `${known.join(' × ')} = ${short(likelihood)}` : short(likelihood);
+  return `${verdict}: L = ${sum} ${relation} ${short(lane.tau)}${whole || known.length === 0 ? '' : `, from ${known.join(', ')}`}.`;
+}
+
+/**
+ * Where the box of a frame comes from.
+ *
+ * @param {TrackLane} lane
+ * @param {number} i      place in the columns
+ * @returns {string}
+ */
+export function sourceAt(lane, i) {
+  const score = lane.score[i];
+  const raw = lane.raw_score[i];
+  if (lane.source[i] === 2) return `Relocalised by the online detector: f = ${short(lane.decision[i])}, probability ${short(lane.probability[i])}.`;
+  if (lane.source[i] === 1) return 'Predicted: no measurement took the place of the prediction.';
+  if (raw === null || score === null) return 'Detected.';
+  return `Detected with score ${short(score)}: raw ${short(raw)}, ${score < raw ? 'less' : 'plus'} ${short(Math.abs(score - raw))} by the prior.`;
 }
 
 /**
@@ -99,7 +125,7 @@ function unlearning(lane, i) {
  */
 function shorten(text, track) {
   let plain = text.replace(` of track ${track} `, ' ');
-  plain = plain.replace(new RegExp(`^Track ${track} (?:is (?=now )|has had (?=no ))`), '');
+  plain = plain.replace(new RegExp(`^Track ${track} (?:is |has had (?=no ))?`), '');
   plain = plain.replace(/\.$/, '');
   return plain.charAt(0).toLowerCase() + plain.slice(1);
 }

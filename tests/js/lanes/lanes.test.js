@@ -6,7 +6,7 @@ import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/mo
 import { hashBits } from '../../../static/js/model/hash_bits.js';
 import { packIntervals } from '../../../static/js/model/interval_packing.js';
 import { CORRECTED, barAt, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
-import { sentencesOf, short } from '../../../static/js/model/plain_words.js';
+import { sentencesOf, short, sourceAt, verdictAt } from '../../../static/js/model/plain_words.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { emptyDoc } from '../../../static/js/model/documents.js';
@@ -160,6 +160,32 @@ test('events are sentences without the track that the inspector names already', 
   assert.equal(told[3].text, 'prediction rejected, L = 40 ≥ 15, symmetry 0.2 is low; nothing better was found near it');
   assert.equal(short(1e9), 'very large');
   assert.equal(short(null), '–');
+});
+
+test('the end and the beginning are told once, and no sentence names the track', () => {
+  const lane = laneOf(tracks, 2);
+  lane.confident.fill(true);
+  const end = lane.frame.at(-1) ?? 0;
+  lane.events = [
+    { frame: lane.frame[0], kind: 'born', text: `Track ${lane.id} starts from a detection with score 2.04.` },
+    { frame: lane.frame[2], kind: 'confirmed', text: `Track ${lane.id} is confirmed by 3 detections in 3 frames.` },
+    { frame: end + 1, kind: 'died', text: `Track ${lane.id} ended: only 27% of its box is in view.` },
+  ];
+  assert.deepEqual(sentencesOf(lane).filter(({ kind }) => kind !== 'unlearned').map(({ text }) => text), [
+    'starts from a detection with score 2.04', 'confirmed by 3 detections in 3 frames', 'ended: only 27% of its box is in view',
+  ]);
+});
+
+test('a frame says where its box comes from, and its verdict with all factors', () => {
+  const lane = laneOf(tracks, 2);
+  Object.assign(lane, { tau: 15, score: [3.86, null, 4], raw_score: [3, null, 4.5], source: [0, 2, 0], decision: [null, 0.5, null], probability: [null, 0.63, null] });
+  Object.assign(lane, { confident: [null, false, true], l_positive: [null, 18.22, 9], symmetry: [null, 1.6667, 2], hash_distance: [null, 20, 4], position_distance: [null, 0.5466, 0.5] });
+  assert.equal(sourceAt(lane, 0), 'Detected with score 3.86: raw 3, plus 0.86 by the prior.');
+  assert.equal(sourceAt(lane, 2), 'Detected with score 4: raw 4.5, less 0.5 by the prior.');
+  assert.equal(sourceAt(lane, 1), 'Relocalised by the online detector: f = 0.5, probability 0.63.');
+  assert.equal(verdictAt(lane, 0), null);
+  assert.equal(verdictAt(lane, 1), 'Prediction rejected: L = 1.67 (symmetry) × 20 (bits of its look) × 0.547 (position) = 18.2 ≥ 15.');
+  assert.equal(verdictAt(lane, 2), 'Prediction confident: L = 9 < 15, from 2 (symmetry), 4 (bits of its look), 0.5 (position).');
 });
 
 test('hash bits, the highest first', () => {

@@ -16,6 +16,7 @@ export function createCrops(app, signal) {
   /** @type {Map<number, HTMLButtonElement>} */ const shown = new Map();
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   /** @type {Int32Array} */ let frames = new Int32Array(0);
+  /** @type {readonly import('../../types.js').Label[]} */ let labels = [];
   let current = -1;
   let scheduled = false;
 
@@ -48,7 +49,7 @@ export function createCrops(app, signal) {
     for (let i = first; i < last; i += 1) {
       let cell = shown.get(i);
       if (!cell) {
-        cell = createCell(lane, i, app.api.cropUrl(run.id, lane.id, frames[i], 96));
+        cell = createCell(lane, i, labels, app.api.cropUrl(run.id, lane.id, frames[i], 96));
         cell.style.setProperty('transform', `translateX(${i * step}px)`);
         cell.addEventListener('click', () => seek(app, frames[i]));
         shown.set(i, cell);
@@ -63,7 +64,8 @@ export function createCrops(app, signal) {
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
-      const turned = lane !== now?.lane;
+      const turned = lane !== now?.lane || labels !== inspected.state.labels;
+      labels = inspected.state.labels;
       now = inspected;
       scroller.hidden = lane === null;
       if (lane === null) {
@@ -90,11 +92,20 @@ export function createCrops(app, signal) {
   };
 }
 
-/** @param {import('../../types.js').TrackLane} lane @param {number} i @param {string} url */
-function createCell(lane, i, url) {
+/**
+ * P is of the class that was read in this very frame, so that class stands beside it: it need not be the track's.
+ *
+ * @param {import('../../types.js').TrackLane} lane
+ * @param {number} i
+ * @param {readonly import('../../types.js').Label[]} labels
+ * @param {string} url
+ */
+function createCell(lane, i, labels, url) {
   const probability = lane.top_probability[i];
   const weight = lane.weight[i];
-  return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: weight w = ${short(weight)}, P(c|x) = ${percent(probability)}` },
+  const label = labels.find(({ id }) => id === lane.top[i]);
+  return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: read as ${label?.name ?? 'no class'} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}` },
     h('img', { src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
-    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${Number(weight.toPrecision(2))}`), h('span', { class: 'crop-value' }, `P ${probability === null ? '–' : probability.toFixed(2)}`));
+    h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${Number(weight.toPrecision(2))}`),
+    h('span', { class: 'crop-value' }, label && h('img', { class: 'crop-read', src: label.picture, alt: label.name }), `P ${probability === null ? '–' : probability.toFixed(2)}`));
 }

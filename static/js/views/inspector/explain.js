@@ -1,21 +1,28 @@
 // @ts-check
-/** On demand, for the crop of the current frame: mirrored features with their axis, and the two perceptual hashes. */
+/**
+ * The current frame of the track: where its box comes from, the gate's verdict, what it was read as, what happened. On
+ * demand, for its crop: mirrored features with their axis, and the two perceptual hashes.
+ */
 
 import { placeAt } from '../../model/detail_columns.js';
 import { hashBits } from '../../model/hash_bits.js';
-import { short, verdictAt } from '../../model/plain_words.js';
+import { sentencesOf, short, sourceAt, verdictAt } from '../../model/plain_words.js';
 import { fill, h, s, setText } from '../dom.js';
+import { percent } from '../format.js';
 
 /** @typedef {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}} SymmetryView */
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createExplain(app, signal) {
   const button = h('button', { class: 'btn btn-small', type: 'button' }, 'Explain this crop');
-  const verdict = h('p', { class: 'small' });
+  const title = h('h3', { class: 'grow' });
+  const facts = h('div', { class: 'small frame-facts' });
   const result = h('div', { class: 'explain', 'aria-live': 'polite' });
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   let asked = '';
   let frames = new Int32Array(0);
+  /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
+  let told = '';
   button.addEventListener('click', async () => {
     const lane = now?.lane;
     const run = now?.review.run;
@@ -36,11 +43,14 @@ export function createExplain(app, signal) {
     }
   }, { signal });
   return {
-    element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, h('h3', { class: 'grow' }, 'Verdict of the gate'), button), verdict, result),
+    element: h('div', { class: 'inspector-section' }, h('div', { class: 'row' }, title, button), facts, result),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
-      if (lane !== now?.lane) frames = Int32Array.from(lane?.frame ?? []);
+      if (lane !== now?.lane) {
+        frames = Int32Array.from(lane?.frame ?? []);
+        sentences = lane ? sentencesOf(lane) : [];
+      }
       now = inspected;
       const key = lane && review.run ? `${review.run.id} ${lane.id} ${review.frame}` : '';
       if (asked !== key && asked !== '') {
@@ -48,11 +58,26 @@ export function createExplain(app, signal) {
         result.replaceChildren();
       }
       const at = placeAt(frames, review.frame);
-      const text = lane && at >= 0 && lane.frame[at] === review.frame ? verdictAt(lane, at) : null;
-      button.hidden = text === null;
-      setText(verdict, text ?? `The gate judged no prediction of this track in frame ${review.frame}.`);
+      const here = lane && at >= 0 && lane.frame[at] === review.frame;
+      button.hidden = !here || verdictAt(lane, at) === null;
+      setText(title, `Frame ${review.frame}`);
+      const lines = here ? [sourceAt(lane, at), verdictAt(lane, at) ?? 'The gate judged no prediction in this frame.', readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
+      // what the verdict says already is not said twice
+      const events = sentences.filter(({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')));
+      const all = [...lines, ...events.map(({ text }) => `${text.charAt(0).toUpperCase()}${text.slice(1)}.`)].filter((line) => line !== null);
+      if (all.join('\n') === told) return;
+      told = all.join('\n');
+      fill(facts, ...all.map((line) => h('p', null, line)));
     },
   };
+}
+
+/** What the classifier read in a frame, which may differ from the label that all frames together give. @param {import('./index.js').Inspected} inspected @param {number} i @returns {string|null} */
+function readAs({ state, lane }, i) {
+  const top = lane?.top[i] ?? null;
+  if (!lane || top === null) return null;
+  const weight = lane.weight[i] === null ? 'it has no vote' : `its vote weighs ${short(lane.weight[i])}`;
+  return `Read as ${state.labels.find(({ id }) => id === top)?.name ?? `class ${top}`} with P = ${percent(lane.top_probability[i])}; ${weight}.`;
 }
 
 /** @param {SymmetryView} symmetry @param {string} url */
