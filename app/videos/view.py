@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from sqlalchemy import func, or_, select
+from sqlalchemy import and_, case, func, not_, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
@@ -20,7 +20,11 @@ _AT_ONCE = 500
 
 
 class ReviewProgress(Model):
-    """How much of the newest complete run people have judged."""
+    """How much of the newest complete run people have judged, counted as the queue does.
+
+    ``tracks`` are those that are there: without deleted and merged ones, with those that people made. ``reviewed`` are
+    the accepted and rejected ones of them.
+    """
 
     tracks: int
     reviewed: int
@@ -71,20 +75,24 @@ def _views(session: Session, videos: Sequence[Video]) -> list[VideoView]:
         if kind != "whatif":
             latest[video_id] = run_id, tracks or 0
     # counted by the database: documents of a whole library are too much to read for two numbers
-    judged = or_(TrackDocument.document["review"].as_string() != "open", TrackDocument.document["gone"].as_boolean())
+    gone = TrackDocument.document["gone"].as_boolean()
+    judged = TrackDocument.document["review"].as_string().in_(["accepted", "rejected"])
+    own = not_(TrackDocument.key.startswith("m"))
+    more = case((and_(own, not_(gone)), 1), (and_(not_(own), gone), -1), else_=0)
     documents = (
-        select(TrackDocument.run_id, func.count())
-        .where(TrackDocument.run_id.in_([run_id for run_id, _ in latest.values()]), judged)
+        select(TrackDocument.run_id, func.sum(more), func.sum(case((and_(judged, not_(gone)), 1), else_=0)))
+        .where(TrackDocument.run_id.in_([run_id for run_id, _ in latest.values()]))
         .group_by(TrackDocument.run_id)
     )
-    reviewed: dict[str, int] = {}
-    for run_id, count in session.execute(documents) if latest else ():
-        reviewed[run_id] = count
-    return [_view(video, counts[video.id], latest.get(video.id), reviewed) for video in videos]
+    edited: dict[str, tuple[int, int]] = {}
+    for run_id, change, reviewed in session.execute(documents) if latest else ():
+        edited[run_id] = change, reviewed
+    return [_view(video, counts[video.id], latest.get(video.id), edited) for video in videos]
 
 
-def _view(video: Video, runs: int, latest: tuple[str, int] | None, reviewed: Mapping[str, int]) -> VideoView:
+def _view(video: Video, runs: int, latest: tuple[str, int] | None, edited: Mapping[str, tuple[int, int]]) -> VideoView:
     run_id, tracks = latest or (None, 0)
+    more, reviewed = edited.get(run_id, (0, 0)) if run_id else (0, 0)
     return VideoView(
         id=video.id,
         name=video.name,
@@ -104,7 +112,7 @@ def _view(video: Video, runs: int, latest: tuple[str, int] | None, reviewed: Map
         created=video.created.isoformat(),
         runs=runs,
         latest_run=run_id,
-        review=ReviewProgress(tracks=tracks, reviewed=0 if run_id is None else reviewed.get(run_id, 0)),
+        review=ReviewProgress(tracks=max(0, tracks + more), reviewed=reviewed),
     )
 
 

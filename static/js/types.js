@@ -57,7 +57,7 @@
  * @property {string} created          ISO 8601
  * @property {number} runs             number of runs
  * @property {string|null} latest_run
- * @property {{tracks: number, reviewed: number}} review   of the latest complete run
+ * @property {{tracks: number, reviewed: number}} review   of the latest complete run: tracks that are there, and those accepted or rejected
  */
 
 /**

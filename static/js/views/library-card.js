@@ -103,7 +103,7 @@ function stateOf(video, runs) {
     if (!busy && video.latest_run && tracks > 0) {
       lines.push(h('p', {class: 'small'}, reviewed >= tracks ? `All ${plural(tracks, 'track')} reviewed` : `${count(reviewed)} of ${plural(tracks, 'track')} reviewed`), meter(Math.min(1, reviewed / tracks), 'Reviewed', reviewed >= tracks));
     } else if (!busy && video.latest_run && latest?.state === 'complete') {
-      lines.push(h('p', {class: 'small muted'}, 'The run has found no sign.'));
+      lines.push(h('p', {class: 'small muted'}, latest.tracks ? 'Every track is deleted.' : 'The run has found no sign.'));
     } else if (!busy && video.runs === 0) {
       lines.push(h('p', {class: 'small muted'}, 'Not run yet'));
     }

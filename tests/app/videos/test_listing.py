@@ -43,6 +43,7 @@ def _made(url: str, videos: int) -> Database:
         )
         session.flush()
         documents = {"m1": ("open", False), "m2": ("accepted", False), "m3": ("open", True), "h4": ("rejected", True)}
+        documents |= {"m4": ("needs_work", False), "h5": ("rejected", False), "h6": ("open", False)}
         for key, (review, gone) in documents.items():
             document = {"review": review, "gone": gone}
             session.add(TrackDocument(run_id="b" * 32, key=key, revision=1, document=document))
@@ -59,10 +60,11 @@ def _listed(database: Database) -> tuple[list[VideoView], int]:
 
 
 def test_the_newest_complete_run_counts_and_what_people_judged_of_it(database_url: str) -> None:
+    # one of its five tracks is deleted, two of people's three are there; what needs work is still to be done
     database = _made(database_url, 3)
     views, _ = _listed(database)
     assert [(one.runs, one.latest_run) for one in views] == [(4, "b" * 32), (1, "e" * 32), (0, None)]
-    assert [(one.review.tracks, one.review.reviewed) for one in views] == [(5, 3), (0, 0), (0, 0)]
+    assert [(one.review.tracks, one.review.reviewed) for one in views] == [(6, 2), (0, 0), (0, 0)]
     with database.read() as session:
         assert [video_view(session, session.get_one(Video, one.id)) for one in views] == views
     database.close()
