@@ -75,7 +75,7 @@ export function createQueue(app) {
     const review = state?.review;
     if (!state || !review) return;
     const unit = Number.parseFloat(getComputedStyle(element).getPropertyValue('--u')) || 4;
-    rowHeight = Math.round(unit * 14.5);
+    rowHeight = Math.round(unit * 18.5);
     list.style.setProperty('height', `${order.length * rowHeight}px`);
     if (wanting && scroller.clientHeight > 0) {
       wanting = false;

@@ -17,7 +17,7 @@ export function createRow(key) {
   const name = h('span', { class: 'queue-name truncate' });
   const number = h('span', { class: 'queue-number muted small' });
   const badge = h('span', { class: 'badge' });
-  const reason = h('span', { class: 'queue-reason truncate small muted' });
+  const reasons = [0, 1].map(() => h('span', { class: 'queue-reason truncate small muted' }));
   const span = h('span', { class: 'queue-span small muted', title: 'Frames' });
   const doubt = h('span', { class: 'queue-doubt', title: 'Doubt' }, h('span'));
   const doubtText = h('span', { class: 'small queue-doubt-text' });
@@ -25,7 +25,7 @@ export function createRow(key) {
     picture,
     h('span', { class: 'queue-text' },
       h('span', { class: 'queue-line' }, name, number, h('span', { class: 'grow' }), badge),
-      h('span', { class: 'queue-line' }, reason),
+      h('span', { class: 'queue-reasons' }, reasons),
       h('span', { class: 'queue-line' }, span, h('span', { class: 'grow' }), doubtText, doubt)));
   return {
     element,
@@ -48,10 +48,15 @@ export function createRow(key) {
       setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes > 0 ? ` · ${entry.notes} ✎` : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
-      setText(reason, entry.reasons.length > 0 ? entry.reasons.join(' ') : 'Nothing speaks against it.');
+      const [first = 'Nothing speaks against it.', ...others] = entry.reasons;
+      setText(reasons[0], first);
+      setText(reasons[1], others.join(' '));
+      // one reason has both lines; of several each of the first two begins a line, for the second is often the one about the class
+      reasons[0].classList.toggle('truncate', others.length > 0);
+      reasons[1].hidden = others.length === 0;
       element.title = entry.reasons.join('\n');
       setText(span, `${count(entry.first)}–${count(entry.last)}`);
-      setText(doubtText, percent(entry.doubt));
+      setText(doubtText, `doubt ${percent(entry.doubt)}`);
       /** @type {HTMLElement} */ (doubt.firstElementChild).style.setProperty('width', `${entry.doubt * 100}%`);
     },
   };
