@@ -11,11 +11,12 @@
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { CommandError, applyCommand } from '../model/commands.js';
+import { trackName } from '../model/track_name.js';
 import { changeReview, select, seek } from '../store/actions/review.js';
 import { hideBanner, openDialog, showBanner } from '../store/actions/page.js';
 import { keysOf, parted, projected, rebased, revisionsSeen } from './pending.js';
 import { docsFor } from './revisions.js';
-import { describe } from './words.js';
+import { describe, describeUndone } from './words.js';
 
 /** Pauses between tries, ms. */
 const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
@@ -221,7 +222,8 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       const sought = about.frame === null ? state : seek(state, about.frame);
       return select(sought, docs.find((doc) => !doc.gone)?.key ?? null);
     });
-    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describe(about.name).toLowerCase()}${about.frame === null ? '' : ` in frame ${about.frame}`}`);
+    const doc = docs.find((one) => !one.gone) ?? docs[0];
+    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc))}`);
   }
 
   /** @returns {Promise<void>} */

@@ -1,6 +1,9 @@
 // @ts-check
 /** What the commands are called. */
 
+/** They are about a whole track: the frame in which they were given says nothing. */
+const WHOLE = new Set(['relabel_track', 'delete_track', 'merge', 'set_not_a_sign', 'set_review']);
+
 /** @type {Record<string, string>} */
 const NAMES = {
   create_track: 'New track',
@@ -27,3 +30,17 @@ const NAMES = {
 
 /** @param {string} name of a command @returns {string} */
 export const describe = (name) => NAMES[name] ?? name;
+
+/**
+ * What an undo or redo was about, to go on after "Undone: ".
+ *
+ * @param {string} name        of the command
+ * @param {number|null} frame
+ * @param {string} [track]     as `trackName` has it
+ * @returns {string}
+ */
+export function describeUndone(name, frame, track) {
+  const what = describe(name).toLowerCase();
+  if (WHOLE.has(name)) return track === undefined ? what : `${what}, track ${track}`;
+  return frame === null ? what : `${what} in frame ${frame}`;
+}

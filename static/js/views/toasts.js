@@ -54,6 +54,8 @@ export function createToasts(app) {
     item.addEventListener('pointerleave', () => {
       timer = setTimeout(close, STAY);
     });
+    item.dataset.text = text;
+    for (const same of element.querySelectorAll('.toast')) if (/** @type {HTMLElement} */ (same).dataset.text === text) same.remove();
     element.append(item);
     while (element.childElementCount > 4) element.firstElementChild?.remove();
   }

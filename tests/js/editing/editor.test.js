@@ -132,6 +132,13 @@ test('the saved version can be taken instead', async () => {
   assert.deepEqual(await outbox.load(RUN), []);
 });
 
+test('what is about a whole track is undone with its name, not with a frame', async () => {
+  const { editor, toasts } = await createWorld();
+  editor.edit({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' });
+  await editor.undo();
+  assert.deepEqual(toasts, ['Undone: verdict, track #2']);
+});
+
 test('undo goes to its frame, selects its track and says what it was; fast keys undo one after the other', async () => {
   const { editor, server, review, toasts } = await createWorld();
   editor.edit(setBox('m1', 5, 20));
