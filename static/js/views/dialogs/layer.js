@@ -125,6 +125,8 @@ export function createDialogs(app) {
     old?.ended.abort();
     old?.node.close();
     old?.node.remove();
+    // what opened it may be gone by now, as a card's button is after the first run: keys still belong to the screen
+    if (old && document.activeElement === document.body) document.querySelector('main')?.focus();
   }
 
   return {
