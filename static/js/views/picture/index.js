@@ -135,7 +135,7 @@ export function createPicture(app) {
     ctx.clearRect(0, 0, size.width, size.height);
     // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
-    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? '?' : names.get(id) ?? String(id)));
+    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'no class' : names.get(id) ?? String(id)));
     legend.update(review.layers, counts);
   }
 
@@ -268,7 +268,9 @@ function createLegend(app) {
       for (const [name, { button, count }] of rows) {
         const pressed = String(on[name]);
         if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
-        setText(count, String(counts[name]));
+        // ground truth is fetched only while it is shown: 0 would say that there is none
+        const unknown = name === 'truth' && !on.truth && counts.truth === 0;
+        setText(count, unknown ? '' : String(counts[name]));
       }
     },
   };
