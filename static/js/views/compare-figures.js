@@ -13,11 +13,11 @@ import {count, figure, percent, plural} from './format.js';
  * @type {Record<string, {label: string, text: string, places: string, side: 'reference'|'candidate', share: boolean}>}
  */
 export const FIGURES = {
-  precision: {label: 'Precision', text: 'Share of the candidate’s boxes that match a box of the reference.', places: 'False boxes', side: 'candidate', share: true},
-  recall: {label: 'Recall', text: 'Share of the reference’s boxes that the candidate has.', places: 'Missed boxes', side: 'reference', share: true},
+  precision: {label: 'Precision', text: 'Share of the candidate’s boxes that match a box of the reference; on signs to be ignored they do not count.', places: 'False boxes', side: 'candidate', share: true},
+  recall: {label: 'Recall', text: 'Share of the reference’s boxes that the candidate has; those marked to be ignored do not count.', places: 'Missed boxes', side: 'reference', share: true},
   eq7: {label: 'Localisation error (Eq. 7)', text: 'Mean of 1 − intersection / larger area over the matches; 0 is best.', places: 'Largest errors', side: 'reference', share: true},
   coverage: {label: 'Coverage', text: 'Share of the frames of each sign, from 20 px width, in which it is found.', places: 'Uncovered stretches', side: 'reference', share: true},
-  signs_found: {label: 'Signs found', text: 'Signs that are found in at least one frame.', places: 'Signs never found', side: 'reference', share: true},
+  signs_found: {label: 'Signs found', text: 'Signs of at least 20 px that are found in at least one frame.', places: 'Signs never found', side: 'reference', share: true},
   signs_classified: {label: 'Signs classified', text: 'Found signs whose last label is right.', places: 'Signs with a wrong label', side: 'reference', share: true},
   fragmentation: {label: 'Fragmentation', text: 'How often a sign is lost and found again.', places: 'Breaks', side: 'reference', share: false},
   switches: {label: 'Identity switches', text: 'How often another track takes over a sign.', places: 'Switches', side: 'candidate', share: false},
