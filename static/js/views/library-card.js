@@ -27,7 +27,7 @@ export function createCard(app, first) {
   }});
   const length = h('span', {class: 'card-length'});
   const title = h('h2', {class: 'card-title truncate', id: `video-${first.id.slice(0, 12)}`});
-  const facts = h('p', {class: 'card-facts muted small truncate'});
+  const facts = h('p', {class: 'card-facts muted small'});
   const state = h('div', {class: 'card-state'});
   const actions = h('div', {class: 'card-actions'});
   const element = h('li', {class: 'card', 'aria-labelledby': title.id},
