@@ -173,6 +173,19 @@ def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
         assert page.evaluate(FOCUSED)["stage"]  # back to where one was
 
 
+def test_a_mouse_on_the_toolbar_leaves_the_keys_to_the_picture(page: Page) -> None:
+    at = wait(page, lambda s: s["shown"] == s["frame"])["frame"]
+    for button in (page.locator("[data-operation=next-frame]"), page.locator(".legend-item").first):
+        button.click()
+        assert page.evaluate(FOCUSED)["stage"]
+    wait(page, lambda s: s["frame"] == at + 1)
+    page.keyboard.press("Space")  # plays, and does not press the last button once more
+    page.wait_for_function("at => window.tsr.store.get().review.frame > at + 2", arg=at)
+    page.keyboard.press("Space")
+    page.wait_for_function("() => !window.tsr.store.get().review.playing")
+    page.locator(".legend-item").first.click()
+
+
 @pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm install --no-package-lock")
 def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> None:
     """Every rule in light; in dark those about colours, since nothing else differs."""

@@ -152,3 +152,18 @@ export function reconcile(parent, items, key, create, update) {
   }
   for (const element of old.values()) element.remove();
 }
+
+/**
+ * Buttons in here leave the keyboard to the picture when a mouse presses them: Space then plays, and does not press the
+ * button once more. Who comes with Tab keeps the button.
+ *
+ * @param {HTMLElement} element
+ */
+export function leaveKeysToPicture(element) {
+  element.addEventListener('mousedown', (event) => {
+    const stage = /** @type {HTMLElement|null} */ (document.querySelector('[data-keys="picture"]'));
+    if (!stage || !(event.target instanceof Element) || !event.target.closest('button')) return;
+    event.preventDefault();
+    stage.focus({ preventScroll: true });
+  });
+}

@@ -7,7 +7,7 @@ import { LAYER_NAMES, SHORT_NAMES } from '../../operations/view.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport, toggleLayer } from '../../store/actions/review.js';
 import { LAYERS } from '../../store/initial.js';
-import { h, setText } from '../dom.js';
+import { h, leaveKeysToPicture, setText } from '../dom.js';
 import { clock } from '../format.js';
 import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
@@ -261,6 +261,7 @@ function createLegend(app) {
     rows.set(name, { button, count });
     element.append(button);
   });
+  leaveKeysToPicture(element);
   return {
     element,
     /** @param {Record<string, boolean>} on @param {Record<string, number>} counts */
