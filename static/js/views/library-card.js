@@ -69,7 +69,7 @@ export function createCard(app, first) {
       video.frames === null ? '' : plural(video.frames, 'frame'),
       bytes(video.size),
     ];
-    setText(facts, parts.filter(Boolean).join(' · '));
+    setText(facts, parts.filter(Boolean).map((part) => part.replaceAll(' ', '\u00a0')).join(' · ')); // a line ends between facts, not in one
     const address = app.api.thumbnailUrl(video.id);
     if (video.state === 'ready' && picture.getAttribute('src') !== address) {
       picture.src = address;
