@@ -1,6 +1,7 @@
 // @ts-check
-/** One sentence on each event of the track, each linked to its frame. */
+/** One sentence on each event of the track, each linked to its frame; what repeats frame after frame is one line. */
 
+import { stretchesOf } from '../../model/event_stretches.js';
 import { sentencesOf } from '../../model/plain_words.js';
 import { seek } from '../app.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
@@ -15,7 +16,8 @@ export function createEvents(app, signal) {
   const total = h('span', { class: 'small muted' });
   const more = h('button', { class: 'btn-link small', type: 'button' }, 'Show all');
   /** @type {import('../../types.js').TrackLane|null} */ let lane = null;
-  /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
+  /** @type {import('../../model/event_stretches.js').Stretch[]} */ let stretches = [];
+  /** @type {Set<string>} */ let unfolded = new Set();
   let all = false;
   let frame = 0;
   more.addEventListener('click', () => {
@@ -25,15 +27,29 @@ export function createEvents(app, signal) {
   list.addEventListener('click', (event) => {
     const button = /** @type {HTMLElement} */ (event.target).closest('button');
     if (button?.dataset.frame) seek(app, Number(button.dataset.frame));
+    if (button?.dataset.fold) {
+      if (!unfolded.delete(button.dataset.fold)) unfolded.add(button.dataset.fold);
+      draw();
+    }
   }, { signal });
 
   function draw() {
-    const shown = (all ? sentences : sentences.slice(0, SOME)).map((sentence, i) => ({ sentence, i }));
-    reconcile(list, shown, ({ sentence, i }) => `${lane?.id}-${sentence.frame}-${i}`, ({ sentence }) => h('li', { class: `event event-${sentence.kind}` },
-      h('button', { class: 'btn-link', type: 'button', dataset: { frame: String(sentence.frame) } }, `frame ${sentence.frame}`), `: ${sentence.text}`),
-    (element, { sentence }) => setAttribute(element, 'aria-current', sentence.frame === frame ? 'true' : null));
-    more.hidden = all || sentences.length <= SOME;
-    setText(total, sentences.length > SOME && !all ? `${SOME} of ${count(sentences.length)}` : count(sentences.length));
+    const lines = (all ? stretches : stretches.slice(0, SOME)).flatMap((stretch, i) => {
+      const key = `${lane?.id}-${i}-${stretch.kind}-${stretch.frame}`;
+      const inner = unfolded.has(key) ? stretch.sentences.map((sentence) => ({ key: `${key}-${sentence.frame}`, first: sentence.frame, last: sentence.frame, kind: stretch.kind, text: sentence.text, of: 0 })) : [];
+      return [{ key, first: stretch.frame, last: stretch.last, kind: stretch.kind, text: stretch.sentences[0].text, of: stretch.sentences.length }, ...inner];
+    });
+    reconcile(list, lines, (line) => line.key, lineElement, (element, line) => {
+      const here = line.first <= frame && frame <= line.last && !(line.of > 1 && unfolded.has(line.key));
+      setAttribute(element, 'aria-current', here ? 'true' : null);
+      const fold = element.querySelector('[data-fold]');
+      if (fold) {
+        setAttribute(fold, 'aria-expanded', String(unfolded.has(line.key)));
+        setText(fold, unfolded.has(line.key) ? 'fold' : `all ${line.of}`);
+      }
+    });
+    more.hidden = all || stretches.length <= SOME;
+    setText(total, stretches.length > SOME && !all ? `${SOME} of ${count(stretches.length)}` : count(stretches.length));
   }
 
   return {
@@ -43,11 +59,32 @@ export function createEvents(app, signal) {
       if (inspected.lane === lane && inspected.review.frame === frame) return;
       if (inspected.lane !== lane) {
         lane = inspected.lane;
-        sentences = lane ? sentencesOf(lane) : [];
+        stretches = lane ? stretchesOf(sentencesOf(lane)) : [];
+        unfolded = new Set();
         all = false;
       }
       frame = inspected.review.frame;
       draw();
     },
   };
+}
+
+/**
+ * @typedef {object} Line
+ * @property {string} key
+ * @property {number} first
+ * @property {number} last
+ * @property {string} kind
+ * @property {string} text
+ * @property {number} of    how many sentences it stands for; 0: it is one of those that another line stands for
+ */
+
+/** @param {Line} line @returns {HTMLElement} */
+function lineElement(line) {
+  const place = line.of > 1 ? `frames ${line.first} to ${line.last}` : `frame ${line.first}`;
+  const element = h('li', { class: `event event-${line.kind}${line.of ? '' : ' event-inner'}` },
+    h('button', { class: 'btn-link', type: 'button', dataset: { frame: String(line.first) } }, place),
+    line.of > 1 ? `, the first: ${line.text} ` : `: ${line.text}`);
+  if (line.of > 1) element.append(h('button', { class: 'btn-link', type: 'button', dataset: { fold: line.key } }));
+  return element;
 }
