@@ -39,10 +39,18 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc]) -> BoxRows
     with EvidenceReader(evidence) as reader:
         table = corrected_boxes(confirmed_boxes(reader), documents)
     labels = tuple(
-        f"{table.keys[track]} {_class(label)}{_review(documents.get(table.keys[track]))}"
+        f"{_called(table.keys[track], documents)} {_class(label)}{_review(documents.get(table.keys[track]))}"
         for track, label in zip(table.track.tolist(), table.class_id.tolist(), strict=True)
     )
     return BoxRows(table.frame, table.boxes, table.class_id, labels)
+
+
+def _called(key: str, documents: Mapping[str, TrackDoc]) -> str:
+    """A track as the page calls it: the engine's by its number, others by where they come from."""
+    if key.startswith("m"):
+        return f"#{key[1:]}"
+    doc = documents.get(key)
+    return f"#{doc.segments[0].track} from {doc.segments[0].first}" if doc and doc.segments else "drawn"
 
 
 def truth_of(session: Session, video_id: str, truth_id: str | None) -> BoxRows | None:

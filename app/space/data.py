@@ -81,6 +81,10 @@ class SpaceData:
         """The page's name of the track at a position."""
         return f"m{self.ids[track]}"
 
+    def name(self, track: int) -> str:
+        """The same as people read it."""
+        return f"#{self.ids[track]}"
+
 
 @dataclass(frozen=True, slots=True)
 class Hits:

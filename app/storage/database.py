@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,8 @@ class Database:
     """Sessions on one database.
 
     Reading sessions see one state and hold nobody up; writing ones take SQLite's write lock at once, so that they
-    wait for each other instead of failing half way.
+    wait for each other instead of failing half way. SQLite lets whoever looks at the right moment go first, so one of
+    many threads could wait for seconds and then fail: the threads of one process queue up here first.
     """
 
     def __init__(self, url: str) -> None:
@@ -36,6 +38,7 @@ class Database:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
             self.engine = create_engine(url, pool_pre_ping=True, pool_size=40, max_overflow=8)
         self._writer = self.engine.execution_options(tsr_write=True)
+        self._turn: AbstractContextManager[object] = threading.RLock() if self.is_sqlite else nullcontext()
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -46,7 +49,7 @@ class Database:
     @contextmanager
     def write(self) -> Iterator[Session]:
         """A session whose changes are committed together at the end, or not at all."""
-        with Session(self._writer, expire_on_commit=False) as session, session.begin():
+        with self._turn, Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
 
     def migrate(self, backup: Path | None = None) -> None:

@@ -82,11 +82,13 @@ class VideoService(SampleDrives):
         """Add a file of this machine; the same content added before is the same video, wherever it lies now.
 
         Raises:
-            Invalid: no path, or no video by its first bytes.
+            Invalid: no path, a folder, or no video by its first bytes.
             Refused: outside the allowed folders.
             NotFound: there is no such file.
         """
         path = allowed_path(text, self.readable_roots())
+        if path.is_dir():
+            raise Invalid(f"{path} is a folder. Name a video in it.", field="path", code="a_folder")
         if not path.is_file():
             raise NotFound(f"There is no file {path}.", field="path")
         try:

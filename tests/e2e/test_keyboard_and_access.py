@@ -186,6 +186,20 @@ def test_a_mouse_on_the_toolbar_leaves_the_keys_to_the_picture(page: Page) -> No
     page.locator(".legend-item").first.click()
 
 
+def test_a_choice_by_mouse_leaves_the_keys_to_the_picture_and_one_by_keys_does_not(page: Page) -> None:
+    speed = page.get_by_label("Playing speed")
+    # a native list cannot be opened without a screen: what the browser tells the page of a choice is told here
+    speed.dispatch_event("mousedown")
+    speed.focus()
+    speed.select_option(index=1)
+    assert page.evaluate(FOCUSED)["stage"]
+    speed.focus()
+    page.keyboard.press("ArrowUp")
+    speed.select_option(index=2)
+    assert not page.evaluate(FOCUSED)["stage"]
+    speed.select_option("1")
+
+
 @pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm install --no-package-lock")
 def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> None:
     """Every rule in light; in dark those about colours, since nothing else differs."""

@@ -158,7 +158,7 @@ def test_states_change_where_the_source_does(back: Any) -> None:
 
 
 def test_events_and_times(back: Any) -> None:
-    assert back.column("events", "TextLog:text") == {8: ["m7: Track 7 was rejected."]}
+    assert back.column("events", "TextLog:text") == {8: ["#7: Track 7 was rejected."]}
     batch = back.of("video/results")[0]
     assert {"frame", "time"} <= set(batch.schema.names)
     times = batch.column(batch.schema.names.index("time")).cast("int64").to_pylist()

@@ -72,8 +72,8 @@ def box_layers(reader: EvidenceReader, frames: Frames) -> Iterator[tuple[str, Bo
         "WHERE p.frame >= ? AND p.frame < ? AND t.state <> 'dead' ORDER BY p.frame, p.track_id",
         span,
     )
-    yield "predictions", _rows(found, [f"m{row[5]} {_verdict(row[6], row[7])}".rstrip() for row in found])
-    yield "innovation", _rows([(row[0], *_one_sigma(row)) for row in found], [f"m{row[5]} 1 sigma" for row in found])
+    yield "predictions", _rows(found, [f"#{row[5]} {_verdict(row[6], row[7])}".rstrip() for row in found])
+    yield "innovation", _rows([(row[0], *_one_sigma(row)) for row in found], [f"#{row[5]} 1 sigma" for row in found])
 
     found = reader.query(
         "SELECT r.frame, r.search_x1, r.search_y1, r.search_x2, r.search_y2, r.x1, r.y1, r.x2, r.y2, r.runner_up_x1, "
@@ -83,10 +83,10 @@ def box_layers(reader: EvidenceReader, frames: Frames) -> Iterator[tuple[str, Bo
         "WHERE r.frame >= ? AND r.frame < ? AND t.state <> 'dead' ORDER BY r.frame, r.track_id",
         span,
     )
-    yield "search", _rows(found, [f"m{row[13]} {row[17]} windows" for row in found])
-    texts = [f"m{row[13]} {_figure(row[14])} (P {_figure(row[15])})" for row in found]
+    yield "search", _rows(found, [f"#{row[13]} {row[17]} windows" for row in found])
+    texts = [f"#{row[13]} {_figure(row[14])} (P {_figure(row[15])})" for row in found]
     yield "relocalisations", _rows([(row[0], *row[5:9]) for row in found], texts)
-    texts = [f"m{row[13]} {_figure(row[16])}" for row in found]
+    texts = [f"#{row[13]} {_figure(row[16])}" for row in found]
     yield "runner_up", _rows([(row[0], *row[9:13]) for row in found], texts)
 
     found = reader.query(
@@ -107,7 +107,7 @@ def events(reader: EvidenceReader, frames: Frames) -> Moments:
     return Moments(
         np.array([row[0] for row in rows], np.int64),
         tuple(row[1] for row in rows),
-        tuple(f"m{row[2]}: {row[3]}" for row in rows),
+        tuple(f"#{row[2]}: {row[3]}" for row in rows),
     )
 
 
@@ -213,7 +213,7 @@ def _one_sigma(row: Row) -> tuple[float, float, float, float]:
 def _result(row: Row) -> str:
     share = "" if row[9] is None else f" {row[9]:.0%}"
     state = "" if row[6] == "confirmed" else f" {row[6]}"
-    return f"m{row[5]} {class_name(row[8])}{share}{state} {row[7]}"
+    return f"#{row[5]} {class_name(row[8])}{share}{state} {row[7]}"
 
 
 def _verdict(l_positive: float | None, confident: int | None) -> str:

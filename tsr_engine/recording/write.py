@@ -270,7 +270,7 @@ def _log_picture(content: _Content, sink: Sink, clip: Clip | None, picture: str)
 
 
 def _log_track(one: Lines, frames: Frames, sink: Sink) -> None:
-    title = f"m{one.track_id} {class_name(one.class_id)}"
+    title = f"#{one.track_id} {class_name(one.class_id)}"
     for value, series in one.values.items():
         sink.scalars(track_entity(one.track_id, value), frames, series, title if value in PLOTTED else "")
     sink.states(track_entity(one.track_id, "state"), frames, *one.states)

@@ -163,7 +163,7 @@ class DriveScene:
             scene.add_line_segments(f"/drive/foot{track}", foot, ink, thickness=2.0, thickness_units="screen"),
             scene.add_label(
                 f"/drive/label{track}",
-                f"{data.key(track)} · {y:.1f} m",
+                f"{data.name(track)} · {y:.1f} m",
                 position=(x, y, z + shown / 2 + 0.1),
                 anchor="bottom-center",
             ),

@@ -262,7 +262,7 @@ class VolumeScene:
         self._chosen.append(
             self._stage.scene.add_label(
                 "/volume/name",
-                f"{data.key(chosen)} · {name}",
+                f"{data.name(chosen)} · {name}",
                 position=tuple(points[-1] + (0, 0, 0.3)),
                 anchor="bottom-center",
             )

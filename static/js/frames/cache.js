@@ -14,7 +14,8 @@ const AT_ONCE = 5;
  * @property {(frame: number) => Shot|null} peek           what is there at once
  * @property {(frame: number) => Promise<Shot>} load       from the server if need be; an older load gives way at the next `want`
  * @property {(frame: number) => Promise<Shot>} glance     the same, or a soft stand-in where that is there sooner
- * @property {(frames: Iterable<number>) => void} want     load these ahead, in order; what is not among them is dropped
+ * @property {(frames: Iterable<number>) => void} want     load these ahead, in order; what is not among them is dropped.
+ *     Nothing is loaded ahead while pictures that were asked for fail
  * @property {(width: number) => void} setWidth            width that pictures are wanted at, px
  * @property {() => void} clear                            the end: nothing is loaded any more
  */
@@ -37,6 +38,8 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
   /** The frame that was asked for last: it goes before all prefetching. */
   let urgent = -1;
   let closed = false;
+  /** The last answer was a failure: the file may be gone, and then every picture ahead would fail too. */
+  let failing = false;
 
   /** @param {Shot} shot */
   const sizeOf = (shot) => shot.bitmap.width * shot.bitmap.height * 4;
@@ -78,8 +81,15 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
         throw new DOMException('The page has gone on.', 'AbortError');
       }
       keep(shot);
+      failing = false;
       return shot;
-    })().finally(() => {
+    })().catch((error) => {
+      if (!abort.signal.aborted && !closed) {
+        failing = true;
+        queue = [];
+      }
+      throw error;
+    }).finally(() => {
       if (running.get(frame)?.abort === abort) running.delete(frame);
       pump();
     });
@@ -123,7 +133,7 @@ export function createFrameCache(api, video, { most = MOST_BYTES, decode = (blob
         running.delete(frame); // whoever asks for it again starts anew
         request.abort.abort();
       }
-      queue = [...wanted].filter((frame) => !fresh(frame) && !running.has(frame));
+      queue = failing ? [] : [...wanted].filter((frame) => !fresh(frame) && !running.has(frame));
       pump();
     },
     setWidth(wanted) {

@@ -154,16 +154,27 @@ export function reconcile(parent, items, key, create, update) {
 }
 
 /**
- * Buttons in here leave the keyboard to the picture when a mouse presses them: Space then plays, and does not press the
- * button once more. Who comes with Tab keeps the button.
+ * What a mouse presses in here leaves the keyboard to the picture: after a button Space plays instead of pressing it once
+ * more, and after a choice from a list F and D step again. Who comes with Tab keeps button and list.
  *
  * @param {HTMLElement} element
  */
 export function leaveKeysToPicture(element) {
-  element.addEventListener('mousedown', (event) => {
+  /** @type {EventTarget|null} */ let opened = null;
+  const leave = () => {
     const stage = /** @type {HTMLElement|null} */ (document.querySelector('[data-keys="picture"]'));
-    if (!stage || !(event.target instanceof Element) || !event.target.closest('button')) return;
-    event.preventDefault();
-    stage.focus({ preventScroll: true });
+    stage?.focus({ preventScroll: true });
+    return stage !== null;
+  };
+  element.addEventListener('mousedown', (event) => {
+    opened = event.target instanceof Element ? event.target.closest('select') : null;
+    if (event.target instanceof Element && event.target.closest('button') && leave()) event.preventDefault();
+  });
+  element.addEventListener('keydown', () => {
+    opened = null;
+  });
+  element.addEventListener('change', (event) => {
+    if (event.target === opened) leave();
+    opened = null;
   });
 }

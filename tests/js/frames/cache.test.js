@@ -8,13 +8,17 @@ const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
 
 /** @param {number} most */
 function create(most) {
-  /** @type {Map<number, {answer: (ordinal?: number) => void, aborted: boolean}>} */
+  /** @type {Map<number, {answer: (ordinal?: number) => void, refuse: () => void, aborted: boolean}>} */
   const asked = new Map();
   /** @type {number[]} */
   const closed = [];
   const api = /** @type {any} */ ({
     frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { signal }) => new Promise((resolve, reject) => {
-      const request = { answer: (ordinal = frame) => resolve({ blob: frame, ordinal, exact: true }), aborted: false };
+      const request = {
+        answer: (ordinal = frame) => resolve({ blob: frame, ordinal, exact: true }),
+        refuse: () => reject(new Error('The file is gone.')),
+        aborted: false,
+      };
       signal.addEventListener('abort', () => {
         request.aborted = true;
         reject(new DOMException('', 'AbortError'));
@@ -126,4 +130,22 @@ test('the picture does not wait for a glance that is still on its way', async ()
   soft.catch(() => {});
   assert.equal((await cache.load(5)).width, 1280);
   assert.deepEqual(aborted, [true]);
+});
+
+test('while what is asked for fails nothing is loaded ahead', async () => {
+  const { cache, asked } = create(1e6);
+  const gone = cache.load(3);
+  cache.want([4, 5]);
+  asked.get(3)?.refuse();
+  await assert.rejects(gone, /gone/);
+  for (const frame of [4, 5]) asked.get(frame)?.refuse();
+  await turn();
+  cache.want([6, 7]);
+  await turn();
+  assert.equal(asked.has(6), false);
+  const back = cache.load(8);
+  asked.get(8)?.answer();
+  await back;
+  cache.want([9]);
+  assert.equal(asked.has(9), true);
 });

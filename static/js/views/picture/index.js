@@ -50,6 +50,7 @@ export function createPicture(app) {
   const legend = createLegend(app);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
   const element = h('div', { class: 'picture' }, stage, h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element), spoken);
+  leaveKeysToPicture(element);
 
   const size = { width: 0, height: 0 };
   let ratio = 1;
@@ -261,7 +262,6 @@ function createLegend(app) {
     rows.set(name, { button, count });
     element.append(button);
   });
-  leaveKeysToPicture(element);
   return {
     element,
     /** @param {Record<string, boolean>} on @param {Record<string, number>} counts */

@@ -2,7 +2,7 @@
 /** What the queue shows and in which order. */
 
 import { filter } from '../app.js';
-import { fill, h } from '../dom.js';
+import { fill, h, leaveKeysToPicture } from '../dom.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../types.js').QueueFilter} QueueFilter */
@@ -22,9 +22,11 @@ export function createFilters(app, signal) {
   sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
   doubt.addEventListener('change', () => filter(app, { least_doubt: Number(doubt.value) }), { signal });
   kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
+  const element = h('div', { class: 'queue-filters' }, h('span', { class: 'input-with-icon queue-search' }, icon('search'), text), sort, review, kind, doubt);
+  leaveKeysToPicture(element);
   let listed = '';
   return {
-    element: h('div', { class: 'queue-filters' }, h('span', { class: 'input-with-icon queue-search' }, icon('search'), text), sort, review, kind, doubt),
+    element,
     /**
      * @param {QueueFilter} now
      * @param {readonly import('../../model/track_entries.js').TrackEntry[]} entries
