@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,7 @@ class Database:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
             self.engine = create_engine(url, pool_pre_ping=True, pool_size=40, max_overflow=8)
         self._writer = self.engine.execution_options(tsr_write=True)
-        self._turn: AbstractContextManager[object] = threading.RLock() if self.is_sqlite else nullcontext()
+        self._turn = threading.RLock()
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -49,8 +49,18 @@ class Database:
     @contextmanager
     def write(self) -> Iterator[Session]:
         """A session whose changes are committed together at the end, or not at all."""
-        with self._turn, Session(self._writer, expire_on_commit=False) as session, session.begin():
+        with self._queue(), Session(self._writer, expire_on_commit=False) as session, session.begin():
             yield session
+
+    @contextmanager
+    def _queue(self) -> Iterator[None]:
+        """Hold SQLite's place in the queue; behind one that hangs, leave it after as long as SQLite would wait."""
+        held = self.is_sqlite and self._turn.acquire(timeout=_WAIT_MS / 1000)
+        try:
+            yield
+        finally:
+            if held:
+                self._turn.release()
 
     def migrate(self, backup: Path | None = None) -> None:
         """Bring the tables up to date.

@@ -5,16 +5,19 @@ from __future__ import annotations
 import sqlite3
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from databases import cluster, new_database
+from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 from toy_server import SECRET, Server
 
 from app.events import EventBus
+from app.storage import database as database_module
 from app.storage import migrating
 from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
@@ -72,6 +75,26 @@ def test_an_older_database_is_copied_before_it_changes(tmp_path: Path) -> None:
         assert connection.execute("SELECT version_num FROM alembic_version").fetchone() is not None
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     connection.close()
+    database.close()
+
+
+def test_behind_a_writer_that_hangs_others_fail_and_do_not_wait_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(database_module, "_WAIT_MS", 50)
+    database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    database.migrate()
+
+    def write() -> None:
+        with database.write() as session:
+            session.execute(text("SELECT 1"))
+
+    with ThreadPoolExecutor(1) as pool:
+        with database.write() as session:
+            session.execute(text("SELECT 1"))
+            with pytest.raises(OperationalError, match="locked"):
+                pool.submit(write).result(60)
+        pool.submit(write).result(60)
     database.close()
 
 
