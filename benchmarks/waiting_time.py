@@ -27,6 +27,8 @@ _CLOSED: Final = 32.0
 """Seconds until a process without work has ended."""
 _OPEN: Final = 12.0
 """Seconds until a worker that stands by has loaded everything."""
+_LOOK: Final = 0.05
+"""Seconds between two looks whether it is there; more often, and asking takes the processor from the work."""
 _GOING_ON: Final = ("queued", "running")
 
 
@@ -49,10 +51,10 @@ class Asking:
             # each asks for other parameters: a what-if that has been made is given at once
             changed = {"parameters": {"gate.tau": 2.0 + self._asked / 1000}}
             made = self._server.call("POST", f"/runs/{self._run}/whatif", changed)
-            self._wait(f"/runs/{made['id']}", 0.01)
+            self._wait(f"/runs/{made['id']}", _LOOK)
         else:
             made = self._order(kind)
-            self._wait(f"/artefacts/{made['id']}", 0.01)
+            self._wait(f"/artefacts/{made['id']}", _LOOK)
         return time.perf_counter() - began
 
     def _order(self, kind: str) -> dict[str, Any]:
