@@ -7,8 +7,11 @@ Goals hold on a quiet machine; one that also does other work gets ``TSR_TIMES`` 
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
+from typing import Any
 
-__all__ = ["within"]
+__all__ = ["until", "within"]
 
 TIMES = float(os.environ.get("TSR_TIMES", "8"))
 
@@ -16,3 +19,12 @@ TIMES = float(os.environ.get("TSR_TIMES", "8"))
 def within(seconds: float) -> float:
     """A goal in seconds as this machine has to meet it."""
     return seconds * TIMES
+
+
+def until(what: Callable[[], Any], seconds: float = 240.0) -> Any:
+    """Until something is so; its value."""
+    end = time.monotonic() + seconds
+    while not (found := what()):
+        assert time.monotonic() < end, "it does not happen"
+        time.sleep(0.01)
+    return found

@@ -18,6 +18,7 @@ from app.edits.commands import Redo, Undo
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
 from app.edits.history import Target, adopted_keys, targets
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
+from app.edits.stored import doc_of, documents_of
 from app.edits.views import AdoptConflict, Adopted, Annotation, EditAnswer, LogEntry, adopted, log_entry
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.events import EventBus
@@ -46,13 +47,12 @@ class EditService:
         with self._database.read() as session:
             _require_run(session, run_id)
             rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id)).all()
-            return self._annotated(session, run_id, author, [_doc(row) for row in rows])
+            return self._annotated(session, run_id, author, [doc_of(row) for row in rows])
 
     def documents(self, run_id: str) -> dict[str, TrackDoc]:
         """All documents of a run by key."""
         with self._database.read() as session:
-            rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id)).all()
-            return {row.key: _doc(row) for row in rows}
+            return documents_of(session, run_id)
 
     def log(self, run_id: str, after: int, most: int = 1000) -> list[LogEntry]:
         """Rows of the log after a number.
@@ -160,8 +160,7 @@ class EditService:
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
-            present = {row.key: _doc(row) for row in session.scalars(_documents(run_id))}
-            docs = {row.key: _doc(row) for row in session.scalars(_documents(from_run))}
+            present, docs = documents_of(session, run_id), documents_of(session, from_run)
             ours = adopted_keys(session, run_id, from_run, present)
             adoption = adopt_documents(docs, *tracks, {k: doc for k, doc in present.items() if k not in ours})
             for key, documents in adoption.changed.items():
@@ -195,7 +194,7 @@ class EditService:
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
-            present = {row.key: self._closed(run, _doc(row)) for row in session.scalars(_documents(run_id))}
+            present = {row.key: self._closed(run, doc_of(row)) for row in session.scalars(_documents(run_id))}
             documents = dict(make(present))
             if not documents:
                 return None, []
@@ -263,7 +262,7 @@ class EditService:
         query = select(TrackDocument).where(TrackDocument.run_id == run.id, TrackDocument.key.in_(keys))
         rows = session.scalars(query.with_for_update()).all()
         session.info["documents"] = rows  # kept alive, so that _save finds them without asking again
-        found = {row.key: self._closed(run, _doc(row)) for row in rows}
+        found = {row.key: self._closed(run, doc_of(row)) for row in rows}
         for key in keys:
             if key in found or not key.startswith("m"):
                 continue
@@ -381,10 +380,6 @@ def _require_run(session: Session, run_id: str) -> Run:
     if run is None:
         raise NotFound(f"There is no run {run_id[:40]!r}.")
     return run
-
-
-def _doc(row: TrackDocument) -> TrackDoc:
-    return TrackDoc.model_validate({**row.document, "revision": row.revision})
 
 
 def _same(present: TrackDoc | None, left: TrackDoc | None) -> bool:

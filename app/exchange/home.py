@@ -10,6 +10,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.exchange.named import RUN_ID
 from app.settings import DATABASE_FILE, Settings, load_settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
@@ -18,7 +19,6 @@ from tsr_engine.io.video_probe import video_sha256
 
 __all__ = ["named_video", "open_home", "run_named"]
 
-_RUN = re.compile("[0-9a-f]{32}")
 _VIDEO = re.compile("[0-9a-f]{64}")
 
 
@@ -72,7 +72,7 @@ def run_named(session: Session, name: str) -> str:
     Raises:
         InputError: there is none.
     """
-    if _RUN.fullmatch(name) and session.get(Run, name) is not None:
+    if RUN_ID.fullmatch(name) and session.get(Run, name) is not None:
         return name
     video = named_video(session, name)
     query = select(Run.id).where(Run.video_id == video.id, Run.state == "complete", Run.kind != "whatif")

@@ -12,9 +12,10 @@ from app.exchange.dataset import Source, evidence_source
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["as_command_error", "named_sources"]
+__all__ = ["RUN_ID", "as_command_error", "named_sources"]
 
-_RUN = re.compile("[0-9a-f]{32}")
+RUN_ID = re.compile("[0-9a-f]{32}")
+"""A run's name in the data folder."""
 
 
 @contextmanager
@@ -75,7 +76,7 @@ def _bare(path: Path) -> Path | None:
 def _inside(path: Path) -> Path | None:
     """The data folder that an evidence folder lies in: corrections are there, not in the folder itself."""
     folder = path.resolve()
-    if not (folder / RUN_FILE).is_file() or not _RUN.fullmatch(folder.name) or folder.parent.name != "runs":
+    if not (folder / RUN_FILE).is_file() or not RUN_ID.fullmatch(folder.name) or folder.parent.name != "runs":
         return None
     from app.settings import DATABASE_FILE
 

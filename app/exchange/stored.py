@@ -7,11 +7,11 @@ from pathlib import Path
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, undefer
 
-from app.edits.documents import TrackDoc
+from app.edits.stored import documents_of
 from app.errors import Conflict, NotFound
 from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
-from app.storage.models import Edit, Run, TrackDocument, Video
+from app.storage.models import Edit, Run, Video
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import RUN_FILE
 
@@ -42,11 +42,9 @@ def home_source(session: Session, home: Path, run_id: str) -> Source:
         raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
     query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
     facts = video_facts(session.scalars(query).one())
-    rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id))
-    documents = {row.key: TrackDoc.model_validate({**row.document, "revision": row.revision}) for row in rows}
     revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
     about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
-    return source_of(folder, documents, facts, revision, about)
+    return source_of(folder, documents_of(session, run_id), facts, revision, about)
 
 
 def video_facts(video: Video) -> VideoFacts:

@@ -6,6 +6,7 @@ A what-if of a process that has just begun spends three seconds on loading the e
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Final
 
 from app.jobs.lanes import SHORT_KINDS
@@ -19,13 +20,13 @@ STAY: Final = "stay"
 
 def preparations() -> Iterator[Callable[[], object]]:
     """Steps of a second at most, those for what people wait for most often first; jobs may come between two of them."""
-    yield lambda: task_of("recording")
+    yield partial(task_of, "recording")
     yield _recorder
     yield _sdk
-    yield lambda: task_of("whatif")
+    yield partial(task_of, "whatif")
     yield _replay
     for kind in SHORT_KINDS:
-        yield lambda kind=kind: task_of(kind)  # type: ignore[misc]
+        yield partial(task_of, kind)
 
 
 def _recorder() -> None:

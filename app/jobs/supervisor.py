@@ -147,13 +147,13 @@ class Supervisor:
 
     def _stand_by(self, running: Sequence[Job]) -> None:
         """Keep one short worker while a page is open, and send it away when nobody has come back."""
-        now, workers = time.monotonic(), self._lanes["short"]
-        if self._watched():
+        now, workers, watched = time.monotonic(), self._lanes["short"], self._watched()
+        if watched:
             self._watched_at = now
         if self._standing is not None and self._standing not in workers:
             self._standing = None
         if self._standing is None:
-            if self._watched_at == now and now - self._stood_at > _AGAIN:
+            if watched and now - self._stood_at > _AGAIN:
                 self._standing, self._stood_at = self._spawn("short", STAY), now
                 workers.append(self._standing)
         elif now - self._watched_at > _LINGER and not any(

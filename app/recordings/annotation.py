@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, undefer
 from app.compare.annotation import corrected_boxes
 from app.edits.documents import TrackDoc
 from app.evidence.tables import confirmed_boxes
-from app.storage.models import TrackDocument, Truth
+from app.storage.models import Truth
 from app.truths.rows import unpack
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.recognition.catalogue import CATALOGUE
@@ -21,13 +21,7 @@ from tsr_engine.recognition.catalogue import CATALOGUE
 if TYPE_CHECKING:
     from tsr_engine.recording import BoxRows
 
-__all__ = ["corrected_rows", "documents_of", "truth_of", "truth_rows"]
-
-
-def documents_of(session: Session, run_id: str) -> dict[str, TrackDoc]:
-    """What people have said about the tracks of a run, by key."""
-    rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id))
-    return {row.key: TrackDoc.model_validate({**row.document, "revision": row.revision}) for row in rows}
+__all__ = ["corrected_rows", "truth_of", "truth_rows"]
 
 
 def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc]) -> BoxRows | None:

@@ -8,8 +8,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import undefer
 
 from app.artefacts.service import ArtefactService
+from app.edits.stored import documents_of
 from app.jobs.context import TaskContext
-from app.recordings.annotation import corrected_rows, documents_of, truth_of
+from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
 from app.storage.models import Run, Video
 from app.videos.table import modified, unpack

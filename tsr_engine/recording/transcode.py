@@ -35,9 +35,8 @@ _MICROSECONDS: Final = Fraction(1, 1_000_000)
 _EXACT: Final = {"preset": "veryfast", "crf": "20", "g": "30", "bf": "0", "threads": "1"}
 _FAST: Final = {"skip_loop_filter": "all"}
 _MOST_CORES: Final = 8
-_AHEAD: Final = 32
-"""Pictures of 1280x720, others by their area, that are decoded before they are asked for: pictures with much to see
-take either side longer, and with eight of them both waited for each other for a tenth of the time."""
+_AHEAD: Final = 8
+"""Packets that are decoded before their pictures are asked for."""
 
 
 def allowance(count: int, width: int, height: int) -> int:
@@ -95,12 +94,11 @@ def _decoded(context: Any, packets: Sequence[Any], threads: int) -> Iterator[Any
     decoder: Any = av.CodecContext.create(context.codec.name, "r")
     decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", threads
     decoder.options = _FAST
-    most = max(4, _AHEAD * _USUAL // max(1, context.width * context.height))
     ahead: deque[Future[list[Any]]] = deque()
     with ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-decode") as pool:
         for packet in (*packets, None):
             ahead.append(pool.submit(decoder.decode, packet))
-            if len(ahead) > most:
+            if len(ahead) > _AHEAD:
                 yield from ahead.popleft().result()
         for one in ahead:
             yield from one.result()

@@ -126,10 +126,9 @@ export const boxes = [
   operation({
     id: 'split', label: 'Split the track here', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
     run: (app) => {
-      const { review } = app.store.get();
       const new_key = newKey();
       // the cursor stands in the later half, and what comes next (another class, a verdict) is meant for it
-      if (review?.selected && app.edit({ name: 'split', frame: review.frame, key: review.selected, new_key })) app.store.dispatch((state) => select(state, new_key));
+      if (editSelected(app, { name: 'split', new_key })) app.store.dispatch((state) => select(state, new_key));
     },
   }),
   operation({

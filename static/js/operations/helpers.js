@@ -45,10 +45,11 @@ export const operation = (fields) => ({
  * Edit the selected track in the frame of the cursor.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {Partial<Command> & {name: Command['name']}} fields
+ * @returns {boolean} whether it is done; false: no track is selected, or it was refused
  */
 export function editSelected(app, fields) {
   const { review } = app.store.get();
-  if (review?.selected) app.edit({ frame: review.frame, key: review.selected, ...fields });
+  return Boolean(review?.selected && app.edit({ frame: review.frame, key: review.selected, ...fields }));
 }
 
 /** A name for a new track. */

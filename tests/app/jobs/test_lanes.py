@@ -6,9 +6,8 @@ import os
 import shutil
 import signal
 import sys
-import time
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +30,7 @@ from app.jobs.supervisor import Supervisor
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Artefact, Job, Run
+from tests.patience import until
 
 FRAMES = 2 * SEGMENT
 PICTURES = 150
@@ -57,15 +57,6 @@ def context(drive: Path, tmp_path: Path) -> Iterator[Context]:
     made.close()
 
 
-def wait(what: Callable[[], Any], seconds: float = 240.0) -> Any:
-    """Until something is so; its value."""
-    until = time.monotonic() + seconds
-    while not (found := what()):
-        assert time.monotonic() < until, "it does not happen"
-        time.sleep(0.01)
-    return found
-
-
 def row(context: Context, kind: Any, identity: str) -> Any:
     """One row, as it is now."""
     with context.database.read() as session:
@@ -86,7 +77,7 @@ def the_run(context: Context) -> Run:
 
 def ended(context: Context, artefact_id: str) -> Artefact:
     """Wait for an export."""
-    found: Artefact = wait(
+    found: Artefact = until(
         lambda: a if (a := row(context, Artefact, artefact_id)).state not in ("queued", "running") else None
     )
     return found
@@ -138,7 +129,7 @@ def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -
     run = the_run(context)
     long = context.runs.start(run.video_id)
     second = context.runs.start(run.video_id)
-    wait(lambda: row(context, Run, long.id).state == "running")
+    until(lambda: row(context, Run, long.id).state == "running")
     artefact = context.exports.start(pictures_of(run))
     folder = artefact_folder(context.settings.home, artefact.id)
 
@@ -148,9 +139,9 @@ def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -
         busy = any(path.is_file() for path in folder.glob(".export.zip.*/**/*"))
         return holder(context.settings.home, job_of(context, artefact.id).id) if busy else None
 
-    os.kill(wait(half_made), signal.SIGKILL)
+    os.kill(until(half_made), signal.SIGKILL)
     assert not (folder / "export.zip").exists()
-    wait(lambda: job_of(context, artefact.id).crashes == 1)
+    until(lambda: job_of(context, artefact.id).crashes == 1)
     found = ended(context, artefact.id)
     assert found.state == "complete", found.error
     assert row(context, Run, long.id).state == "running", "the run was not held up, and did not hold it up"
@@ -162,13 +153,13 @@ def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -
     with zipfile.ZipFile(folder / "export.zip") as archive:
         assert archive.testzip() is None
         assert sum(name.endswith((".jpg", ".png")) for name in archive.namelist()) == PICTURES
-    wait(lambda: row(context, Run, long.id).state == "cancelled")
+    until(lambda: row(context, Run, long.id).state == "cancelled")
 
 
 @pytest.mark.slow
 def test_an_export_is_cancelled_and_leaves_nothing(context: Context) -> None:
     artefact = context.exports.start(pictures_of(the_run(context)))
-    wait(lambda: row(context, Artefact, artefact.id).state == "running")
+    until(lambda: row(context, Artefact, artefact.id).state == "running")
     context.artefacts.cancel(artefact.id)
     assert ended(context, artefact.id).state == "cancelled"
-    wait(lambda: not artefact_folder(context.settings.home, artefact.id).exists())
+    until(lambda: not artefact_folder(context.settings.home, artefact.id).exists())

@@ -7,10 +7,10 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -27,6 +27,9 @@ from app.jobs.supervisor import Supervisor
 from app.jobs.worker import _prepared
 from app.settings import Settings
 from app.storage.models import Artefact, Job, Run
+from tests.patience import until
+
+wait = partial(until, seconds=120.0)
 
 pytestmark = pytest.mark.slow
 
@@ -59,15 +62,6 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
     yield made
     made.supervisor.stop()
     context.close()
-
-
-def wait(what: Callable[[], Any], seconds: float = 120.0) -> Any:
-    """Until something is so; its value."""
-    until = time.monotonic() + seconds
-    while not (found := what()):
-        assert time.monotonic() < until, "it does not happen"
-        time.sleep(0.01)
-    return found
 
 
 def _command(process: int) -> str:

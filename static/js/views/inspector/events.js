@@ -2,7 +2,6 @@
 /** One sentence on each event of the track, each linked to its frame; what repeats frame after frame is one line. */
 
 import { stretchesOf } from '../../model/event_stretches.js';
-import { sentencesOf } from '../../model/plain_words.js';
 import { seek } from '../app.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { count } from '../format.js';
@@ -59,7 +58,7 @@ export function createEvents(app, signal) {
       if (inspected.lane === lane && inspected.review.frame === frame) return;
       if (inspected.lane !== lane) {
         lane = inspected.lane;
-        stretches = lane ? stretchesOf(sentencesOf(lane)) : [];
+        stretches = stretchesOf(inspected.sentences);
         unfolded = new Set();
         all = false;
       }

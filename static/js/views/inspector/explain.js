@@ -6,7 +6,7 @@
 
 import { placeAt } from '../../model/detail_columns.js';
 import { hashBits } from '../../model/hash_bits.js';
-import { sentencesOf, short, sourceAt, verdictAt } from '../../model/plain_words.js';
+import { short, sourceAt, verdictAt } from '../../model/plain_words.js';
 import { fill, h, s, setText } from '../dom.js';
 import { percent } from '../format.js';
 
@@ -21,7 +21,6 @@ export function createExplain(app, signal) {
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   let asked = '';
   let frames = new Int32Array(0);
-  /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
   let told = '';
   button.addEventListener('click', async () => {
     const lane = now?.lane;
@@ -47,10 +46,7 @@ export function createExplain(app, signal) {
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
       const { lane, review } = inspected;
-      if (lane !== now?.lane) {
-        frames = Int32Array.from(lane?.frame ?? []);
-        sentences = lane ? sentencesOf(lane) : [];
-      }
+      if (lane !== now?.lane) frames = Int32Array.from(lane?.frame ?? []);
       now = inspected;
       const key = lane && review.run ? `${review.run.id} ${lane.id} ${review.frame}` : '';
       if (asked !== key && asked !== '') {
@@ -59,11 +55,12 @@ export function createExplain(app, signal) {
       }
       const at = placeAt(frames, review.frame);
       const here = lane && at >= 0 && lane.frame[at] === review.frame;
-      button.hidden = !here || verdictAt(lane, at) === null;
+      const verdict = here ? verdictAt(lane, at) : null;
+      button.hidden = verdict === null;
       setText(title, `Frame ${review.frame}`);
-      const lines = here ? [sourceAt(lane, at), verdictAt(lane, at) ?? 'The gate judged no prediction in this frame.', readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
+      const lines = here ? [sourceAt(lane, at), verdict ?? 'The gate judged no prediction in this frame.', readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
       // what the verdict says already is not said twice
-      const events = sentences.filter(({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')));
+      const events = inspected.sentences.filter(({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')));
       const all = [...lines, ...events.map(({ text }) => `${text.charAt(0).toUpperCase()}${text.slice(1)}.`)].filter((line) => line !== null);
       if (all.join('\n') === told) return;
       told = all.join('\n');
