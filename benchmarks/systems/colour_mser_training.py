@@ -228,5 +228,5 @@ def _log_odds(
         covered += proposal_recall(found.boxes, scene.boxes)
         signs += len(scene.boxes)
     every = np.concatenate(values)
-    _, c0, c1 = fit_calibration(np.zeros_like(every), every, np.concatenate(labels))
+    c0, c1 = fit_calibration(every[:, None], np.concatenate(labels)).tolist()
     return (c0, c1), covered / max(1, signs)

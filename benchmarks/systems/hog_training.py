@@ -237,5 +237,5 @@ def _log_odds(cascade: TreeEnsemble, scenes: Sequence[Scene]) -> tuple[float, fl
         scores.append(found.scores[kept][clear])
         labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
     values = np.concatenate(scores)
-    _, c0, c1 = fit_calibration(np.zeros_like(values), values, np.concatenate(labels))
+    c0, c1 = fit_calibration(values[:, None], np.concatenate(labels)).tolist()
     return c0, c1

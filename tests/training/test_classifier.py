@@ -210,7 +210,6 @@ class TestViews:
 
 
 def test_drawn_crops_join_the_real_ones() -> None:
-    settings = ClassifierSettings(drawn=0.5, drawn_crops=2)
-    crops = drawn_crops(settings, np.random.default_rng(0))
+    crops = drawn_crops(2, np.random.default_rng(0))
     assert [crop.class_id for crop in crops] == [c for c in DRAWN_CLASSES for _ in range(2)]
-    assert drawn_crops(ClassifierSettings(drawn=0.0), np.random.default_rng(0)) == []
+    assert drawn_crops(0, np.random.default_rng(0)) == []

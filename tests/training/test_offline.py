@@ -13,7 +13,9 @@ from tsr_engine.geometry.boxes import non_overlap
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import OfflineDetector
+from tsr_engine.training.classifier_network import NetworkSettings
 from tsr_engine.training.detector import DetectorPlan
+from tsr_engine.training.likeness import LikenessPlan
 from tsr_engine.training.offline import split_scenes, train_detector, train_prior
 from tsr_engine.training.refinement import RefinementPlan
 
@@ -23,6 +25,7 @@ PLAN = DetectorPlan(
     feature_share=1 / 4,
     jittered=8,
     per_scene=30,
+    likeness=LikenessPlan(steps=80, batch=48, network=NetworkSettings(filters=8, hidden=24, warm_up=10)),
     refinement=RefinementPlan(views=1, starts=4, candidates=20, boosting=BoostingPlan(32, 3, 1 / 8, 0.5)),
 )
 

@@ -45,8 +45,7 @@ def memory() -> Component:
 @pytest.fixture(scope="module")
 def remembered(memory: Component) -> tuple[Samples, Samples]:
     a = memory.arrays
-    signs = Samples(a["signs"], a["signs_cascade"].astype(np.float64))
-    return signs, Samples(a["others"], a["others_cascade"].astype(np.float64))
+    return Samples.remembered(a, "signs"), Samples.remembered(a, "others")
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """``M_off``: the offline detector on aggregated channel features (section III-A, Eq. 1 and 2).
 
-Pyramid, cascade over all windows, suppression, second look at the few that are left, calibration to log-odds, prior.
+Pyramid, cascade over all windows, suppression, second look at the few that are left, likeness to a class of sign,
+calibration to log-odds, prior.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
 from tsr_engine.channels.scratch import Scratch
+from tsr_engine.detection.likeness import Likeness
+from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
@@ -42,14 +45,16 @@ class AcfModel:
         plan: the pyramid that it was trained on.
         cascade: trees with rejection thresholds.
         second_look: refinement and verification.
-        calibration: shape (3,): log-odds of being a sign = c0 * verifier + c1 * cascade + c2.
+        likeness: what tells signs from things of a sign's outline.
+        calibration: from the three scores to log-odds of being a sign.
     """
 
     window: Window
     plan: PyramidPlan
     cascade: TreeEnsemble
     second_look: SecondLook
-    calibration: tuple[float, float, float]
+    likeness: Likeness
+    calibration: LogOdds
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], settings: Mapping[str, Any]) -> AcfModel:
@@ -66,19 +71,21 @@ class AcfModel:
             computed_per_octave=int(settings["computed_per_octave"]),
             lambdas=tuple(float(v) for v in settings["lambdas"]),
         )
-        c0, c1, c2 = (float(v) for v in settings["calibration"])
+        calibration = LogOdds(*(float(v) for v in settings["calibration"]))
         look = SecondLook(
             arrays["step_weights"].astype(np.float32),
             arrays["step_biases"].astype(np.float32),
             _ensemble(arrays, "verifier", int(settings["verifier_window"])),
         )
-        return cls(window, plan, _ensemble(arrays, "cascade", window.cells), look, (c0, c1, c2))
+        cascade = _ensemble(arrays, "cascade", window.cells)
+        return cls(window, plan, cascade, look, Likeness.from_arrays(arrays), calibration)
 
     def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays and JSON settings from which :meth:`from_arrays` makes the same model."""
         arrays: dict[str, NDArray[Any]] = {
             "step_weights": self.second_look.weights.astype(np.float16),
             "step_biases": self.second_look.biases,
+            **self.likeness.to_arrays(),
         }
         for name, ensemble in (("cascade", self.cascade), ("verifier", self.second_look.verifier)):
             arrays[f"{name}_features"] = ensemble.features.astype(np.uint16)
@@ -95,7 +102,7 @@ class AcfModel:
             "per_octave": self.plan.per_octave,
             "computed_per_octave": self.plan.computed_per_octave,
             "lambdas": list(self.plan.lambdas),
-            "calibration": list(self.calibration),
+            "calibration": self.calibration.to_list(),
             "verifier_window": self.second_look.verifier.window,
         }
         return arrays, settings
@@ -162,8 +169,7 @@ class AcfDetector:
         height, width = picture.shape[:2]
         boxes, scores = self.candidates(picture)
         refined, verified = self.model.second_look.look(picture, boxes)
-        c0, c1, c2 = self.model.calibration
-        raw = c0 * verified + c1 * scores + c2
+        raw = self.model.calibration.of(verified, scores, self.model.likeness.scores(picture, refined))
         refined = clip(self._tightened(refined), width, height)
         sane = (raw >= self.params.keep_score) & (np.minimum(*(refined[:, 2:] - refined[:, :2]).T) >= 4)
         refined, raw = refined[sane], raw[sane]

@@ -27,11 +27,11 @@ class ScanNodes:
     """An ensemble's nodes made ready for levels of one size and gain.
 
     Attributes:
-        offsets: shape (trees, 7), int32: where each node's byte lies from a window's first byte.
+        offsets: shape (trees, 7), uint32: where each node's byte lies from a window's first byte.
         thresholds: shape (trees, 7), uint8: corrected for cells that still lack the gains.
     """
 
-    offsets: NDArray[np.int32]
+    offsets: NDArray[np.uint32]
     thresholds: NDArray[np.uint8]
 
 
@@ -54,7 +54,7 @@ def prepare(ensemble: TreeEnsemble, rows: int, columns: int, gains: NDArray[np.f
     window = ensemble.window
     channel, rest = np.divmod(ensemble.features, window * window)
     dy, dx = np.divmod(rest, window)
-    offsets = np.asarray((channel * rows + dy) * columns + dx, dtype=np.int32)
+    offsets = np.asarray((channel * rows + dy) * columns + dx, dtype=np.uint32)
     if gains is None:
         return ScanNodes(offsets, ensemble.thresholds)
     wanted = np.ceil((ensemble.thresholds - 1e-9) / gains[channel])
@@ -131,10 +131,10 @@ def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[
     left = 0
     for i in range(count):
         at = places[i]
-        k = 2 if flat[at + o[0]] >= v[0] else 1
-        k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
-        k = 2 * k + (2 if flat[at + o[k]] >= v[k] else 1)
-        total = totals[i] + leaf[k - 7]
+        k = np.uint32(2) if flat[at + o[0]] >= v[0] else np.uint32(1)
+        k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
+        k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
+        total = totals[i] + leaf[k - np.uint32(7)]
         places[left] = at
         totals[left] = total
         left += 1 if total >= least else 0
@@ -146,7 +146,7 @@ def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection
     trees = offsets.shape[0]
     # neighbouring rows lie behind each other: a band is one long row, in which the last columns are no windows
     acc = np.empty(BAND * columns, np.int16)
-    places = np.empty(BAND * nx, np.int32)
+    places = np.empty(BAND * nx, np.uint32)
     totals = np.empty(BAND * nx, np.int32)
     size = 1024
     out_y, out_x, out_s = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
@@ -172,7 +172,7 @@ def _scan(flat, columns, first, last, nx, offsets, thresholds, leaves, rejection
                 if _highest(block) < limit:
                     continue
                 for x in range(block.shape[0]):
-                    places[count] = base + start + x
+                    places[count] = np.uint32(base + start + x)
                     totals[count] = block[x]
                     count += 1 if block[x] >= limit else 0
         for t in range(dense, trees):

@@ -3,7 +3,7 @@
 ::
 
     MODELS/
-      manifest.json     {"format": 1, "components": {"detector": {...}, "prior": {...}, ...}}
+      manifest.json     {"format": 2, "components": {"detector": {...}, "prior": {...}, ...}}
       detector.npz      plain arrays
       ...
 
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import ModelError, StorageError
 from tsr_engine.version import __version__
 
-FORMAT = 1
+FORMAT = 2
 MANIFEST = "manifest.json"
 SHIPPED = Path(__file__).resolve().parent.parent / "models"
 

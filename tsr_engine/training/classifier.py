@@ -139,7 +139,7 @@ def fit_arrays(
     """Train the weights; matrices come back as float16, which is how they are stored and used."""
     network = Network(settings.network, seed)
     views = _views(crops, settings, settings.steps, np.random.default_rng([seed, 1]))
-    return _descend(network, views, settings.steps, report, stage)
+    return descend(network, views, settings.steps, report, stage)
 
 
 def refit_arrays(
@@ -154,16 +154,17 @@ def refit_arrays(
     network = Network(replace(settings.network, rate=settings.network.rate * _REFIT_RATE), seed + 1)
     network.resume(arrays)
     views = _views(crops, settings, settings.refit_steps, np.random.default_rng([seed, 3]))
-    return _descend(network, views, settings.refit_steps, report, stage)
+    return descend(network, views, settings.refit_steps, report, stage)
 
 
-def _descend(
+def descend(
     network: Network,
     views: Iterator[tuple[NDArray[np.float32], NDArray[np.int64]]],
     steps: int,
     report: Progress,
     stage: str,
 ) -> dict[str, NDArray[Any]]:
+    """Take the steps; the average of the last weights, matrices as float16, which is how they are stored and used."""
     for step in range(steps):
         descriptors, labels = next(views)
         network.train_step(descriptors, labels, step / steps)
@@ -181,32 +182,57 @@ def _views(
     counts = np.bincount(classes, minlength=CLASS_COUNT).astype(np.float64)
     chance = counts[classes] ** (settings.balance - 1)
     chance /= chance.sum()
-    foreign = drawn_crops(settings, generator)
+    foreign = drawn_crops(settings.drawn_crops, generator) if settings.drawn > 0 else []
     if foreign:
         crops = [*crops, *foreign]
         chance = np.concatenate([chance * (1 - settings.drawn), np.full(len(foreign), settings.drawn / len(foreign))])
-    patches = np.empty((settings.batch, SIDE, SIDE, 3), dtype=np.uint8)
-    descriptors = np.empty((_RECENT * settings.batch, LENGTH), dtype=np.float32)
+    yield from shown_views(
+        crops, chance, settings.batch, settings.showings, generator,
+        lambda made: _strength(made * settings.showings / steps, settings),
+    )  # fmt: skip
+
+
+def shown_views(
+    crops: Sequence[LoadedCrop],
+    chance: NDArray[np.float64],
+    batch: int,
+    showings: int,
+    generator: np.random.Generator,
+    strength: Callable[[int], float],
+) -> Iterator[tuple[NDArray[np.float32], NDArray[np.int64]]]:
+    """Endless batches of views of crops, each view shown several times on average.
+
+    Args:
+        crops: what is viewed.
+        chance: shape (crops,): how likely each is drawn; sums to 1.
+        batch: views a batch.
+        showings: batches made of recent views for each batch of new ones, that one included.
+        generator: of all draws.
+        strength: of the views, given the number of batches of new views so far.
+
+    Yields:
+        Descriptors (batch, 4320) and labels (batch,).
+    """
+    patches = np.empty((batch, SIDE, SIDE, 3), dtype=np.uint8)
+    descriptors = np.empty((_RECENT * batch, LENGTH), dtype=np.float32)
     labels = np.empty(len(descriptors), dtype=np.int64)
     made = 0
     while True:
-        strength = _strength(made * settings.showings / steps, settings)
-        new = slice(made % _RECENT * settings.batch, (made % _RECENT + 1) * settings.batch)
-        for row, index in enumerate(generator.choice(len(crops), settings.batch, p=chance)):
-            patches[row], labels[new.start + row] = jittered_view(crops[index], generator, strength)
+        now = strength(made)
+        new = slice(made % _RECENT * batch, (made % _RECENT + 1) * batch)
+        for row, index in enumerate(generator.choice(len(crops), batch, p=chance)):
+            patches[row], labels[new.start + row] = jittered_view(crops[index], generator, now)
         descriptors[new] = describe_patches(patches)
         made += 1
         yield descriptors[new], labels[new]
-        for _ in range(settings.showings - 1):
-            again = generator.integers(0, min(made, _RECENT) * settings.batch, settings.batch)
+        for _ in range(showings - 1):
+            again = generator.integers(0, min(made, _RECENT) * batch, batch)
             yield descriptors[again], labels[again]
 
 
-def drawn_crops(settings: ClassifierSettings, generator: np.random.Generator) -> list[LoadedCrop]:
-    """The drawn crops of one training; none where their share is 0."""
-    if settings.drawn <= 0:
-        return []
-    return [drawn_crop(class_id, generator) for class_id in DRAWN_CLASSES for _ in range(settings.drawn_crops)]
+def drawn_crops(each: int, generator: np.random.Generator) -> list[LoadedCrop]:
+    """Drawn crops for one training, so many of each class that is drawn."""
+    return [drawn_crop(class_id, generator) for class_id in DRAWN_CLASSES for _ in range(each)]
 
 
 def _strength(progress: float, settings: ClassifierSettings) -> float:

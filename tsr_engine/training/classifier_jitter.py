@@ -27,6 +27,8 @@ SCALE = 0.12
 """Largest box scale error."""
 ASPECT = 0.06
 """Largest additional error of width and of height."""
+BACKGROUND = -1
+"""Class of crops that show no sign."""
 ROUND = frozenset({40})
 """Classes whose symbol goes round: turned by any angle the sign stays of its class."""
 _MIRRORED = dict(MIRRORED)
@@ -55,12 +57,31 @@ def load_crop(item: CropItem) -> LoadedCrop:
     picture = read_picture(item)
     height, width = picture.shape[:2]
     box = np.array(item.roi if item.roi is not None else _inner(width, height), dtype=np.float64)
+    return _reduced(picture, box, item.class_id)
+
+
+def surrounded_crop(picture: Picture, box: FloatArray, class_id: int) -> LoadedCrop:
+    """A box of a picture with half its side around it, so that views may shift; larger ones are reduced.
+
+    Args:
+        picture: BGR, uint8.
+        box: shape (4,), must overlap the picture.
+        class_id: of the sign; ``BACKGROUND`` for what is none.
+    """
+    reach = 0.5 * max(box[2] - box[0], box[3] - box[1]) + 2
+    left, top = np.maximum(0, np.floor(box[:2] - reach)).astype(int)
+    right, bottom = np.ceil(box[2:] + reach).astype(int)
+    return _reduced(picture[top:bottom, left:right].copy(), box - np.array([left, top] * 2), class_id)
+
+
+def _reduced(picture: Picture, box: FloatArray, class_id: int) -> LoadedCrop:
+    height, width = picture.shape[:2]
     side = max(box[2] - box[0], box[3] - box[1])
     if side > LARGEST:
         size = (max(1, round(width * LARGEST / side)), max(1, round(height * LARGEST / side)))
-        box *= np.array([size[0] / width, size[1] / height] * 2)
+        box = box * np.array([size[0] / width, size[1] / height] * 2)
         picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    return LoadedCrop(picture, box, item.class_id)
+    return LoadedCrop(picture, box, class_id)
 
 
 def _inner(width: int, height: int) -> tuple[float, float, float, float]:

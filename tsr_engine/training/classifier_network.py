@@ -76,7 +76,7 @@ class Network:
 
         Args:
             descriptors: shape (n, 4320).
-            labels: shape (n,).
+            labels: shape (n,); negative: of no class, which the hinge alone understands.
             progress: share of the whole training that is done, in [0, 1): sets the step size.
 
         Returns:
@@ -146,10 +146,14 @@ class Network:
 
 
 def _hinge(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Array]:
-    """Squared hinge of 43 machines, summed over machines, mean over the batch; and its slope."""
+    """Squared hinge of 43 machines, summed over machines, mean over the batch; and its slope.
+
+    A negative label is of no class: every machine should refuse it.
+    """
     n = len(labels)
     target = np.full(margins.shape, -1, dtype=np.float32)
-    target[np.arange(n), labels] = 1
+    known = np.flatnonzero(labels >= 0)
+    target[known, labels[known]] = 1
     slack = np.maximum(0, 1 - target * margins)
     return float((slack * slack).sum() / n), (np.float32(-2 / n) * target * slack).astype(np.float32)
 

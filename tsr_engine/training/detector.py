@@ -1,4 +1,4 @@
-"""Training of the offline detector: cascade in rounds with hard negatives, then the second look, then calibration."""
+"""Training of the offline detector: cascade in rounds with hard negatives, second look, likeness."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ from tsr_engine.channels.compute import CHANNELS
 from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost
+from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.training.classifier import load_all
 from tsr_engine.training.crops import crop_windows
 from tsr_engine.training.lambdas import measure_lambdas
+from tsr_engine.training.likeness import LikenessPlan, background_crops, sign_crops, train_likeness
 from tsr_engine.training.mining import Tick, aligned_windows, background_windows, hard_windows, read_picture
 from tsr_engine.training.patches import sign_windows
 from tsr_engine.training.refinement import RefinementPlan, train_second_look
@@ -31,6 +34,9 @@ class DetectorPlan:
     Attributes:
         rounds: trees of each round; between rounds hard negatives are collected.
         mining_share: share of the scenes that are searched for hard negatives after each round but the last.
+        per_octave: levels of the pyramid an octave; two of them are computed.
+        log_scale: largest change of a training window's scale, natural logarithm: half a step between levels, since
+            signs lie between them.
         depth: depth of the cascade's trees.
         feature_share: share of the features that one tree may look at.
         jittered: training windows cut around each annotated sign.
@@ -41,12 +47,16 @@ class DetectorPlan:
         most_negatives: negatives are thinned to this number.
         floors: pairs of a number of trees and a score (units of half log-odds): from that many trees on, a window
             whose running score is below is dropped. Chosen on calibration scenes; thresholds from the training
-            signs' own traces would drop new signs.
+            signs' own traces would drop new signs. They are low: what comes after tells signs from the rest far
+            better than the cascade, and looks at few windows.
         refinement: the second look.
+        likeness: the machines that tell signs from things of a sign's outline.
     """
 
     rounds: tuple[int, ...] = (32, 128, 384, 1024)
     mining_share: tuple[float, ...] = (0.3, 0.7, 1.0)
+    per_octave: int = 4
+    log_scale: float = 0.085
     depth: int = 3
     feature_share: float = 1 / 16
     jittered: int = 16
@@ -55,8 +65,9 @@ class DetectorPlan:
     random_per_scene: int = 150
     relit: float = 0.35
     most_negatives: int = 70_000
-    floors: tuple[tuple[int, float], ...] = ((24, -1.0), (64, -2.0), (384, 0.0))
+    floors: tuple[tuple[int, float], ...] = ((24, -1.0), (128, -3.0), (384, -2.0))
     refinement: RefinementPlan = field(default_factory=RefinementPlan)
+    likeness: LikenessPlan = field(default_factory=LikenessPlan)
 
 
 def fit_detector(
@@ -84,7 +95,7 @@ def fit_detector(
     rng = np.random.default_rng(seed)
     window = Window()
     lambdas = measure_lambdas(read_picture(s) for s in scenes[:: max(1, len(scenes) // 40)])
-    pyramid = PyramidPlan(window.shrink, 6, 2, lambdas)
+    pyramid = PyramidPlan(window.shrink, plan.per_octave, 2, lambdas)
     positives, weights = _positives(scenes, crops, window, pyramid, plan, rng, tick)
     few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
     negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, tick)
@@ -101,13 +112,18 @@ def fit_detector(
         negatives = _thinned(negatives, hard, plan.most_negatives, rng)
     assert cascade is not None
     second_look = train_second_look(scenes, cascade, window, pyramid, plan.refinement, rng, tick)
-    model = AcfModel(window, pyramid, cascade, second_look, (1.0, 0.0, 0.0))
+    rng = np.random.default_rng([seed, 31])
+    background = background_crops(scenes, cascade, window, pyramid, second_look, plan.likeness, rng, tick)
+    read = load_all([item for item in crops if item.class_id is not None], tick, "crops")
+    likeness = train_likeness(read, sign_crops(scenes), background, plan.likeness, rng, tick)
+    model = AcfModel(window, pyramid, cascade, second_look, likeness, LogOdds(1.0, 0.0, 0.0, 0.0))
     record = {
         "scenes": len(scenes),
         "signs": signs,
         "crops": len(crops),
         "positives": len(positives),
         "negatives": len(negatives),
+        "background_crops": len(background),
         "plan": asdict(plan),
     }
     return model, record
@@ -139,7 +155,7 @@ def _positives(
             continue
         picture = read_picture(scene)
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
-            cut = sign_windows(picture, box, window, plan.jittered, rng)
+            cut = sign_windows(picture, box, window, plan.jittered, rng, log_scale=plan.log_scale)
             windows.append(cut)
             weights.append(np.full(len(cut), frequency[class_id] ** -0.5 / len(cut)))
         if number % 2 == 0:

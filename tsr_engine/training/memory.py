@@ -8,8 +8,8 @@ classifier, and serves all versions that descend from them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 import numpy as np
@@ -31,7 +31,7 @@ from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plai
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import PATCH, jitter, window_features
 
-__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "look_at"]
+__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "look_at", "stacked"]
 
 COMPONENT: Final = "memory"
 SIGNS: Final = 360
@@ -49,22 +49,39 @@ class Samples:
     Attributes:
         features: shape (n, FEATURES), uint8, after the first step of the second look.
         cascade: shape (n,), scores of the cascade where the window was found.
+        likeness: shape (n,), highest class margin of the refined box.
     """
 
     features: NDArray[np.uint8]
     cascade: FloatArray
+    likeness: FloatArray
 
     def __len__(self) -> int:
         return len(self.features)
 
+    @classmethod
+    def remembered(cls, arrays: Mapping[str, NDArray[Any]], name: str) -> Samples:
+        """``signs`` or ``others`` of the component's arrays.
+
+        Raises:
+            KeyError: the component is of an earlier version.
+        """
+        cascade, likeness = (arrays[f"{name}_{score}"].astype(np.float64) for score in ("cascade", "likeness"))
+        return cls(arrays[name], cascade, likeness)
+
     def pick(self, which: NDArray[Any]) -> Samples:
         """Some of the samples."""
-        return Samples(self.features[which], self.cascade[which])
+        return Samples(self.features[which], self.cascade[which], self.likeness[which])
 
     def raw(self, model: AcfModel) -> FloatArray:
         """Log-odds of being a sign by a model, shape (n,)."""
-        c0, c1, c2 = model.calibration
-        return c0 * model.second_look.verifier.scores(self.features) / UNIT + c1 * self.cascade + c2
+        verified = model.second_look.verifier.scores(self.features) / UNIT
+        return model.calibration.of(verified, self.cascade, self.likeness)
+
+
+def stacked(parts: Sequence[Samples]) -> Samples:
+    """Several samples as one."""
+    return Samples(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Samples)))
 
 
 def cascade_scores(model: AcfModel, picture: Picture, boxes: FloatArray) -> FloatArray:
@@ -77,7 +94,9 @@ def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: Float
     """Samples of candidate boxes (n, 4), moved by the first step as in use."""
     scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
     moved = model.second_look.step(0, boxes, features_of(picture, boxes))
-    return Samples(features_of(picture, moved), scores)
+    features = features_of(picture, moved)
+    refined = model.second_look.step(1, moved, features)
+    return Samples(features, scores, model.likeness.scores(picture, refined))
 
 
 def build_memory(
@@ -105,8 +124,10 @@ def build_memory(
     arrays: dict[str, NDArray[Any]] = {
         "signs": signs.features,
         "signs_cascade": signs.cascade.astype(np.float32),
+        "signs_likeness": signs.likeness.astype(np.float32),
         "others": others.features,
         "others_cascade": others.cascade.astype(np.float32),
+        "others_likeness": others.likeness.astype(np.float32),
         "moment": moment.astype(np.float32),
         "crops": features.astype(np.float16),
         "classes": classes.astype(np.int8),
@@ -133,16 +154,12 @@ def _windows(
         clear = np.flatnonzero(away_from_signs(boxes, scene.taken))[:4]
         if len(clear):
             others.append(look_at(model, picture, boxes[clear], scores[clear]))
-    every, wrong = _joined(signs), _joined(others)
+    every, wrong = stacked(signs), stacked(others)
     share = np.array(weights) / np.sum(weights)
     return (
         every.pick(np.sort(rng.choice(len(every), min(SIGNS, len(every)), replace=False, p=share))),
         wrong.pick(np.sort(rng.permutation(len(wrong))[:OTHERS])),
     )
-
-
-def _joined(parts: Sequence[Samples]) -> Samples:
-    return Samples(np.concatenate([p.features for p in parts]), np.concatenate([p.cascade for p in parts]))
 
 
 def _crop_memory(

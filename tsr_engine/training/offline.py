@@ -7,12 +7,14 @@ that ships is then trained once more on all scenes with the calibration found; i
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
+from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen, with_prior
 from tsr_engine.evaluation.detection import DetectionScore, match, score_detections
@@ -71,11 +73,11 @@ def train_detector(
     train, calibrate, report = split_scenes(scenes, seed)
     model, record = fit_detector(train, crops, plan, seed, _named("held-out model", progress))
     calibration = calibrate_model(model, calibrate, _named("calibration", progress))
-    model = _with_calibration(model, calibration)
+    model = replace(model, calibration=calibration)
     found = detect_scenes(model, [*calibrate, *report], _named("held-out scenes", progress))
     figures = detection_figures(found[len(calibrate) :])
     final, final_record = fit_detector(scenes, crops, plan, seed, _named("final model", progress))
-    arrays, settings = _with_calibration(final, calibration).to_arrays()
+    arrays, settings = replace(final, calibration=calibration).to_arrays()
     for name, values in zip(("boxes", "raw", "labels"), _labelled(found), strict=True):
         arrays[f"heldout_{name}"] = values
     data = {
@@ -87,10 +89,10 @@ def train_detector(
     return Component("detector", arrays, settings, data, figures, seed)
 
 
-def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress) -> tuple[float, float, float]:
+def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress) -> LogOdds:
     """Log-odds from the candidates on scenes that did not train the model."""
     detector = AcfDetector(model, params=DetectorParams(second_core=False))
-    verified, cascade, labels = [], [], []
+    scored, labels = [], []
     for number, scene in enumerate(scenes):
         progress("candidates", number, len(scenes))
         picture = read_picture(scene)
@@ -98,10 +100,9 @@ def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress
         refined, look = model.second_look.look(picture, boxes)
         overlap = iou(refined, scene.boxes).max(axis=1) if len(scene.boxes) and len(boxes) else np.zeros(len(boxes))
         clear = (overlap >= 0.5) | (overlap < 0.3)
-        verified.append(look[clear])
-        cascade.append(scores[clear])
+        scored.append(np.stack([look, scores, model.likeness.scores(picture, refined)], axis=1)[clear])
         labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
-    return fit_calibration(np.concatenate(verified), np.concatenate(cascade), np.concatenate(labels))
+    return LogOdds(*fit_calibration(np.concatenate(scored), np.concatenate(labels)).tolist())
 
 
 def detect_scenes(
@@ -207,10 +208,6 @@ def _labelled(
         np.concatenate(scores).astype(np.float32),
         np.concatenate(labels).astype(np.int8),
     )
-
-
-def _with_calibration(model: AcfModel, calibration: tuple[float, float, float]) -> AcfModel:
-    return AcfModel(model.window, model.plan, model.cascade, model.second_look, calibration)
 
 
 def _named(what: str, progress: Progress) -> Progress:

@@ -39,7 +39,7 @@ def remembered_figures(parts: Mapping[str, Component]) -> dict[str, Any]:
     model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
     out: dict[str, Any] = {}
     for name, sign in (("signs", 1.0), ("others", -1.0)):
-        samples = Samples(memory.arrays[name], memory.arrays[f"{name}_cascade"].astype(np.float64))
+        samples = Samples.remembered(memory.arrays, name)
         spared = samples.pick(np.arange(len(samples)) % 3 == 0)
         out[f"{name}_kept"] = round(float((sign * spared.raw(model) > 0).mean()), 4)
     classifier = SignClassifier.from_component(parts["classifier"])

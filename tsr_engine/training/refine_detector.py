@@ -20,12 +20,13 @@ from scipy.linalg import cho_factor, cho_solve
 
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
+from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.second_look import CELLS
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.memory import Samples
-from tsr_engine.training.refine_windows import Cutting, Material, cut_windows, stacked
+from tsr_engine.training.memory import Samples, stacked
+from tsr_engine.training.refine_windows import Cutting, Material, cut_windows
 
 __all__ = ["DetectorRefinement", "RefinementNotes", "refine_detector"]
 
@@ -70,7 +71,7 @@ class DetectorRefinement:
     inertia: float = 8.0
     box_ridge: float = 3.0
     box_memory: float = 0.5
-    lowest_floor: float = -1.0
+    lowest_floor: float = -3.0
     least_signs: int = 1
 
 
@@ -84,11 +85,11 @@ class RefinementNotes:
     rejected: int
     remembered: int
     floor: float
-    calibration: tuple[float, float, float]
+    calibration: LogOdds
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values."""
-        return asdict(self) | {"calibration": list(self.calibration)}
+        return asdict(self) | {"calibration": self.calibration.to_list()}
 
 
 def refine_detector(
@@ -116,7 +117,7 @@ def refine_detector(
     names = sorted({sign for scene in scenes for sign in scene.signs})
     if len(names) < settings.least_signs or not names:
         raise ValueError(f"A detector is refined with {settings.least_signs} signs or more. Got {len(names)} instead.")
-    if model.calibration[0] < _LEAST_SLOPE:
+    if model.calibration.verifier < _LEAST_SLOPE:
         raise ValueError("This detector's calibration does not heed its verifier, so that it cannot be refined.")
     rng = np.random.default_rng([seed, 21])
     material = cut_windows(model, scenes, names, settings.cutting, rng, progress)
@@ -127,7 +128,7 @@ def refine_detector(
     added = _trees(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
     verifier = _joined(model.second_look.verifier, added)
     floor, cascade = _lowered(model.cascade, material.floors, settings.lowest_floor)
-    refined = AcfModel(model.window, model.plan, cascade, replace(look, verifier=verifier), calibration)
+    refined = replace(model, cascade=cascade, second_look=replace(look, verifier=verifier), calibration=calibration)
     notes = RefinementNotes(
         len(names),
         len(material.signs),
@@ -171,7 +172,7 @@ def _trees(
         CELLS,
         settings.inertia,
     )
-    scaled = np.round(grown.leaves * (2.0 / model.calibration[0])).clip(-32000, 32000)
+    scaled = np.round(grown.leaves * (2.0 / model.calibration.verifier)).clip(-32000, 32000)
     return TreeEnsemble(grown.features, grown.thresholds, scaled.astype(np.int16), grown.rejection, CELLS)
 
 
@@ -228,7 +229,7 @@ def _calibrated(
     settings: DetectorRefinement,
     seed: int,
     progress: Progress,
-) -> tuple[float, float, float]:
+) -> LogOdds:
     """Calibration under which background keeps the log-odds that it had: thresholds keep their false alarms.
 
     The new trees' answers on background come from trees that did not see it (two halves, each scored by the other's
@@ -249,14 +250,13 @@ def _calibrated(
         held = stacked(mine)
         raw = held.raw(model)
         before.append(raw)
-        after.append(raw + model.calibration[0] * trees.scores(held.features) / UNIT)
+        after.append(raw + model.calibration.verifier * trees.scores(held.features) / UNIT)
     levels = [np.quantile(np.concatenate(part), _BACKGROUND) for part in (before, after) if sum(map(len, part))]
     if len(levels) < 2:
         return model.calibration
     (low, high), (new_low, new_high) = levels
     factor = float(np.clip((high - low) / max(new_high - new_low, 1e-6), 0.3, 1.5))
-    c0, c1, c2 = model.calibration
-    return factor * c0, factor * c1, factor * c2 + float(high - factor * new_high)
+    return model.calibration.scaled(factor, float(high - factor * new_high))
 
 
 def _halves(videos: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.bool_]:

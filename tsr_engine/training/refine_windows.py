@@ -19,11 +19,11 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.memory import Samples, look_at
+from tsr_engine.training.memory import Samples, look_at, stacked
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import jitter
 
-__all__ = ["Cutting", "Material", "cut_windows", "loosened", "stacked"]
+__all__ = ["Cutting", "Material", "cut_windows", "loosened"]
 
 Progress = Callable[[str, int, int], None]
 
@@ -137,7 +137,7 @@ def cut_windows(
                 others.append(look_at(model, picture, wrong))
                 other_weights.append(np.full(len(wrong), REJECTED_WEIGHT))
                 video_of_other += [here] * len(wrong)
-    empty = Samples(np.zeros((0, FEATURES), np.uint8), np.zeros(0))
+    empty = Samples(np.zeros((0, FEATURES), np.uint8), np.zeros(0), np.zeros(0))
     return Material(
         stacked(signs),
         np.array(weights),
@@ -178,8 +178,3 @@ def _looks(
         steps.append(steps_to(middle, np.repeat(target[None], len(middle), 0)))
         last.append(samples.features)
     return stacked(found), np.concatenate(steps), np.concatenate(last)
-
-
-def stacked(parts: Sequence[Samples]) -> Samples:
-    """Several samples as one."""
-    return Samples(np.concatenate([p.features for p in parts]), np.concatenate([p.cascade for p in parts]))

@@ -196,9 +196,7 @@ def _memory(parts: Parts) -> tuple[tuple[Samples, Samples] | None, Component | N
     memory = parts.get(MEMORY)
     if memory is None:
         return None, None
-    arrays = memory.arrays
-    signs = Samples(arrays["signs"], arrays["signs_cascade"].astype(np.float64))
-    others = Samples(arrays["others"], arrays["others_cascade"].astype(np.float64))
+    signs, others = (Samples.remembered(memory.arrays, name) for name in ("signs", "others"))
     return (signs.pick(np.arange(len(signs)) % 3 > 0), others.pick(np.arange(len(others)) % 3 > 0)), memory
 
 

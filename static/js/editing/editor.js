@@ -11,6 +11,7 @@
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { CommandError, applyCommand } from '../model/commands.js';
+import { subjectOf } from '../model/effective.js';
 import { trackName } from '../model/track_name.js';
 import { changeReview, select, seek } from '../store/actions/review.js';
 import { hideBanner, openDialog, showBanner } from '../store/actions/page.js';
@@ -218,11 +219,9 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   function announce(what, docs) {
     const about = target;
     if (about === null) return;
-    store.dispatch((state) => {
-      const sought = about.frame === null ? state : seek(state, about.frame);
-      return select(sought, docs.find((doc) => !doc.gone)?.key ?? null);
-    });
-    const doc = docs.find((one) => !one.gone) ?? docs[0];
+    const subject = subjectOf(docs, about.frame);
+    store.dispatch((state) => select(about.frame === null ? state : seek(state, about.frame), subject?.key ?? null));
+    const doc = subject ?? docs[0];
     toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc))}`);
   }
 

@@ -82,3 +82,18 @@ export function spanOf(doc, lastOf) {
   }
   return first <= last ? { first, last } : null;
 }
+
+/**
+ * Which of the tracks that a change touched somebody looks at in its frame: after a split the later half.
+ * @param {readonly TrackDoc[]} docs
+ * @param {number|null} frame   null: the change is about whole tracks
+ * @returns {TrackDoc|null}   null: none of them is left
+ */
+export function subjectOf(docs, frame) {
+  const left = docs.filter((doc) => !doc.gone);
+  const here = frame === null ? undefined : left.find((doc) => {
+    const span = spanOf(doc);
+    return span !== null && span.first <= frame && frame <= span.last;
+  });
+  return here ?? left[0] ?? null;
+}

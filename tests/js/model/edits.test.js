@@ -5,7 +5,7 @@ import { test } from 'node:test';
 
 import { CommandError, applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
 import { OPEN_END, emptyDoc, lineAt } from '../../../static/js/model/documents.js';
-import { boxAt, keyFramesOf, nextKey, prevKey, spanOf } from '../../../static/js/model/effective.js';
+import { boxAt, keyFramesOf, nextKey, prevKey, spanOf, subjectOf } from '../../../static/js/model/effective.js';
 
 const FOLDER = new URL('../../golden/edits/', import.meta.url);
 
@@ -63,4 +63,14 @@ test('span, key frames and neighbours', () => {
   assert.equal(prevKey(doc, 10), null);
   assert.deepEqual(lineAt(doc, 15), [5, 0, 6, 1]);
   assert.equal(spanOf({ ...doc, gone: true }), null);
+});
+
+test('a split done again is about the half that its frame lies in; without a frame about the first that is left', () => {
+  const docs = { m4: emptyDoc({ track: 4, first: 2, last: 9 }, true) };
+  const halves = applyCommand(docs, { name: 'split', key: 'm4', frame: 6, new_key: 'p-late' }, { author: 'a', time: '' });
+  const both = Object.values(halves.docs);
+  assert.equal(subjectOf(both, 6)?.key, 'p-late');
+  assert.equal(subjectOf(both, 5)?.key, 'm4');
+  assert.equal(subjectOf(both, null)?.key, both[0].key);
+  assert.equal(subjectOf([{ ...both[0], gone: true }], 5), null);
 });

@@ -1,0 +1,52 @@
+"""Likeness and log-odds by hand."""
+
+import numpy as np
+import pytest
+
+from tsr_engine.detection.likeness import Likeness
+from tsr_engine.detection.log_odds import LogOdds
+from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.crops import cut
+from tsr_engine.training.classifier_network import Network, NetworkSettings
+
+
+@pytest.fixture
+def likeness() -> Likeness:
+    weights = Network(NetworkSettings(filters=3, hidden=8), 4).weights
+    half = {key: value.astype(np.float16) for key, value in weights.items()}
+    return Likeness.from_arrays({f"likeness_{key}": value for key, value in half.items()})
+
+
+@pytest.fixture
+def picture() -> np.ndarray:
+    return np.random.default_rng(0).integers(0, 256, (80, 120, 3), dtype=np.uint8)
+
+
+def test_it_is_the_highest_margin_of_the_box_and_its_border(likeness: Likeness, picture: np.ndarray) -> None:
+    boxes = np.array([[10.0, 20, 40, 50], [-5.0, -5, 20, 20], [100.0, 60, 130, 90]])
+    machines: SignClassifier = likeness.machines
+    wanted = machines.margins([cut(picture, box, machines.margin) for box in boxes]).max(axis=1)
+    np.testing.assert_array_equal(likeness.scores(picture, boxes), wanted.astype(np.float64))
+
+
+def test_a_box_beside_the_picture_is_like_nothing(likeness: Likeness, picture: np.ndarray) -> None:
+    boxes = np.array([[200.0, 10, 230, 40], [10.0, -40, 40, 0.5]])
+    assert likeness.scores(picture, boxes).tolist() == [-1.0, -1.0]
+    assert likeness.scores(picture, np.zeros((0, 4))).shape == (0,)
+
+
+def test_arrays_make_the_same_machines(likeness: Likeness, picture: np.ndarray) -> None:
+    again = Likeness.from_arrays(likeness.to_arrays())
+    boxes = np.array([[10.0, 20, 40, 50]])
+    assert np.array_equal(likeness.scores(picture, boxes), again.scores(picture, boxes))
+    with pytest.raises(KeyError, match="likeness_hidden"):
+        Likeness.from_arrays({k: v for k, v in likeness.to_arrays().items() if k != "likeness_hidden"})
+
+
+def test_log_odds_are_the_weighted_sum() -> None:
+    odds = LogOdds(0.5, 2.0, 3.0, -1.0)
+    verifier, cascade, like = np.array([2.0, 0.0]), np.array([1.0, 0.0]), np.array([-1.0, 0.0])
+    assert odds.of(verifier, cascade, like).tolist() == [0.5 * 2 + 2 * 1 - 3 - 1, -1.0]
+    scaled = odds.scaled(2.0, 7.0).of(verifier, cascade, like)
+    assert scaled.tolist() == (2 * odds.of(verifier, cascade, like) + 7).tolist()
+    assert LogOdds(*odds.to_list()) == odds

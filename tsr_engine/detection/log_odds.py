@@ -1,0 +1,38 @@
+"""From what cascade, verifier and likeness say to log-odds of being a sign."""
+
+from __future__ import annotations
+
+from dataclasses import astuple, dataclass
+
+from tsr_engine.records import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class LogOdds:
+    """Logistic regression on three scores, fitted on scenes that trained none of them.
+
+    Attributes:
+        verifier: weight of the verifier's score, >= 0.
+        cascade: weight of the cascade's score, >= 0.
+        likeness: weight of the highest class margin, >= 0.
+        offset: log-odds where all three are 0.
+    """
+
+    verifier: float
+    cascade: float
+    likeness: float
+    offset: float
+
+    def of(self, verifier: FloatArray, cascade: FloatArray, likeness: FloatArray) -> FloatArray:
+        """Log-odds of candidates; all arrays of shape (n,)."""
+        return self.verifier * verifier + self.cascade * cascade + self.likeness * likeness + self.offset
+
+    def scaled(self, factor: float, shift: float) -> LogOdds:
+        """The regression whose answers are ``factor`` times these plus ``shift``."""
+        return LogOdds(
+            factor * self.verifier, factor * self.cascade, factor * self.likeness, factor * self.offset + shift
+        )
+
+    def to_list(self) -> list[float]:
+        """The four numbers in the order of the attributes, as models store them."""
+        return list(astuple(self))
