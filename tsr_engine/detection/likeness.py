@@ -14,12 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.classifier import ARRAYS, SignClassifier
 from tsr_engine.recognition.crops import cut
-from tsr_engine.recognition.features import FeatureMap
 from tsr_engine.records import FloatArray, Picture
-
-_ARRAYS = ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +53,7 @@ class Likeness:
             KeyError: an array is missing.
             ValueError: shapes do not fit together.
         """
-        filters, filter_bias, hidden, hidden_bias, weights, bias = (
-            np.ascontiguousarray(arrays[f"likeness_{name}"], dtype=np.float32) for name in _ARRAYS
-        )
-        return cls(SignClassifier(FeatureMap(filters, filter_bias, hidden, hidden_bias), weights, bias, 1.0))
+        return cls(SignClassifier.from_arrays({name: arrays[f"likeness_{name}"] for name in ARRAYS}, 1.0))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays from which :meth:`from_arrays` makes the same machines; matrices as float16."""

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from tsr_engine.protocols import CropClassifier
 
 COMPONENT = "classifier"
+ARRAYS = ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
+"""Names under which models store the feature map and the hyperplanes."""
 GEOMETRY = {"side": SIDE, "cell": CELL, "channels": CHANNELS, "margin": MARGIN}
 """What the weights assume of the descriptor; stored with them and checked."""
 
@@ -83,6 +85,19 @@ class SignClassifier:
         return softmax(self.margins(crops), self.temperature)
 
     @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], temperature: float) -> SignClassifier:
+        """From arrays named as the attributes of :class:`FeatureMap` and of this class, of any float type.
+
+        Raises:
+            KeyError: an array is missing.
+            ValueError: shapes do not fit together, or the temperature is not positive.
+        """
+        filters, filter_bias, hidden, hidden_bias, weights, bias = (
+            np.ascontiguousarray(arrays[name], dtype=np.float32) for name in ARRAYS
+        )
+        return cls(FeatureMap(filters, filter_bias, hidden, hidden_bias), weights, bias, temperature)
+
+    @classmethod
     def from_component(cls, component: Any) -> SignClassifier:
         """The classifier that a model component (``arrays`` and ``params``) holds.
 
@@ -98,12 +113,7 @@ class SignClassifier:
                 "Train it again with `tsr train classifier`."
             )
         try:
-            plain = {
-                key: np.ascontiguousarray(arrays[key], dtype=np.float32)
-                for key in ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
-            }
-            features = FeatureMap(plain["filters"], plain["filter_bias"], plain["hidden"], plain["hidden_bias"])
-            return cls(features, plain["weights"], plain["bias"], float(params["temperature"]))
+            return cls.from_arrays(arrays, float(params["temperature"]))
         except (KeyError, ValueError, IndexError, TypeError) as error:
             raise ModelError(
                 f"The classifier component is damaged: {error}. Train it again with `tsr train classifier`."

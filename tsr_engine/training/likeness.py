@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 
 from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.likeness import Likeness
-from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.second_look import SecondLook
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier import descend, drawn_crops, shown_views
 from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, surrounded_crop
 from tsr_engine.training.classifier_network import Network, NetworkSettings
-from tsr_engine.training.mining import away_from_signs, read_picture, scan_scene, searched_picture
+from tsr_engine.training.mining import background_candidates, read_picture
 
 Progress = Callable[[str, int, int], None]
 
@@ -100,7 +100,7 @@ def train_likeness(
     views = shown_views(parts, chance / chance.sum(), plan.batch, plan.showings, rng, lambda made: plan.strength)
     network = Network(plan.network, int(rng.integers(2**31)))
     arrays = descend(network, views, plan.steps, progress, "likeness")
-    return Likeness.from_arrays({f"likeness_{name}": array for name, array in arrays.items()})
+    return Likeness(SignClassifier.from_arrays(arrays, 1.0))
 
 
 def sign_crops(scenes: Sequence[Scene]) -> list[LoadedCrop]:
@@ -134,15 +134,10 @@ def background_crops(
         InputError: a picture cannot be decoded.
     """
     out: list[LoadedCrop] = []
-    again = np.flatnonzero(rng.random(len(scenes)) < plan.relit)
-    views = [(i, 0.0) for i in range(len(scenes))] + [(int(i), 1.0) for i in again]
-    for number, (i, relit) in enumerate(views):
-        progress("candidates that are no signs", number, len(views))
-        scene, picture = scenes[i], searched_picture(scenes[i], rng, relit)
-        boxes, scores, _, _ = scan_scene(picture, cascade, window, pyramid)
-        clear = away_from_signs(boxes, scene.taken)
-        boxes, scores = boxes[clear], scores[clear]
-        refined, _ = look.look(picture, boxes[suppress(boxes, scores, 0.6, plan.candidates)])
+    for scene, picture, boxes in background_candidates(
+        scenes, cascade, window, pyramid, plan.candidates, plan.relit, rng, progress
+    ):
+        refined, _ = look.look(picture, boxes)
         refined = refined[_within(refined, picture)]
         if len(scene.taken) and len(refined):
             refined = refined[iou(refined, scene.taken).max(axis=1) < 0.4]

@@ -160,3 +160,41 @@ def hard_windows(
             picked = chosen[chosen[:, 0] == index]
             out.append(window.gather(picked[:, 1], picked[:, 2], level))
     return np.concatenate(out)
+
+
+def background_candidates(
+    scenes: Sequence[Scene],
+    ensemble: TreeEnsemble,
+    window: Window,
+    plan: PyramidPlan,
+    most: int,
+    relit: float,
+    rng: np.random.Generator,
+    tick: Tick,
+) -> Iterator[tuple[Scene, Picture, FloatArray]]:
+    """What a cascade lets through away from signs, scene by scene; a share of the scenes comes again in another light.
+
+    Args:
+        scenes: where to search.
+        ensemble: the cascade.
+        window: its window.
+        plan: its pyramid.
+        most: candidates a scene, the best.
+        relit: share of the scenes that come a second time.
+        rng: of that choice and of the light.
+        tick: progress.
+
+    Yields:
+        Scene, picture as it was searched, and boxes (n, 4) after suppression; scenes without any are left out.
+    """
+    again = np.flatnonzero(rng.random(len(scenes)) < relit)
+    views = [(i, 0.0) for i in range(len(scenes))] + [(int(i), 1.0) for i in again]
+    for number, (i, light) in enumerate(views):
+        tick("candidates that are no signs", number, len(views))
+        scene, picture = scenes[i], searched_picture(scenes[i], rng, light)
+        boxes, scores, _, _ = scan_scene(picture, ensemble, window, plan)
+        clear = away_from_signs(boxes, scene.taken)
+        boxes, scores = boxes[clear], scores[clear]
+        boxes = boxes[suppress(boxes, scores, 0.6, most)]
+        if len(boxes):
+            yield scene, picture, boxes

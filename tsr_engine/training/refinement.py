@@ -12,7 +12,6 @@ from scipy.linalg import cho_factor, cho_solve
 
 from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.boosting import BoostingPlan, boost
-from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.second_look import CELLS, FEATURES, SecondLook, features_of, move, steps_to
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
@@ -20,7 +19,7 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.mining import Tick, away_from_signs, read_picture, scan_scene, searched_picture
+from tsr_engine.training.mining import Tick, away_from_signs, background_candidates, read_picture
 from tsr_engine.training.patches import jitter
 
 FEWEST_NEGATIVES: Final = 400
@@ -170,17 +169,9 @@ def _background(
     tick: Tick,
 ) -> NDArray[np.uint8]:
     out = [np.zeros((0, FEATURES), np.uint8)]
-    again = np.flatnonzero(rng.random(len(scenes)) < plan.relit)
-    views = [(i, 0.0) for i in range(len(scenes))] + [(int(i), 1.0) for i in again]
-    for number, (i, relit) in enumerate(views):
-        tick("candidates to verify", number, len(views))
-        scene, picture = scenes[i], searched_picture(scenes[i], rng, relit)
-        boxes, scores, _, _ = scan_scene(picture, cascade, window, pyramid)
-        clear = away_from_signs(boxes, scene.taken)
-        boxes, scores = boxes[clear], scores[clear]
-        boxes = boxes[suppress(boxes, scores, 0.6, plan.candidates)]
-        if not len(boxes):
-            continue
+    for scene, picture, boxes in background_candidates(
+        scenes, cascade, window, pyramid, plan.candidates, plan.relit, rng, tick
+    ):
         moved = look.step(0, boxes, features_of(picture, boxes))
         if len(scene.taken):
             moved = moved[iou(moved, scene.taken).max(axis=1) < 0.4]
