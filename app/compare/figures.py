@@ -22,7 +22,8 @@ MOST = 500
 class Figure(Model):
     """One number and the places that it comes from.
 
-    A place is a stretch of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``.
+    A place is a stretch of frames of one track: ``frames[i]`` to ``lasts[i]`` of ``tracks[i]``, which the other side
+    calls ``partners[i]`` in the first of them; None where it has nothing there.
     """
 
     value: float | None
@@ -32,6 +33,7 @@ class Figure(Model):
     frames: list[int]
     lasts: list[int]
     tracks: list[str]
+    partners: list[str | None]
     places: int
     """Number of places, also where the lists are cut."""
 
@@ -46,6 +48,7 @@ class Cell(Model):
     frames: list[int]
     lasts: list[int]
     tracks: list[str]
+    partners: list[str | None]
 
 
 class Confusion(Model):
@@ -89,7 +92,7 @@ def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[s
     used = set(candidate.track[found.candidate].tolist())
     false = _false_tracks(candidate, found, used)
     wrong = [(int(sign.matched[-1]), sign.key) for sign in seen if not sign.right]
-    return {
+    every = {
         "precision": _share(len(found.candidate), found.judged, _stretches(candidate, found.false)),
         "recall": _share(len(found.reference), found.counted, _stretches(reference, found.missed)),
         "eq7": _worst(reference, found),
@@ -102,6 +105,12 @@ def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[s
         ),
         "signs_classified": _share(len(seen) - len(wrong), len(seen), [(f, f, k) for f, k in wrong]),
         "false_tracks": _count(false),
+    }
+    of = {False: _Partners(reference, found.reference, candidate, found.candidate)}
+    of[True] = _Partners(candidate, found.candidate, reference, found.reference)
+    return {
+        name: figure.model_copy(update={"partners": of[name in _OF_CANDIDATE].at(figure.frames, figure.tracks)})
+        for name, figure in every.items()
     }
 
 
@@ -126,18 +135,22 @@ def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Conf
     number = {name: i for i, name in enumerate(dict.fromkeys(names))}
     track = np.array([number[name] for name in names], dtype=np.int64)
     spelled = list(number)
+    partners = _Partners(reference, found.reference, candidate, found.candidate)
     cells = []
     for a, b in sorted({*zip(ours.tolist(), theirs.tolist(), strict=True)}):
         rows = np.flatnonzero((ours == a) & (theirs == b))
         places = _runs(frame[rows], track[rows], spelled)[:MOST]
+        firsts, tracks = [p[0] for p in places], [p[2] for p in places]
+        both = a != nothing and b != nothing
         cells.append(
             Cell(
                 reference=None if a < 0 else a,
                 candidate=None if b < 0 else b,
                 count=len(rows),
-                frames=[p[0] for p in places],
+                frames=firsts,
                 lasts=[p[1] for p in places],
-                tracks=[p[2] for p in places],
+                tracks=tracks,
+                partners=partners.at(firsts, tracks) if both else [None] * len(places),
             )
         )
     classes = sorted({int(c) for c in np.concatenate([ours, theirs]) if c >= 0})
@@ -160,12 +173,34 @@ def _merged(cells: list[Cell]) -> list[Cell]:
                 frames=(before.frames + cell.frames)[:MOST],
                 lasts=(before.lasts + cell.lasts)[:MOST],
                 tracks=(before.tracks + cell.tracks)[:MOST],
+                partners=(before.partners + cell.partners)[:MOST],
             )
         )
     return list(found.values())
 
 
 _Place = tuple[int, int, str]
+_OF_CANDIDATE = frozenset({"precision", "switches", "false_tracks"})
+"""Figures whose places lie on tracks of the candidate."""
+
+
+class _Partners:
+    """What the other side calls a track in a frame in which both have it."""
+
+    def __init__(self, own: BoxTable, rows: IntColumn, other: BoxTable, partners: IntColumn) -> None:
+        self._number = {key: i for i, key in enumerate(own.keys)}
+        codes = own.frame[rows] * len(own.keys) + own.track[rows]
+        order = np.argsort(codes, kind="stable")
+        self._codes, self._tracks, self._keys = codes[order], other.track[partners][order], other.keys
+
+    def at(self, frames: list[int], tracks: list[str]) -> list[str | None]:
+        """Keys of the other side, one for each frame and key of this one."""
+        wanted = [f * len(self._number) + self._number[k] for f, k in zip(frames, tracks, strict=True)]
+        places = np.searchsorted(self._codes, np.array(wanted, np.int64)).tolist()
+        return [
+            self._keys[self._tracks[i]] if i < len(self._codes) and self._codes[i] == code else None
+            for i, code in zip(places, wanted, strict=True)
+        ]
 
 
 def _signs(reference: BoxTable, candidate: BoxTable, found: Matching) -> list[_Sign]:
@@ -276,5 +311,6 @@ def _figure(value: float | None, of: tuple[int, int] | None, places: list[_Place
         frames=[p[0] for p in cut],
         lasts=[p[1] for p in cut],
         tracks=[p[2] for p in cut],
+        partners=[None] * len(cut),
         places=len(places) if total is None else total,
     )

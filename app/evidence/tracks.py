@@ -78,7 +78,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
     whole = np.where(np.isnan(table), -1, table).astype(np.int64)
     ids, n = whole[0], len(rows)
     tau = tau_of(reader)
-    gates = _gates(reader, ids, tau)
+    gates = _gates(reader, ids, whole[2], tau)
     sources = _sources(reader, ids)
     runner_up, runner_up_share = _runners_up(reader, n, ids)
     return TrackFacts(
@@ -172,10 +172,13 @@ class _Gates:
     rejected: IntColumn
 
 
-def _gates(reader: EvidenceReader, ids: IntColumn, tau: float) -> _Gates:
+def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn, tau: float) -> _Gates:
+    """The verdicts that the lanes show: that of the frame in which a track is given up, after its last one, is none."""
     n = len(ids)
     table = columns(reader.query("SELECT track_id, frame, l_positive, confident FROM gates"), 4)
     rows, place = _places(ids, table[0].astype(np.int64))
+    alive = table[1][rows] <= last[place]
+    rows, place = rows[alive], place[alive]
     values = table[2][rows]
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.nan_to_num(np.abs(np.log(values / tau)), nan=np.inf)

@@ -2,7 +2,8 @@
 /** The shape of a comparison, as app/compare sends it. Types only. */
 
 /**
- * One number and the places behind it: frames `frames[i]` to `lasts[i]` of track `tracks[i]`.
+ * One number and the places behind it: frames `frames[i]` to `lasts[i]` of track `tracks[i]`, which the other side calls
+ * `partners[i]`; null: it has nothing there.
  *
  * @typedef {object} Figure
  * @property {number|null} value                 null: nothing to measure
@@ -10,6 +11,7 @@
  * @property {number[]} frames
  * @property {number[]} lasts
  * @property {string[]} tracks
+ * @property {(string|null)[]} partners
  * @property {number} places                     their full number, also where the lists are cut
  */
 
@@ -21,6 +23,7 @@
  * @property {number[]} frames
  * @property {number[]} lasts
  * @property {string[]} tracks
+ * @property {(string|null)[]} partners
  */
 
 /**
@@ -36,5 +39,5 @@
  */
 
 /** @typedef {{name: string, kind: string, tracks: number, boxes: number}} Side */
-/** @typedef {{title: string, frames: number[], lasts: number[], tracks: string[], places: number, side: 'reference'|'candidate'}} Places */
+/** @typedef {{title: string, frames: number[], lasts: number[], tracks: string[], partners: (string|null)[], places: number, side: 'reference'|'candidate'}} Places */
 export {};

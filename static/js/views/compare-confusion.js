@@ -60,6 +60,6 @@ export function createConfusion(found, labels, show) {
             // A root brings out the few wrong ones beside many right ones.
             const heat = Math.sqrt(entry.count / most);
             return h('td', {class: `matrix-cell matrix-${tone(entry)} ${heat > 0.55 ? 'matrix-strong' : ''}`, style: {'--heat-part': heat.toFixed(3)}},
-              h('button', {type: 'button', title: `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says(entry), side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, places: entry.frames.length})}, count(entry.count)));
+              h('button', {type: 'button', title: `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says(entry), side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, partners: entry.partners, places: entry.frames.length})}, count(entry.count)));
           })))))));
 }

@@ -25,6 +25,11 @@ export function runOfSide(found, side) {
   return {run: other === 'truth' ? null : otherId, own: false};
 }
 
+/** @param {string} truth @param {string|null} track */
+function sides(truth, track) {
+  return track === null ? `truth ${truth}` : `truth ${truth}, ${trackName(track)}`;
+}
+
 /**
  * @param {import('../page-types.js').App} app
  * @param {Comparison} found
@@ -35,7 +40,7 @@ export function createPlaces(app, found) {
   fill(element, h('div', {class: 'empty'}, icon('select'), h('h2', null, 'Places'), h('p', null, 'Choose a number: the frames behind it are listed here, and each opens in the review.')));
 
   /** @param {Places} places */
-  function show({title, side, frames, lasts, tracks, places}) {
+  function show({title, side, frames, lasts, tracks, partners, places}) {
     const {run, own} = runOfSide(found, side);
     const second = [found.reference, found.candidate].map((name) => name.split(':')).find(([kind, id]) => kind === 'run' && id !== run)?.[1] ?? null;
     const open = () => showOver(app, run, second);
@@ -43,8 +48,8 @@ export function createPlaces(app, found) {
       h('div', {class: 'compare-places-head'}, h('h2', {tabIndex: -1}, title), h('span', {class: 'muted small'}, frames.length < places ? `the first ${count(frames.length)} of ${count(places)}` : plural(places, 'place'))),
       h('ol', {class: 'places-list'}, ...frames.map((frame, at) => h('li', null, h('a', {
         class: 'place', onclick: open,
-        href: formatRoute({screen: 'review', video: found.video_id, run, frame, track: own ? tracks[at] : null}),
-      }, h('span', {class: 'place-frames'}, lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`), h('span', {class: 'grow'}), h('span', {class: 'muted'}, own ? trackName(tracks[at]) : `truth ${tracks[at]}`), icon('forward'))))));
+        href: formatRoute({screen: 'review', video: found.video_id, run, frame, track: own ? tracks[at] : partners[at]}),
+      }, h('span', {class: 'place-frames'}, lasts[at] > frame ? `frames ${count(frame)}–${count(lasts[at])}` : `frame ${count(frame)}`), h('span', {class: 'grow'}), h('span', {class: 'muted'}, own ? trackName(tracks[at]) : sides(tracks[at], partners[at])), icon('forward'))))));
     element.querySelector('h2')?.focus();
   }
 

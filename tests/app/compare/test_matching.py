@@ -105,16 +105,21 @@ def test_every_figure_opens_its_places() -> None:
     assert got["false_tracks"].tracks == ["m9"]
     assert got["signs_classified"].of == (1, 2)
     assert got["signs_classified"].tracks == ["t2"]
+    # what the other side calls it, so that a sign of the ground truth opens with the track that lies on it
+    assert got["signs_classified"].partners == ["m7"]
+    assert (got["ids_per_sign"].partners, got["switches"].partners) == (["m4"], ["t1"])
+    assert (got["recall"].partners, got["false_tracks"].partners) == ([None], [None])
     assert got["eq7"].frames[:4] == [6, 7, 8, 9]
     assert got["eq7"].value == pytest.approx(4 * (1 / 30) / 18)
     table_of = {
-        (c.reference, c.candidate): (c.count, c.frames, c.tracks) for c in confusion(reference, candidate, found).cells
+        (c.reference, c.candidate): (c.count, c.frames, c.tracks, c.partners)
+        for c in confusion(reference, candidate, found).cells
     }
     assert table_of == {
-        (14, 14): (8, [0, 6], ["t1", "t1"]),
-        (13, 17): (10, [5], ["t2"]),
-        (14, None): (2, [4], ["t1"]),
-        (None, 14): (3, [20], ["m9"]),
+        (14, 14): (8, [0, 6], ["t1", "t1"], ["m1", "m4"]),
+        (13, 17): (10, [5], ["t2"], ["m7"]),
+        (14, None): (2, [4], ["t1"], [None]),
+        (None, 14): (3, [20], ["m9"], [None]),
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from itertools import groupby
 from typing import Any
@@ -42,10 +43,13 @@ def test_track_columns_say_what_the_records_say(home: Any) -> None:
         expected = last.votes[last.runner_up] / last.votes.sum()
         assert columns["runner_up_share"][place] == pytest.approx(expected, abs=1e-4)
         assert 0 <= columns["doubt"][place] <= 1
-    with home.reader() as reader:
-        rejected = Counter(t.track_id for f in reader.frames() for t in f.tracks if t.gate and not t.gate.confident)
-    assert columns["rejected"] == [rejected[track] for track in columns["id"]]
+        rejected = sum(t.gate is not None and not t.gate.confident for _, t in frames)
+        assert columns["rejected"][place] == rejected
+        # as many verdicts as the lanes show: not that of the frame in which the track was given up
+        for told in re.findall(r"of (\d+) verdicts", " ".join(columns["reasons"][place])):
+            assert int(told) == sum(t.gate is not None for _, t in frames)
     assert sum(columns["rejected"]) > 0
+    assert any("verdicts of the gate" in text for reasons in columns["reasons"] for text in reasons)
 
 
 def test_lanes_are_runs_of_equal_source(home: Any) -> None:

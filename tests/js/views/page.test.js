@@ -89,7 +89,7 @@ test('help groups keep the order and search keys too', () => {
 
 test('a confusion matrix has its rows and columns in order, no class last', () => {
   /** @param {number|null} reference @param {number|null} candidate @param {number} count */
-  const cell = (reference, candidate, count) => ({reference, candidate, count, frames: [], lasts: [], tracks: []});
+  const cell = (reference, candidate, count) => ({reference, candidate, count, frames: [], lasts: [], tracks: [], partners: []});
   const found = arrangeConfusion({classes: [4, 13], cells: [cell(4, 4, 9), cell(4, null, 2), cell(null, 13, 1)]});
   assert.deepEqual(found.rows, [4, null]);
   assert.deepEqual(found.columns, [4, 13, null]);

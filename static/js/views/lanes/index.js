@@ -7,6 +7,7 @@
 import { countFlips } from '../../model/gate_lane.js';
 import { detailColumns, placeAt } from '../../model/detail_columns.js';
 import { barAt, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
+import { whyNoTracks } from '../../model/no_tracks.js';
 import { short } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
@@ -251,7 +252,7 @@ export function createLanes(app) {
 
   /** @param {ReviewState} r */
   function refreshData(r) {
-    if (old && old.tracks === r.tracks && old.lanes === r.lanes && old.docs === r.docs && old.video.frames === r.video.frames) return;
+    if (old && old.tracks === r.tracks && old.lanes === r.lanes && old.docs === r.docs && old.video.frames === r.video.frames && old.run?.state === r.run?.state && old.timebase === r.timebase) return;
     const entries = trackEntries(r.tracks, r.docs);
     const judged = old && old.tracks === r.tracks && old.lanes === r.lanes ? judgedLaneIndex(index, entries, old.docs, r.docs) : null;
     index = judged ?? buildLaneIndex(entries, r.lanes, r.docs);
@@ -259,7 +260,8 @@ export function createLanes(app) {
     parts.spacer.style.setProperty('height', `${index.rows * rowHeight()}px`);
     setText(parts.count, plural(index.count, 'track'));
     dirty.overview = dirty.tracks = true;
-    const text = r.tracks === null ? 'Loading the tracks…' : index.count === 0 ? 'No track yet. A run finds them; N draws one by hand.' : '';
+    const none = whyNoTracks(r, index.count);
+    const text = r.tracks === null || none === '' ? none : `${none} A run finds them; N draws one by hand.`;
     setText(parts.empty, text);
     parts.empty.hidden = text === '';
   }

@@ -1,6 +1,7 @@
 // @ts-check
 /** The queue: doubtful tracks first, filtered and counted. A virtual listbox: only the rows on screen exist. */
 
+import { whyNoTracks } from '../../model/no_tracks.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
 import { seek, select } from '../app.js';
@@ -120,7 +121,7 @@ export function createQueue(app) {
       const labelled = state?.labels === next.labels;
       state = next;
       if (review === null) return;
-      const data = !before || before.tracks !== review.tracks || before.docs !== review.docs;
+      const data = !before || before.tracks !== review.tracks || before.docs !== review.docs || before.run?.state !== review.run?.state || before.timebase !== review.timebase;
       const turned = data || !labelled || before.filter !== review.filter;
       if (!turned && before?.selected === review.selected) return;
       if (data) entries = trackEntries(review.tracks, review.docs);
@@ -134,7 +135,7 @@ export function createQueue(app) {
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} rejected, ${count(counts.needs_work)} need work`;
         setAttribute(meter, 'aria-valuenow', Math.round(done * 100));
         filters.update(review.filter, entries, next.labels);
-        const text = review.tracks === null ? 'Loading the tracks…' : counts.total === 0 ? 'No track yet.' : order.length === 0 ? 'No track passes these filters.' : '';
+        const text = whyNoTracks(review, counts.total) || (order.length === 0 ? 'No track passes these filters.' : '');
         setText(empty, text);
         empty.hidden = text === '';
         list.style.setProperty('height', `${order.length * rowHeight}px`);
