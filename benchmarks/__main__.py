@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import fcntl
 import sys
 import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
-from benchmarks.experiment import ROOT, Data, Result, Skip, machine
+from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine
 from benchmarks.experiments import EXPERIMENTS
 from benchmarks.page import write_report
+from tsr_engine.errors import TsrError, UsageError
 
 RESULTS = ROOT / "results"
 
 
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Run what was asked for; the report is written from all results that lie there."""
     names = [experiment.name for experiment in EXPERIMENTS]
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
@@ -27,27 +31,52 @@ def main() -> int:
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--report", action="store_true", help="run nothing, write the report anew")
-    args = parser.parse_args()
+    args = parser.parse_args(argv)
     unknown = sorted(set(args.names) - set(names))
     if unknown:
         parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
     args.scratch.mkdir(parents=True, exist_ok=True)
     data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed, args.tuning)
-    if not args.report:
-        for experiment in EXPERIMENTS:
-            if args.names and experiment.name not in args.names:
-                continue
-            began = time.monotonic()
-            sys.stderr.write(f"{experiment.name} ... ")
-            sys.stderr.flush()
-            try:
-                result = experiment.run(data)
-            except Skip as why:  # an old number never stands in for one that could not be taken
-                result = Result(experiment.name, skipped=str(why), machine=machine())
-            result.save(RESULTS)
-            sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")
-    write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md")
+    try:
+        if not args.report:
+            with alone(args.scratch):
+                _run([e for e in EXPERIMENTS if not args.names or e.name in args.names], data)
+        write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md")
+    except TsrError as error:
+        sys.stderr.write(f"benchmarks: {error}\n")
+        return error.exit_code
     return 0
+
+
+@contextmanager
+def alone(scratch: Path) -> Iterator[None]:
+    """Nobody else runs experiments in this folder meanwhile: they share what they make there.
+
+    Raises:
+        UsageError: somebody does.
+    """
+    with (scratch / "running").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise UsageError(
+                f"Other experiments run in {scratch} and make what these would use. Wait for them, or name another "
+                "folder with --scratch."
+            ) from None
+        yield
+
+
+def _run(experiments: Sequence[Experiment], data: Data) -> None:
+    for experiment in experiments:
+        began = time.monotonic()
+        sys.stderr.write(f"{experiment.name} ... ")
+        sys.stderr.flush()
+        try:
+            result = experiment.run(data)
+        except Skip as why:  # an old number never stands in for one that could not be taken
+            result = Result(experiment.name, skipped=str(why), machine=machine())
+        result.save(RESULTS)
+        sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import benchmarks.__main__ as runner
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments import EXPERIMENTS
 from benchmarks.page import write_report
@@ -68,6 +69,22 @@ def test_an_unknown_experiment_is_named() -> None:
     )
     assert found.returncode == 2
     assert "there is no experiment wish" in found.stderr
+
+
+def test_a_second_run_in_one_scratch_folder_is_refused_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runner, "RESULTS", tmp_path / "results")
+    monkeypatch.setattr(runner, "write_report", lambda *_: pytest.fail("nothing was measured"))
+    with runner.alone(tmp_path):
+        assert runner.main(["fusion", "--scratch", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"benchmarks: Other experiments run in {tmp_path}")
+    assert "Traceback" not in said
+    assert not (tmp_path / "results").exists()
+    monkeypatch.setattr(runner, "write_report", lambda *_: None)
+    assert runner.main(["fusion", "--scratch", str(tmp_path)]) == 0  # the lock went with its holder
+    assert (tmp_path / "results" / "fusion.json").is_file()
 
 
 def test_the_committed_report_is_that_of_the_committed_results(tmp_path: Path) -> None:
