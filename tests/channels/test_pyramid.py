@@ -105,15 +105,18 @@ def test_bands_hold_the_same_cells_as_the_whole() -> None:
         assert b.cells.shape[1] < a.cells.shape[1]
 
 
-def test_chains_share_the_levels_without_loss() -> None:
+@pytest.mark.parametrize("computed", [1, 2])
+def test_chains_share_the_levels_and_see_the_same(computed: int) -> None:
     picture = natural(6, 150, 200)
-    scales, plan = level_scales(1.5, 0.3, 8), PyramidPlan(computed_per_octave=2, lambdas=(0.1,) * 10)
+    scales, plan = level_scales(1.5, 0.2, 8), PyramidPlan(computed_per_octave=computed, lambdas=(0.1,) * 10)
     whole = {level.index: level.cells for level in build_pyramid(picture, scales, plan)}
     shared = {
         level.index: level.cells for chain in range(2) for level in build_pyramid(picture, scales, plan, None, chain, 2)
     }
     assert whole.keys() == shared.keys()
     assert sorted(whole) == list(range(len(scales)))
+    for index, cells in whole.items():
+        assert np.array_equal(cells, shared[index])
 
 
 def test_a_window_maps_to_the_sign_that_it_was_cut_around() -> None:

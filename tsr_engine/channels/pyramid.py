@@ -104,16 +104,17 @@ def build_pyramid(
         bands: per scale the first and last picture row, px, that is needed; unset: all rows. A computed level covers
             the bands of all levels that are approximated from it.
         chain: which part of the work is wanted when several cores share it.
-        chains: number of parts: computed levels are dealt out in turn, each with the levels approximated from it.
+        chains: number of parts: each of the largest computed levels is one, with the levels approximated from it; the
+            last part is all the others.
         border: replicated cells around each level.
         scratch: memory to work in; a level's cells then hold until the next level is asked for. Unset: each level
             owns its cells.
     """
     lambdas = np.asarray(plan.lambdas)
     step = plan.per_octave // plan.computed_per_octave
-    pictures = _Halves(picture, scratch or Scratch())
+    pictures = _Halves(picture, float(scales[0]) if len(scales) else 1.0, scratch or Scratch())
     for number, (near, members) in enumerate(_families(len(scales), step)):
-        if number % chains != chain:
+        if min(number, chains - 1) != chain:
             continue
         band = (0.0, float(picture.shape[0]))
         if bands is not None:
@@ -153,10 +154,14 @@ def _families(count: int, step: int) -> Iterator[tuple[int, list[int]]]:
 
 
 class _Halves:
-    """A picture's planes (3, h, w), resized; a size an octave below one that was made is the half of it."""
+    """A picture's planes (3, h, w), resized; below the first octave each size is the half of the one an octave above.
 
-    def __init__(self, picture: Picture, scratch: Scratch) -> None:
-        self._scratch = scratch
+    That holds for every part of the work, also for one that makes a larger size only to halve it: all parts see the
+    same pictures.
+    """
+
+    def __init__(self, picture: Picture, top: float, scratch: Scratch) -> None:
+        self._scratch, self._top = scratch, top
         self.height, self.width = picture.shape[:2]
         self._planes = scratch.array("planes", (3, self.height, self.width), np.uint8)
         cv2.split(picture, list(self._planes))
@@ -164,11 +169,11 @@ class _Halves:
 
     def at(self, scale: float) -> NDArray[np.uint8]:
         """The planes at a scale; sizes are rounded down."""
-        if scale in self._made:
-            return self._made[scale]
-        double = next((p for s, p in self._made.items() if abs(s / scale - 2.0) < 1e-6), None)
-        if double is not None:
-            made = self._half(double, scale)
+        known = next((p for s, p in self._made.items() if abs(s / scale - 1.0) < 1e-6), None)
+        if known is not None:
+            return known
+        if 2.0 * scale <= self._top * (1.0 + 1e-6):
+            made = self._half(self.at(2.0 * scale), scale)
         else:
             base, reached = self._planes, 0.5
             while scale <= reached + 1e-9:

@@ -19,6 +19,7 @@ from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.detection.likeness import Likeness
 from tsr_engine.detection.log_odds import LogOdds
+from tsr_engine.detection.merging import merge
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
@@ -187,18 +188,16 @@ class AcfDetector:
         return to_xyxy(b)
 
     def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
-        """Boxes (n, 4) and scores (n,) that the cascade leaves after suppression, best first."""
+        """Boxes (n, 4) and scores (n,) that the cascade leaves, best first; see :func:`merging.merge`."""
         scales, bands = self.search(picture.shape[1], picture.shape[0])
-        if self._pool is None or self.model.plan.computed_per_octave < 2:
+        if self._pool is None:
             boxes, scores = self._scan(picture, scales, bands, 0, 1)
         else:
-            # neighbouring computed levels are half an octave apart: each core halves its own pictures
             other = self._pool.submit(self._scan, picture, scales, bands, 1, 2)
             boxes, scores = self._scan(picture, scales, bands, 0, 2)
             more_boxes, more_scores = other.result()
             boxes, scores = np.concatenate([boxes, more_boxes]), np.concatenate([scores, more_scores])
-        kept = suppress(boxes, scores, self.params.first_overlap, self.params.look_limit)
-        return boxes[kept], scores[kept]
+        return merge(boxes, scores, self.params.first_overlap, self.params.look_limit)
 
     def search(self, width: int, height: int) -> tuple[FloatArray, list[tuple[float, float]]]:
         """Scales that are searched in a picture of width x height px, and for each the band of rows in px.

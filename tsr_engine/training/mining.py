@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
+from tsr_engine.detection.merging import merge
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.scan import prepare, scan_level
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
@@ -185,7 +186,7 @@ def background_candidates(
         tick: progress.
 
     Yields:
-        Scene, picture as it was searched, and boxes (n, 4) after suppression; scenes without any are left out.
+        Scene, picture as it was searched, and candidates (n, 4); scenes without any are left out.
     """
     again = np.flatnonzero(rng.random(len(scenes)) < relit)
     views = [(i, 0.0) for i in range(len(scenes))] + [(int(i), 1.0) for i in again]
@@ -194,7 +195,6 @@ def background_candidates(
         scene, picture = scenes[i], searched_picture(scenes[i], rng, light)
         boxes, scores, _, _ = scan_scene(picture, ensemble, window, plan)
         clear = away_from_signs(boxes, scene.taken)
-        boxes, scores = boxes[clear], scores[clear]
-        boxes = boxes[suppress(boxes, scores, 0.6, most)]
+        boxes, _ = merge(boxes[clear], scores[clear], 0.6, most)
         if len(boxes):
             yield scene, picture, boxes

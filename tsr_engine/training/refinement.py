@@ -33,7 +33,8 @@ class RefinementPlan:
     Attributes:
         views: relit and softened copies of each sign, besides the original; each also mirrored.
         starts: starting boxes a view.
-        shift: largest displacement of a start, as a share of the side.
+        shift: largest displacement of a start, as a share of the side. Candidates are means of many windows, so they
+            lie near; regressions that need not reach far answer more exactly.
         log_scale: largest change of a start's scale, natural logarithm.
         ridge: regularisation of the regressions.
         candidates: hardest background candidates a scene.
@@ -43,8 +44,8 @@ class RefinementPlan:
 
     views: int = 5
     starts: int = 8
-    shift: float = 0.15
-    log_scale: float = 0.16
+    shift: float = 0.07
+    log_scale: float = 0.09
     ridge: float = 3e-4
     candidates: int = 50
     relit: float = 0.6

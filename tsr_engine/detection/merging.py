@@ -1,0 +1,43 @@
+"""From the windows that pass a cascade to candidates: one a place, where its windows lie on average.
+
+A sign is found by dozens of windows, none of which lies exactly on it, since they stand on a grid of cells and scales.
+Their mean lies nearer than the best of them, and costs nothing beside a second look that starts there.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.detection.nms import suppress
+from tsr_engine.geometry.boxes import iou
+from tsr_engine.records import FloatArray
+
+__all__ = ["SPREAD", "TOGETHER", "merge"]
+
+TOGETHER: Final = 0.6
+"""Windows that overlap a kept one by more than this (IoU) count for its place."""
+SPREAD: Final = 20.0
+"""A window whose score is lower by this, in units of half log-odds, counts 1/e of the best one's."""
+
+
+def merge(boxes: FloatArray, scores: FloatArray, overlap: float, limit: int) -> tuple[FloatArray, FloatArray]:
+    """Candidates (m, 4) and their scores (m,), best first.
+
+    Args:
+        boxes: windows, shape (n, 4), corners.
+        scores: shape (n,).
+        overlap: share of the smaller of two windows from which the better one stands for both, in [0, 1].
+        limit: most candidates.
+
+    Returns:
+        For each window that greedy suppression keeps its score and the mean of the windows around it, weighted by
+        ``exp(score / SPREAD)``.
+    """
+    kept = suppress(boxes, scores, overlap, limit)
+    if not len(kept):
+        return np.zeros((0, 4)), np.zeros(0)
+    near = iou(boxes[kept], boxes) > TOGETHER
+    weights = near * np.exp((scores - scores.max()) / SPREAD)
+    return weights @ boxes / weights.sum(axis=1, keepdims=True), scores[kept]
