@@ -22,9 +22,9 @@ class DetectorParams(Section):
     far_top: float = Field(0.2, ge=0, le=1, description="far signs are searched below this share of the height")
     far_bottom: float = Field(0.84, ge=0, le=1, description="far signs are searched above this share of the height")
     tight_width: float = Field(
-        0.95, ge=0.5, le=2, description="factor on the width of boxes: the training scenes leave a margin around signs"
+        0.96, ge=0.5, le=2, description="factor on the width of boxes: the training scenes leave a margin around signs"
     )
-    tight_height: float = Field(0.92, ge=0.5, le=2, description="likewise for their height")
+    tight_height: float = Field(0.94, ge=0.5, le=2, description="likewise for their height")
     tight_rise: float = Field(0.01, ge=-0.2, le=0.2, description="boxes are moved up by this share of their height")
     second_core: bool = Field(True, description="use a second core for the scan when there is one")
 
