@@ -22,6 +22,7 @@ from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, look_at, stacked
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import jitter
+from tsr_engine.training.refinement import RefinementPlan
 
 __all__ = ["Cutting", "Material", "cut_windows", "loosened"]
 
@@ -29,6 +30,8 @@ Progress = Callable[[str, int, int], None]
 
 REJECTED_WEIGHT = 3.0
 """What a rejected box weighs against a candidate of the background: it has fooled the whole engine."""
+STARTS = RefinementPlan()
+"""Where the regressions that are refined were trained to start from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +174,7 @@ def _looks(
             view = relight(view, rng)
         if k and rng.random() < 0.3:
             view = soften(view, rng)
-        starts = np.stack([jitter(square, rng, 0.1, 0.1) for _ in range(settings.starts)])
+        starts = np.stack([jitter(square, rng, STARTS.shift, STARTS.log_scale) for _ in range(settings.starts)])
         samples = look_at(model, view, starts)
         middle = model.second_look.step(0, starts, features_of(view, starts))
         found.append(samples)
