@@ -151,8 +151,8 @@ def _tell(result: Result) -> str:
     parts.append(_verdict(judged, tuned))
     parts.append(
         "The approaches keep the annotation of their photographs, which leaves a margin around some signs; the real "
-        "clips are annotated at the sign's edge. `default` draws between the two: of the tightenings that were tried it is "
-        "the one with which the worst video of those that parameters are chosen on is best.\n"
+        "clips are annotated at the sign's edge. `default` draws between the two: of the tightenings that were tried "
+        "it is the one with which the worst video of those that parameters are chosen on is best.\n"
     )
     return "\n".join(parts)
 
