@@ -200,6 +200,23 @@ def test_a_choice_by_mouse_leaves_the_keys_to_the_picture_and_one_by_keys_does_n
     speed.select_option("1")
 
 
+def test_the_end_of_a_dialog_does_not_close_the_next_one(page: Page) -> None:
+    page.evaluate(
+        """async () => {
+          const page = await import('/static/js/store/actions/page.js');
+          const open = (kind) => tsr.store.dispatch((state) => page.openDialog(state, {kind, data: {}}));
+          open('help');
+          await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+          document.querySelector('dialog[open]').close();  // as Escape does; its event comes before the next drawing
+          open('settings');
+        }"""
+    )
+    expect(page.locator("dialog.dialog-settings")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("dialog")).to_have_count(0)
+    assert page.evaluate("() => tsr.store.get().dialog") is None
+
+
 @pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm install --no-package-lock")
 def test_axe_finds_nothing_serious_on_any_screen_in_either_theme(desk: Desk) -> None:
     """Every rule in light; in dark those about colours, since nothing else differs."""

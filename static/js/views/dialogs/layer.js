@@ -89,10 +89,11 @@ export function createDialogs(app) {
   const element = h('div', {class: 'dialog-layer'});
   /** @type {{dialog: Dialog, node: HTMLDialogElement, content: Content, ended: AbortController}|null} */
   let open = null;
-  const close = () => app.store.dispatch(closeDialog);
 
   /** @param {Dialog} dialog */
   function show(dialog) {
+    // Another one may have been asked for already that is not drawn yet: this one's end must not close it.
+    const close = () => app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
     const ended = new AbortController();
     const content = KINDS[dialog.kind]({app, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
     const node = h('dialog', {class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind}`, 'aria-labelledby': 'dialog-title'},
@@ -107,9 +108,7 @@ export function createDialogs(app) {
       content.footer && h('footer', {class: 'dialog-foot'}, ...content.footer)));
     // Keys of the review screen stay out of a dialog; Escape is the dialog's own.
     node.addEventListener('keydown', (event) => event.stopPropagation());
-    node.addEventListener('close', () => {
-      if (open?.node === node) close();
-    });
+    node.addEventListener('close', close);
     node.addEventListener('pointerdown', (event) => {
       if (event.target === node && dialog.kind === 'help') close();
     });
