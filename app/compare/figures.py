@@ -11,12 +11,14 @@ from app.compare.matching import Matching
 from app.evidence.tables import BoxTable, IntColumn
 from app.shapes import Model
 
-__all__ = ["LEAST_WIDTH", "MOST", "Cell", "Confusion", "Figure", "confusion", "figures"]
+__all__ = ["LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]
 
 LEAST_WIDTH = 20.0
 """Signs narrower than this do not count for coverage, identities and classes, px."""
 MOST = 500
 """Places a figure; ``places`` holds their full number."""
+OF_CANDIDATE = frozenset({"precision", "switches", "false_tracks"})
+"""Figures whose places lie on tracks of the candidate; the page's ``FIGURES`` says the same."""
 
 
 class Figure(Model):
@@ -106,10 +108,11 @@ def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[s
         "signs_classified": _share(len(seen) - len(wrong), len(seen), [(f, f, k) for f, k in wrong]),
         "false_tracks": _count(false),
     }
-    of = {False: _Partners(reference, found.reference, candidate, found.candidate)}
-    of[True] = _Partners(candidate, found.candidate, reference, found.reference)
+    of_reference = _Partners(reference, found.reference, candidate, found.candidate)
+    of_candidate = _Partners(candidate, found.candidate, reference, found.reference)
+    found_by = {name: of_candidate if name in OF_CANDIDATE else of_reference for name in every}
     return {
-        name: figure.model_copy(update={"partners": of[name in _OF_CANDIDATE].at(figure.frames, figure.tracks)})
+        name: figure.model_copy(update={"partners": found_by[name].at(figure.frames, figure.tracks)})
         for name, figure in every.items()
     }
 
@@ -141,7 +144,6 @@ def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Conf
         rows = np.flatnonzero((ours == a) & (theirs == b))
         places = _runs(frame[rows], track[rows], spelled)[:MOST]
         firsts, tracks = [p[0] for p in places], [p[2] for p in places]
-        both = a != nothing and b != nothing
         cells.append(
             Cell(
                 reference=None if a < 0 else a,
@@ -150,7 +152,7 @@ def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Conf
                 frames=firsts,
                 lasts=[p[1] for p in places],
                 tracks=tracks,
-                partners=partners.at(firsts, tracks) if both else [None] * len(places),
+                partners=[None] * len(places) if a == nothing else partners.at(firsts, tracks),
             )
         )
     classes = sorted({int(c) for c in np.concatenate([ours, theirs]) if c >= 0})
@@ -180,8 +182,6 @@ def _merged(cells: list[Cell]) -> list[Cell]:
 
 
 _Place = tuple[int, int, str]
-_OF_CANDIDATE = frozenset({"precision", "switches", "false_tracks"})
-"""Figures whose places lie on tracks of the candidate."""
 
 
 class _Partners:

@@ -36,7 +36,7 @@ class DetectorPlan:
         mining_share: share of the scenes that are searched for hard negatives after each round but the last.
         per_octave: levels of the pyramid an octave.
         computed_per_octave: how many of them the detector computes from a picture. The others are resampled from these,
-            which costs no sign and saves a quarter of its time.
+            which takes less time and cost no sign of the calibration scenes.
         computed_in_training: the same while the cascade learns. From the sharper windows of more computed levels it
             learns better, also for levels that are resampled.
         log_scale: largest change of a training window's scale, natural logarithm: half a step between levels, since

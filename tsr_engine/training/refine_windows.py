@@ -22,7 +22,7 @@ from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, look_at, stacked
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import jitter
-from tsr_engine.training.refinement import RefinementPlan
+from tsr_engine.training.refinement import RefinementPlan, square_about
 
 __all__ = ["Cutting", "Material", "cut_windows", "loosened"]
 
@@ -164,9 +164,7 @@ def _looks(
     x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))
     region = picture[y : int(box[3] + reach), x : int(box[2] + reach)]
     target = box - np.array([x, y, x, y])
-    half = side / 2
-    cx, cy = (target[0] + target[2]) / 2, (target[1] + target[3]) / 2
-    square = np.array([cx - half, cy - half, cx + half, cy + half])
+    square = square_about(target)
     found, steps, last = [], [], []
     for k in range(settings.views):
         view = region

@@ -147,12 +147,12 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
                 mirrored = np.ascontiguousarray(look[:, ::-1])
                 other = np.array([width - truth[2], truth[1], width - truth[0], truth[3]])
                 for image, target in ((look, truth), (mirrored, other)):
-                    starts = [jitter(_square(target), rng, plan.shift, plan.log_scale) for _ in range(plan.starts)]
+                    starts = [jitter(square_about(target), rng, plan.shift, plan.log_scale) for _ in range(plan.starts)]
                     views.append(_View(image, target, np.stack(starts), float(frequency[class_id]) ** -0.5))
     return views
 
 
-def _square(box: FloatArray) -> FloatArray:
+def square_about(box: FloatArray) -> FloatArray:
     """The square of the box's area about its centre: what the cascade answers."""
     half = np.sqrt((box[2] - box[0]) * (box[3] - box[1])) / 2
     cx, cy = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2

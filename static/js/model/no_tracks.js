@@ -5,6 +5,9 @@
  * @typedef {import('../types.js').ReviewState} ReviewState
  */
 
+/** What to do where a video has no run. */
+export const NO_RUN = 'No run yet: start one with “Runs”';
+
 /**
  * @param {ReviewState} review
  * @param {number} total  tracks, those that people have drawn among them
@@ -15,5 +18,5 @@ export function whyNoTracks(review, total) {
   if (review.tracks !== null) return 'No track yet.';
   if (review.run?.state === 'queued') return 'The run is waiting for its turn.';
   if (review.run !== null || review.timebase === null) return 'Loading the tracks…';
-  return 'No run yet: start one with “Runs”.';
+  return `${NO_RUN}.`;
 }

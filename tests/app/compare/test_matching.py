@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.compare.figures import confusion, figures
+from app.compare.figures import OF_CANDIDATE, confusion, figures
 from app.compare.matching import match
 from app.evidence.tables import BoxTable
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
@@ -121,6 +123,14 @@ def test_every_figure_opens_its_places() -> None:
         (14, None): (2, [4], ["t1"], [None]),
         (None, 14): (3, [20], ["m9"], [None]),
     }
+
+
+def test_the_page_knows_whose_tracks_a_figure_is_about() -> None:
+    page = Path(__file__).parents[3] / "static" / "js" / "views" / "compare-figures.js"
+    sides = dict(re.findall(r"^  (\w+): \{label: .* side: '(\w+)'", page.read_text(encoding="utf-8"), re.MULTILINE))
+    empty = table([], "t")
+    assert sides.keys() == figures(empty, empty, match(empty, empty)).keys()
+    assert {name for name, side in sides.items() if side == "candidate"} == OF_CANDIDATE
 
 
 def test_a_box_on_an_ignored_one_is_neither_right_nor_wrong() -> None:

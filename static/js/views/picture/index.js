@@ -2,6 +2,7 @@
 /** The picture with its layers, a legend that switches them, and a line that says where one is. */
 
 import { fit, revealed, toScreen } from '../../model/geometry.js';
+import { NO_RUN } from '../../model/no_tracks.js';
 import { trackName } from '../../model/track_name.js';
 import { LAYER_NAMES, SHORT_NAMES } from '../../operations/view.js';
 import { shownTrack } from '../../review/shown_tracks.js';
@@ -152,7 +153,7 @@ export function createPicture(app) {
     const shown = review.selected ? shownTrack(review, review.selected) : null;
     const absent = review.selected && !shown && settledAt(review);
     const text = {
-      select: absent ? 'The selected track has no box in this frame. K carries its nearest one here.' : review.selected ? '' : review.run ? 'Click a box to select its track' : 'No run yet: start one with “Runs”',
+      select: absent ? 'The selected track has no box in this frame. K carries its nearest one here.' : review.selected ? '' : review.run ? 'Click a box to select its track' : NO_RUN,
       draw: 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
       merge: `Click the tracks to merge (${review.marked.length} marked), then press M. Escape ends.`,
       note: 'Click where the note belongs',
