@@ -30,13 +30,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--tuning", type=Path, help="simulated approaches that parameters were chosen on")
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, help="a call of `scale` may spend on a drive; the next one goes on")
     parser.add_argument("--report", action="store_true", help="run nothing, write the report anew")
     args = parser.parse_args(argv)
     unknown = sorted(set(args.names) - set(names))
     if unknown:
         parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
     args.scratch.mkdir(parents=True, exist_ok=True)
-    data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed, args.tuning)
+    data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed, args.tuning, args.seconds)
     try:
         if not args.report:
             with alone(args.scratch):

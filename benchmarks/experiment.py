@@ -33,6 +33,7 @@ class Data:
         scratch: for what an experiment makes and may use again.
         seed: of everything random.
         tuning: simulated approaches that parameters were chosen on; their scenes are never reported on.
+        seconds: that one call may spend on a drive of hours; None: as the experiment says.
     """
 
     gtsdb: Path | None
@@ -42,6 +43,7 @@ class Data:
     scratch: Path
     seed: int = 0
     tuning: Path | None = None
+    seconds: float | None = None
 
     def need(self, name: str) -> Path:
         """A folder of data.
@@ -109,14 +111,14 @@ class Experiment:
 
 
 def machine() -> dict[str, Any]:
-    """Processor, cores, versions, commit, and how busy the machine was."""
+    """Processor, cores that the process may use, versions, commit, and how busy the machine was."""
     model = next(
         (line.split(":", 1)[1].strip() for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")), ""
     )
     packages = ("numpy", "numba", "opencv-python-headless", "scikit-learn", "av", "tsr")
     return {
         "processor": model or platform.processor(),
-        "cores": os.cpu_count(),
+        "cores": len(os.sched_getaffinity(0)),
         "load": round(os.getloadavg()[0], 1),
         "python": platform.python_version(),
         "packages": {name: _version(name) for name in packages},
