@@ -1,4 +1,8 @@
-"""Which verdicts of the gate another tau would turn over, in the whole run."""
+"""Which verdicts of the gate another tau would turn over, in the whole run.
+
+What counts is what the lanes show: confirmed tracks up to their last frame. In the frame after it, in which a track is
+given up, its prediction was judged as well, but nothing is shown there.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,11 @@ from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 
 __all__ = ["FlippedTrack", "Flips", "flips"]
+
+_SHOWN = (
+    "FROM gates g JOIN tracks t ON t.track_id = g.track_id "
+    "WHERE t.confirmed_frame IS NOT NULL AND g.frame <= t.last_frame"
+)
 
 
 class FlippedTrack(Model):
@@ -24,7 +33,7 @@ class Flips(Model):
     tau: float
     run_tau: float
     verdicts: int
-    """All verdicts of the run."""
+    """All that count."""
     to_confident: int
     to_rejected: int
     tracks: list[FlippedTrack]
@@ -33,17 +42,16 @@ class Flips(Model):
 
 def flips(reader: EvidenceReader, tau: float) -> Flips:
     """Count them; a candidate that could not be judged stays rejected."""
-    confirmed = {row[0] for row in reader.query("SELECT track_id FROM tracks WHERE confirmed_frame IS NOT NULL")}
-    sql = (
-        "SELECT track_id, count(*), sum(confident), min(frame) FROM gates "
-        "WHERE coalesce(l_positive < ?, 0) <> confident GROUP BY track_id ORDER BY track_id"
+    turned = (
+        f"SELECT g.track_id, count(*), sum(g.confident), min(g.frame) {_SHOWN} "  # noqa: S608
+        "AND coalesce(g.l_positive < ?, 0) <> g.confident GROUP BY g.track_id ORDER BY g.track_id"
     )
-    rows = [row for row in reader.query(sql, (tau,)) if row[0] in confirmed]
+    rows = reader.query(turned, (tau,))
     rejected = sum(row[2] for row in rows)
     return Flips(
         tau=tau,
         run_tau=tau_of(reader),
-        verdicts=reader.query("SELECT count(*) FROM gates")[0][0],
+        verdicts=reader.query(f"SELECT count(*) {_SHOWN}")[0][0],  # noqa: S608
         to_confident=sum(row[1] for row in rows) - rejected,
         to_rejected=rejected,
         tracks=[FlippedTrack(id=row[0], flips=row[1], frame=row[3]) for row in rows],

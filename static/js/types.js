@@ -350,7 +350,7 @@
  * @typedef {object} Flips
  * @property {number} tau
  * @property {number} run_tau
- * @property {number} verdicts         all verdicts of the run
+ * @property {number} verdicts         those of the lanes: of confirmed tracks, up to their last frame
  * @property {number} to_confident
  * @property {number} to_rejected
  * @property {{id: number, flips: number, frame: number}[]} tracks

@@ -142,6 +142,8 @@ export function createApi(setup = {}) {
     track: async (run, track, call) => expectColumns('GET /runs/…/tracks/…', await json(`/runs/${e(run)}/tracks/${track}`, call), ['frame', 'source', 'box', 'score', 'l_positive']),
     /** @param {string} run @param {number} track @param {number} frame @param {number} [size]   longest side, px @returns {string} */
     cropUrl: (run, track, frame, size) => `${base}/runs/${e(run)}/tracks/${track}/crops/${frame}${queryText({size})}`,
+    /** @param {string} run @param {number} tau @param {Call} [call] @returns {Promise<import('../types.js').Flips>} */
+    flips: async (run, tau, call) => expectObject('GET /runs/…/flips', await json(`/runs/${e(run)}/flips`, {...call, query: {tau}}), {verdicts: 'number', to_confident: 'number', to_rejected: 'number', tracks: 'array'}),
     /** @param {string} run @param {number} track @param {number} frame @param {Call} [call] @returns {Promise<Explanation>} */
     explain: async (run, track, frame, call) => expectObject('GET /runs/…/explain', await json(`/runs/${e(run)}/tracks/${track}/explain/${frame}`, call), {symmetry: 'nullable', hash: 'nullable', tau: 'number'}),
 

@@ -168,11 +168,15 @@ def test_a_frame_without_a_verdict_has_no_explanation(home: Any) -> None:
 def test_flips_are_the_verdicts_that_turn_over(home: Any, tau: float) -> None:
     flips = home.evidence.flips(home.run_id, tau)
     expected: dict[int, list[int]] = {}
+    verdicts = 0
     with home.reader() as reader:
-        for track in (t.track_id for t in reader.tracks() if t.confirmed):
-            turned = [k for k, t in reader.track(track) if t.gate and (t.gate.l_positive < tau) != t.gate.confident]
+        for known in (t for t in reader.tracks() if t.confirmed):
+            shown = [(k, t.gate) for k, t in reader.track(known.track_id) if t.gate and k <= known.last_frame]
+            verdicts += len(shown)
+            turned = [k for k, gate in shown if (gate.l_positive < tau) != gate.confident]
             if turned:
-                expected[track] = turned
+                expected[known.track_id] = turned
+    assert flips.verdicts == verdicts
     assert {t.id: (t.flips, t.frame) for t in flips.tracks} == {i: (len(f), f[0]) for i, f in expected.items()}
     assert flips.to_confident + flips.to_rejected == sum(map(len, expected.values()))
     assert flips.run_tau == 3.0

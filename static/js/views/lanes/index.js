@@ -18,6 +18,7 @@ import { setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
 import { SUB_LANES, detailHeight, paintDetail } from './detail_painter.js';
+import { createDriveFlips } from './drive_flips.js';
 import { createFrame, fillLegend } from './frame.js';
 import { attachGestures } from './gestures.js';
 import { prepare, readPalette } from './palette.js';
@@ -37,6 +38,8 @@ export function createLanes(app) {
   const { signal } = life;
   const slider = createTauSlider((tau) => setTau(app, tau), signal);
   parts.detailPlot.append(slider.element);
+  const driveFlips = createDriveFlips(app, signal);
+  parts.reset.before(driveFlips.element);
 
   let palette = readPalette(document.documentElement);
   /** @type {State|null} */ let state = null;
@@ -312,6 +315,7 @@ export function createLanes(app) {
       refreshSelection(r);
       if (!old || old.span !== r.span || old.video.frames !== r.video.frames) dirty.tracks = dirty.detail = true;
       if (!old || old.tau !== r.tau) dirty.detail = true;
+      driveFlips.update(r.run?.id, r.tau);
       if (!old || old.timebase !== r.timebase) dirty.tracks = true;
       const moved = old !== null && old.frame !== r.frame;
       old = r;

@@ -12,7 +12,7 @@ import {fill, h} from '../dom.js';
 import {emptyState, waiting} from '../empty.js';
 import {icon} from '../icons.js';
 import {createSpaceApi} from './api.js';
-import {createFollower} from './follower.js';
+import {createFollower} from '../follower.js';
 
 /** @typedef {import('../../types.js').State} State */
 /** @typedef {import('./api.js').Mode} Mode */

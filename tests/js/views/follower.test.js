@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { createFollower } from '../../../static/js/views/space/follower.js';
+import { createFollower } from '../../../static/js/views/follower.js';
 import { held } from '../held.js';
 
 const turn = () => new Promise((resolve) => setImmediate(resolve));

@@ -1,0 +1,31 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { flippedPlaces, nextPlace } from '../../../static/js/model/drive_flips.js';
+
+const flips = { tau: 20, run_tau: 15, verdicts: 90, to_confident: 3, to_rejected: 1, tracks: [{ id: 2, flips: 1, frame: 40 }, { id: 5, flips: 1, frame: 12 }, { id: 9, flips: 2, frame: 70 }] };
+/** @param {string} key @param {Partial<import('../../../static/js/types.js').TrackDoc>} more @returns {import('../../../static/js/types.js').TrackDoc} */
+const doc = (key, more) => /** @type {import('../../../static/js/types.js').TrackDoc} */ (/** @type {unknown} */ ({ key, gone: false, segments: [], ...more }));
+
+test('places lie in the order of the drive', () => {
+  assert.deepEqual(flippedPlaces(flips, {}), [{ key: 'm5', frame: 12 }, { key: 'm2', frame: 40 }, { key: 'm9', frame: 70 }]);
+});
+
+test('a track that was taken away has no place, one that was joined to another has its place there', () => {
+  const docs = {
+    m5: doc('m5', { gone: true }),
+    m9: doc('m9', { gone: true }),
+    m2: doc('m2', { segments: [{ track: 2, first: 30, last: 50 }, { track: 9, first: 60, last: 90 }] }),
+  };
+  assert.deepEqual(flippedPlaces(flips, docs), [{ key: 'm2', frame: 40 }, { key: 'm2', frame: 70 }]);
+});
+
+test('from place to place, and round', () => {
+  const places = flippedPlaces(flips, {});
+  assert.equal(nextPlace(places, 'm5', 12)?.key, 'm2');
+  assert.equal(nextPlace(places, 'm9', 70)?.key, 'm5');
+  assert.equal(nextPlace(places, null, 41)?.key, 'm9', 'without a selection the next in time');
+  assert.equal(nextPlace(places, 'm4', 71)?.key, 'm5');
+  assert.equal(nextPlace([], 'm4', 71), null);
+});
