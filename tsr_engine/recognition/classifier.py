@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import ModelError
 from tsr_engine.recognition.catalogue import CLASS_COUNT
-from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe
+from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe_patches, resize_crops
 from tsr_engine.recognition.features import FeatureMap
+from tsr_engine.recognition.views import diagonal_pairs
 from tsr_engine.records import Picture
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class SignClassifier:
     """Margins are divided by it before the softmax, > 0."""
     margin: float = MARGIN
     """Border on each side of the box that a crop must carry, as a share of the box's side."""
+    paired: bool = False
+    """A crop is read in two views (:mod:`~.views`), and the hyperplanes judge the mean of their features."""
 
     def __post_init__(self) -> None:
         shape = (self.features.length, CLASS_COUNT)
@@ -65,16 +68,21 @@ class SignClassifier:
         Raises:
             ValueError: a crop that is not a BGR picture.
         """
-        return self.margins_of(describe(crops))
-
-    def margins_of(self, descriptors: Array) -> Array:
-        """Decision values of descriptors that are already computed, shape (n, 4320) -> (n, 43)."""
-        features = self.features(descriptors)
+        features = self._read(resize_crops(crops))
         out = np.empty((len(features), CLASS_COUNT), dtype=np.float32)
         for row, feature in zip(out, features, strict=True):
             np.dot(feature, self.weights, out=row)
         out += self.bias
         return out
+
+    def _read(self, patches: NDArray[np.uint8]) -> Array:
+        """Features of crops, shape (n, h)."""
+        if not self.paired:
+            return self.features(describe_patches(patches))
+        both = self.features(describe_patches(diagonal_pairs(patches)), together=2)
+        mean: Array = both[0::2] + both[1::2]
+        mean *= np.float32(0.5)
+        return mean
 
     def probabilities(self, crops: list[Picture]) -> Array:
         """``P(c | x)``, shape (n, 43), rows sum to 1; a row does not depend on the rest of the batch.
@@ -85,7 +93,9 @@ class SignClassifier:
         return softmax(self.margins(crops), self.temperature)
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], temperature: float) -> SignClassifier:
+    def from_arrays(
+        cls, arrays: Mapping[str, NDArray[Any]], temperature: float, *, paired: bool = False
+    ) -> SignClassifier:
         """From arrays named as the attributes of :class:`FeatureMap` and of this class, of any float type.
 
         Raises:
@@ -95,7 +105,7 @@ class SignClassifier:
         filters, filter_bias, hidden, hidden_bias, weights, bias = (
             np.ascontiguousarray(arrays[name], dtype=np.float32) for name in ARRAYS
         )
-        return cls(FeatureMap(filters, filter_bias, hidden, hidden_bias), weights, bias, temperature)
+        return cls(FeatureMap(filters, filter_bias, hidden, hidden_bias), weights, bias, temperature, paired=paired)
 
     @classmethod
     def from_component(cls, component: Any) -> SignClassifier:
@@ -113,7 +123,7 @@ class SignClassifier:
                 "Train it again with `tsr train classifier`."
             )
         try:
-            return cls.from_arrays(arrays, float(params["temperature"]))
+            return cls.from_arrays(arrays, float(params["temperature"]), paired=bool(params.get("paired", False)))
         except (KeyError, ValueError, IndexError, TypeError) as error:
             raise ModelError(
                 f"The classifier component is damaged: {error}. Train it again with `tsr train classifier`."

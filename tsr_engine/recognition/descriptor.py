@@ -68,10 +68,15 @@ def describe(crops: Sequence[Picture]) -> NDArray[np.float32]:
     Raises:
         ValueError: a crop that is not a BGR picture.
     """
+    return describe_patches(resize_crops(crops))
+
+
+def resize_crops(crops: Sequence[Picture]) -> NDArray[np.uint8]:
+    """Crops of any sizes as patches, shape (n, 48, 48, 3); raises as :func:`resize_crop`."""
     patches = np.empty((len(crops), SIDE, SIDE, 3), dtype=np.uint8)
     for patch, crop in zip(patches, crops, strict=True):
         patch[:] = resize_crop(crop)
-    return describe_patches(patches)
+    return patches
 
 
 def describe_patches(patches: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -94,8 +94,9 @@ def train_classifier(
     temperature, figures = held_out_figures(trial, held_crops, seed)
     if settings.refit_steps:
         arrays = refit_arrays(arrays, crops + held_crops, settings, seed, report, "train on all tracks")
+    component = _component(arrays, temperature)
     return replace(
-        _component(arrays, temperature),
+        component,
         data={
             "name": "GTSRB training set",
             "pictures": len(items),
@@ -106,7 +107,7 @@ def train_classifier(
         },
         figures=figures,
         seed=seed,
-        params={**GEOMETRY, "temperature": temperature, "training": asdict(settings)},
+        params={**component.params, "training": asdict(settings)},
     )
 
 
@@ -288,4 +289,4 @@ def negative_log_likelihood(margins: NDArray[Any], labels: NDArray[np.int64], te
 
 
 def _component(arrays: dict[str, NDArray[Any]], temperature: float) -> Component:
-    return Component(COMPONENT, arrays, {**GEOMETRY, "temperature": temperature})
+    return Component(COMPONENT, arrays, {**GEOMETRY, "temperature": temperature, "paired": True})
