@@ -43,7 +43,7 @@ class Flips(Model):
 def flips(reader: EvidenceReader, tau: float) -> Flips:
     """Count them; a candidate that could not be judged stays rejected."""
     turned = (
-        f"SELECT g.track_id, count(*), sum(g.confident), min(g.frame) {_SHOWN} "  # noqa: S608
+        f"SELECT g.track_id, count(*), sum(g.confident), min(g.frame) {_SHOWN} "
         "AND coalesce(g.l_positive < ?, 0) <> g.confident GROUP BY g.track_id ORDER BY g.track_id"
     )
     rows = reader.query(turned, (tau,))
@@ -51,7 +51,7 @@ def flips(reader: EvidenceReader, tau: float) -> Flips:
     return Flips(
         tau=tau,
         run_tau=tau_of(reader),
-        verdicts=reader.query(f"SELECT count(*) {_SHOWN}")[0][0],  # noqa: S608
+        verdicts=reader.query(f"SELECT count(*) {_SHOWN}")[0][0],
         to_confident=sum(row[1] for row in rows) - rejected,
         to_rejected=rejected,
         tracks=[FlippedTrack(id=row[0], flips=row[1], frame=row[3]) for row in rows],
