@@ -88,6 +88,21 @@ def test_windows_are_read_row_by_row() -> None:
     np.testing.assert_array_equal(rows[7], grid[2:6, 4:8].ravel())
 
 
+def test_the_map_is_its_two_layers_however_many_rows_go_together() -> None:
+    generator = np.random.default_rng(4)
+    shapes = ((480, 8), (8,), (200, 7), (7,))
+    layers = [generator.normal(0, 0.3, shape).astype(np.float32) for shape in shapes]
+    filters, filter_bias, hidden, hidden_bias = layers
+    descriptors = generator.random((6, 4320), dtype=np.float32)
+    found = np.maximum(windows(descriptors) @ filters + filter_bias, 0).reshape(6, -1)
+    assert 0.2 < (found == 0).mean() < 0.8, "both kinds of rows are there"
+    expected = np.maximum(found @ hidden + hidden_bias, 0)
+    features = FeatureMap(*layers)
+    np.testing.assert_allclose(features(descriptors), expected, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(features(descriptors, together=2), expected, rtol=1e-4, atol=1e-4)
+    assert features(descriptors[:0]).shape == (0, 7)
+
+
 def damaged(change: str) -> Any:
     good = component()
     arrays, params = dict(good.arrays), dict(good.params)

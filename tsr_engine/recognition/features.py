@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba as nb
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
@@ -69,14 +70,41 @@ class FeatureMap:
             rows = slice(first, first + together)
             found = windows(descriptors[rows]) @ self.filters
             found += self.filter_bias
-            np.maximum(found, 0, out=found)
-            np.dot(found.reshape(together, -1), self.hidden, out=out[rows])
-        out += self.hidden_bias
-        return np.maximum(out, 0, out=out)
+            _combine(found.reshape(together, -1), self.hidden, self.hidden_bias, out[rows])
+        return out
 
 
 def windows(descriptors: Array) -> Array:
     """All windows of a batch of descriptors as rows, shape (n, 4320) -> (n * 25, 480)."""
-    grid = descriptors.reshape(len(descriptors), GRID, GRID, CHANNELS)
-    view = sliding_window_view(grid, (WINDOW, WINDOW), axis=(1, 2))[:, ::STRIDE, ::STRIDE]
-    return np.ascontiguousarray(view.transpose(0, 1, 2, 4, 5, 3)).reshape(-1, WINDOW_LENGTH)
+    return descriptors[:, _PLACES].reshape(-1, WINDOW_LENGTH)
+
+
+def _places() -> NDArray[np.intp]:
+    """Where the values of each window stand in a descriptor, shape (12000,)."""
+    grid = np.arange(GRID * GRID * CHANNELS).reshape(GRID, GRID, CHANNELS)
+    view = sliding_window_view(grid, (WINDOW, WINDOW), axis=(0, 1))[::STRIDE, ::STRIDE]
+    return np.ascontiguousarray(view.transpose(0, 1, 3, 4, 2)).reshape(-1)
+
+
+_PLACES = _places()
+
+
+@nb.njit(cache=True, nogil=True)
+def _combine(found, hidden, bias, out):  # type: ignore[no-untyped-def]
+    """``max(0, max(0, found) @ hidden + bias)``, shape (n, 25 f) -> (n, h).
+
+    Three quarters of what the filters find is not above 0: those rows of the hidden layer, which is larger than the
+    caches, need not be read. The sums have one order, so that the bits do not depend on a library.
+    """
+    for row in range(len(found)):
+        for j in range(len(bias)):
+            out[row, j] = bias[j]
+    for i in range(found.shape[1]):
+        for row in range(len(found)):
+            value = found[row, i]
+            if value > 0:
+                for j in range(len(bias)):
+                    out[row, j] += value * hidden[i, j]
+    for row in range(len(found)):
+        for j in range(len(bias)):
+            out[row, j] = max(out[row, j], np.float32(0))
