@@ -17,6 +17,8 @@ LEAST_WIDTH = 20.0
 """Signs narrower than this do not count for coverage, identities and classes, px."""
 MOST = 500
 """Places a figure; ``places`` holds their full number."""
+EXACT = 1e-6
+"""Eq. 7 of boxes that are the same but for rounding."""
 OF_CANDIDATE = frozenset({"precision", "switches", "false_tracks"})
 """Figures whose places lie on tracks of the candidate; the page's ``FIGURES`` says the same."""
 
@@ -269,15 +271,17 @@ def _false_tracks(candidate: BoxTable, found: Matching, used: set[int]) -> list[
 
 
 def _worst(reference: BoxTable, found: Matching) -> Figure:
-    """Mean of Eq. 7 over the matches; the places are the worst of them, the worst first."""
-    order = np.argsort(-found.error, kind="stable")[:MOST]
+    """Mean of Eq. 7 over the matches; the places are the worst of them, the worst first; exact ones are none."""
+    order = np.argsort(-found.error, kind="stable")
+    order = order[found.error[order] > EXACT]
+    differing, order = len(order), order[:MOST]
     rows = found.reference[order]
     places = [
         (f, f, reference.keys[t])
         for f, t in zip(reference.frame[rows].tolist(), reference.track[rows].tolist(), strict=True)
     ]
     value = float(found.error.mean()) if len(found.error) else None
-    return _figure(value, None, places, len(found.error))
+    return _figure(value, None, places, differing)
 
 
 def _stretches(table: BoxTable, rows: IntColumn) -> list[_Place]:

@@ -298,7 +298,7 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
     assert found["to_confident"] == 0 < found["to_rejected"]
     assert len(places) > 1
     expect(told).to_have_text(
-        f"Drive: {found['to_rejected']:,} of {found['verdicts']:,} verdicts flip in {len(places)} tracks"
+        f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks"
     )
     seen = []
     for _ in places:
@@ -310,3 +310,34 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
     expect(page.locator(".lanes-flipping")).to_be_visible()
     page.get_by_role("button", name="Reset").click()
     expect(told).to_be_hidden()
+
+
+def test_a_reload_right_after_a_burst_of_edits_loses_none(desk: Desk, page: Page) -> None:
+    page.on("dialog", lambda dialog: dialog.accept())
+    page.keyboard.press("j")
+    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    to_picture(page)
+    key, at = now["selected"], str(now["frame"])
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    box = state(page)["docs"][key]["keys"][at]["box"]
+    page.reload()
+    again = wait(page, lambda s: key in s["docs"] and s["unsaved"] == 0 and s["tracks"] is not None)
+    assert again["docs"][key]["keys"][at]["box"] == box
+    assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)
+
+
+def test_tracks_are_marked_for_a_merge_in_the_queue(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    first = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])["selected"]
+    page.keyboard.press("m")
+    wait(page, lambda s: s["mode"] == "merge" and s["marked"] == [first])
+    page.keyboard.press("m")
+    expect(page.get_by_text("Mark a second track first")).to_be_visible()
+    other = page.locator(".queue-row:not(.queue-marked)").first
+    second = other.get_attribute("data-key")
+    other.click()
+    assert wait(page, lambda s: len(s["marked"]) == 2)["marked"] == [first, second]
+    expect(page.locator(".queue-marked")).to_have_count(2)
+    page.keyboard.press("Escape")
+    wait(page, lambda s: s["mode"] == "select" and s["marked"] == [])

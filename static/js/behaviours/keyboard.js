@@ -8,6 +8,8 @@ import { runOperation } from '../operations/registry.js';
 
 /** Keys that mean something else inside these. */
 const FIELDS = 'input, textarea, select, [contenteditable], dialog';
+/** What the space bar presses. A list does nothing with it. */
+const PRESSED = 'button, a, summary, [role="slider"], [role="tab"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
 /** Keys that a focused control uses itself. */
 const CONTROL_KEYS = new Set(['Space', 'Enter', 'Tab', 'Shift+Tab', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'Escape']);
 
@@ -48,7 +50,7 @@ export function listenToKeys(app, refuse) {
     if (CONTROL_KEYS.has(name) || name.includes('Arrow')) {
       const free = target === document.body || target?.closest('main') === target;
       if (!onPicture && !(free && !name.endsWith('Tab'))) {
-        if (!(name === 'Space' && !target?.closest('button, a, [role]')) && name !== 'Escape') return;
+        if (!(name === 'Space' && !target?.closest(PRESSED)) && name !== 'Escape') return;
       }
       // behind the last track Tab leaves the picture as usual
       if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;

@@ -17,7 +17,7 @@ import { changeReview, select, seek } from '../store/actions/review.js';
 import { hideBanner, openDialog, showBanner } from '../store/actions/page.js';
 import { keysOf, parted, projected, rebased, revisionsSeen } from './pending.js';
 import { docsFor } from './revisions.js';
-import { describe, describeUndone } from './words.js';
+import { describe, describeUndone, named } from './words.js';
 
 /** Pauses between tries, ms. */
 const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
@@ -182,7 +182,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     } else {
       forget(next);
       const why = thrown instanceof ApiError ? thrown.message : sentence(thrown);
-      toast(`${describe(next.command.name)} was not possible. ${why}`, { tone: 'bad' });
+      toast(`${describe(next.command.name)} was not possible. ${named(why, store.get().review?.docs ?? {})}`, { tone: 'bad' });
       if (!own) void refresh();
     }
     show();
@@ -278,7 +278,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       applyCommand({ ...docsFor(review, command), ...review.docs }, command, { author: author(), time: '' });
     } catch (thrown) {
       if (!(thrown instanceof CommandError)) throw thrown;
-      toast(thrown.message, { tone: 'bad' });
+      toast(named(thrown.message, review.docs), { tone: 'bad' });
       return false;
     }
     enqueue(command);
@@ -320,8 +320,14 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     redo: () => revert('redo'),
     hear(docs, op_id) {
       if (pending.some((mine) => mine.op_id === op_id)) return; // the answer to it is on its way
+      const looked = store.get().review?.selected ?? null;
+      const there = looked !== null && !store.get().review?.docs[looked]?.gone;
       confirm(docs);
       show();
+      const doc = looked === null ? undefined : store.get().review?.docs[looked];
+      if (!there || !doc?.gone) return;
+      store.dispatch((state) => select(state, doc.merged_into ?? null));
+      toast(`Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`);
     },
     refresh,
     settled,

@@ -1,7 +1,8 @@
 // @ts-check
 /**
- * Operations that the server has not acknowledged yet, kept in the browser's database: a reload, a crash or a dead
- * server loses none of them.
+ * Operations that the server has not acknowledged yet, kept in the browser's database: a reload, a crash of the browser
+ * or a dead server loses none of them. Each is written at once, but not forced to the disk: that takes so long that a
+ * reload overtook those that were waiting. What the machine's power takes along is what neither server nor disk had yet.
  *
  * @typedef {import('../types.js').Command} Command
  * @typedef {object} Pending
@@ -39,8 +40,9 @@ export function createOutbox(factory = globalThis.indexedDB) {
   async function within(mode, act) {
     const db = await database();
     return new Promise((resolve, reject) => {
-      const transaction = db.transaction(STORE, mode, { durability: 'strict' });
+      const transaction = db.transaction(STORE, mode, { durability: 'relaxed' });
       const request = act(transaction.objectStore(STORE));
+      transaction.commit(); // not only when the page comes round to it: it may be about to go
       transaction.oncomplete = () => resolve(request.result);
       transaction.onabort = () => reject(transaction.error);
     });

@@ -1,6 +1,8 @@
 // @ts-check
 /** What the commands are called. */
 
+import { trackName } from '../model/track_name.js';
+
 /** They are about a whole track: the frame in which they were given says nothing. */
 const WHOLE = new Set(['relabel_track', 'delete_track', 'merge', 'set_not_a_sign', 'set_review']);
 
@@ -43,4 +45,15 @@ export function describeUndone(name, frame, track) {
   const what = describe(name).toLowerCase();
   if (WHOLE.has(name)) return track === undefined ? what : `${what}, track ${track}`;
   return frame === null ? what : `${what} in frame ${frame}`;
+}
+
+/**
+ * A sentence about tracks as people call them: model and server say which by its key.
+ *
+ * @param {string} sentence
+ * @param {Record<string, import('../types.js').TrackDoc>} docs
+ * @returns {string}
+ */
+export function named(sentence, docs) {
+  return sentence.replace(/\b([Tt]rack) (m\d+|h[0-9a-f]{8,})\b/g, (_, word, key) => `${word} ${trackName(key, docs[key])}`);
 }

@@ -4,7 +4,7 @@
 /**
  * @typedef {import('../types.js').Flips} Flips
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {{key: string, frame: number}} Place   a track and the first frame in which a verdict flips
+ * @typedef {{key: string, frame: number, flips: number}} Place   a track, the first frame in which a verdict flips, and how many do
  */
 
 /**
@@ -15,9 +15,9 @@
  * @returns {Place[]}
  */
 export function flippedPlaces(flips, docs) {
-  const places = flips.tracks.flatMap(({ id, frame }) => {
+  const places = flips.tracks.flatMap(({ id, frame, flips: many }) => {
     const key = keyOf(id, frame, docs);
-    return key === null ? [] : [{ key, frame }];
+    return key === null ? [] : [{ key, frame, flips: many }];
   });
   return places.sort((a, b) => a.frame - b.frame || (a.key < b.key ? -1 : 1));
 }

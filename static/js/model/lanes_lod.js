@@ -185,10 +185,10 @@ export function barAt(index, row, frame, slack) {
  *
  * @param {readonly TrackEntry[]} entries
  * @param {number} frames   of the drive
- * @param {number} [bucket]
+ * @param {number} [bucket]   frames of the finest level; fewer where the drive is so short that they would show
  * @returns {Density}
  */
-export function buildDensity(entries, frames, bucket = 16) {
+export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, Math.floor(frames / 1024)))) {
   const size = Math.max(1, Math.ceil(frames / bucket));
   const change = new Float32Array(size + 1);
   const doubt = new Float32Array(size);

@@ -7,6 +7,7 @@ import { nudged, settled } from '../model/geometry.js';
 import { nearestBox } from '../review/nearest_box.js';
 import { shownTrack, shownTracks } from '../review/shown_tracks.js';
 import { askForClass, select, setMode, toggleMarked } from '../store/actions/review.js';
+import { toast } from '../views/toasts.js';
 import { editSelected, needsBox, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -59,6 +60,8 @@ function merge(app) {
   if (key && others.length) {
     app.edit({ name: 'merge', frame: review.frame, key, others });
     app.store.dispatch((state) => select(setMode(state, 'select'), key));
+  } else if (key) {
+    toast('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');
   } else {
     app.store.dispatch((state) => setMode(state, 'select'));
   }

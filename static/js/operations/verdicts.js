@@ -21,7 +21,7 @@ function judge(app, review) {
   if (!key) return;
   const present = state.review?.docs[key]?.review ?? 'open';
   const next = nextInQueue(state, 1);
-  editSelected(app, { name: 'set_review', review: present === review ? 'open' : review });
+  if (!editSelected(app, { name: 'set_review', review: present === review ? 'open' : review })) return;
   if (present !== review && next !== null && next !== key) openTrack(app, next);
 }
 

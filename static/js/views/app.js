@@ -23,6 +23,19 @@ export function select(app, key) {
   app.store.dispatch((state) => actions.select(state, key));
 }
 
+/**
+ * A track was clicked outside the picture: while tracks are merged it is marked, or no longer.
+ *
+ * @param {ViewApp} app
+ * @param {string} key
+ * @returns {boolean} whether it was for the merge
+ */
+export function mark(app, key) {
+  if (app.store.get().review?.mode !== 'merge') return false;
+  app.store.dispatch((state) => actions.toggleMarked(state, key));
+  return true;
+}
+
 /** @param {ViewApp} app @param {{first: number, last: number}} span */
 export function show(app, span) {
   app.store.dispatch((state) => actions.showSpan(state, span));

@@ -4,7 +4,7 @@
 import {formatRoute} from '../model/route.js';
 import {h} from './dom.js';
 import {showOver} from './second-run.js';
-import {count} from './format.js';
+import {count, plural} from './format.js';
 
 /** @typedef {import('../types.js').Run} Run */
 /** @typedef {import('../types.js').Label} Label */
@@ -39,6 +39,16 @@ export function changesOf(run, kind, labels) {
 }
 
 /**
+ * How many frames came out otherwise, whatever changed in them.
+ *
+ * @param {Run} run   a replay that is complete
+ * @returns {number}
+ */
+export function changedFrames(run) {
+  return Math.max(0, (run.frames_done ?? 0) - (run.summary.identical_frames ?? run.frames_done ?? 0));
+}
+
+/**
  * @param {import('../page-types.js').App} app
  * @param {Run} run
  * @param {{close?: () => void}} [options]
@@ -48,7 +58,10 @@ export function changeList(app, run, {close} = {}) {
   const {labels} = app.store.get();
   const counts = run.summary.difference?.counts ?? {};
   const total = KINDS.reduce((sum, [kind]) => sum + (counts[kind] ?? 0), 0);
-  if (total === 0) return h('p', {class: 'muted'}, 'Nothing changes: the same tracks, with the same classes.');
+  const changed = changedFrames(run);
+  if (total === 0 && changed === 0) return h('p', {class: 'muted'}, 'Nothing changes: every frame comes out as before.');
+  const frames = `${count(changed)} of ${plural(run.frames_done, 'frame')} ${changed === 1 ? 'differs' : 'differ'} in boxes, verdicts or votes.`;
+  if (total === 0) return h('p', {class: 'muted'}, `The same tracks, with the same classes. ${frames} Compare shows by how much.`);
   /** @param {Change} change */
   function open(change) {
     close?.();
@@ -57,7 +70,7 @@ export function changeList(app, run, {close} = {}) {
     showOver(app, shown, change.own ? run.parent_id : run.id);
     location.hash = formatRoute({screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}`});
   }
-  return h('div', {class: 'changes'}, ...KINDS.map(([kind, title, text]) => {
+  return h('div', {class: 'changes'}, h('p', {class: 'muted small'}, frames), ...KINDS.map(([kind, title, text]) => {
     const changes = changesOf(run, kind, labels);
     const all = counts[kind] ?? changes.length;
     return h('details', {class: 'details changes-kind', open: changes.length > 0 && changes.length <= 40},

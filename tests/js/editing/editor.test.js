@@ -3,6 +3,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
+import { named } from '../../../static/js/editing/words.js';
+import { select } from '../../../static/js/store/actions/review.js';
 import { RUN, createServer, createWorld, setBox } from './world.js';
 
 test('an edit shows at once and counts as unsaved until the server has answered', async () => {
@@ -172,4 +174,28 @@ test('an edit made before the corrections have come is shown as unsaved, and sen
   assert.deepEqual(server.log, ['set_box']);
   assert.deepEqual([review().unsaved.length, toasts.length], [0, 0]);
   assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
+});
+
+test('sentences call tracks by their names', () => {
+  assert.equal(named('Track m2 has nothing on one side of frame 15. Split it in between.', {}), 'Track #2 has nothing on one side of frame 15. Split it in between.');
+  assert.equal(named('Frame 3 is no key frame of track h0123456789abcdef.', {}), 'Frame 3 is no key frame of track made by hand.');
+  assert.equal(named('A track has had enough.', {}), 'A track has had enough.');
+});
+
+test('a selected track that somebody else takes away is no longer selected', async () => {
+  const { editor, server, review, store, toasts } = await createWorld();
+  store.dispatch((state) => select(state, 'm1'));
+  editor.hear(server.other({ name: 'delete_track', key: 'm2', frame: 60 }), 'x1');
+  assert.equal(review().selected, 'm1');
+  editor.hear(server.other({ name: 'delete_track', key: 'm1', frame: 5 }), 'x2');
+  assert.equal(review().selected, null);
+  assert.deepEqual(toasts, ['Track #1 was deleted in another page.']);
+});
+
+test('one that somebody else merged is selected where it is now', async () => {
+  const { editor, server, review, store, toasts } = await createWorld();
+  store.dispatch((state) => select(state, 'm2'));
+  editor.hear(server.other({ name: 'merge', key: 'm1', others: ['m2'], frame: 60 }), 'x1');
+  assert.equal(review().selected, 'm1');
+  assert.match(toasts[0], /#2 was merged into #1/);
 });

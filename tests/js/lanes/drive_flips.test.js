@@ -9,7 +9,7 @@ const flips = { tau: 20, run_tau: 15, verdicts: 90, to_confident: 3, to_rejected
 const doc = (key, more) => /** @type {import('../../../static/js/types.js').TrackDoc} */ (/** @type {unknown} */ ({ key, gone: false, segments: [], ...more }));
 
 test('places lie in the order of the drive', () => {
-  assert.deepEqual(flippedPlaces(flips, {}), [{ key: 'm5', frame: 12 }, { key: 'm2', frame: 40 }, { key: 'm9', frame: 70 }]);
+  assert.deepEqual(flippedPlaces(flips, {}), [{ key: 'm5', frame: 12, flips: 1 }, { key: 'm2', frame: 40, flips: 1 }, { key: 'm9', frame: 70, flips: 2 }]);
 });
 
 test('a track that was taken away has no place, one that was joined to another has its place there', () => {
@@ -18,7 +18,7 @@ test('a track that was taken away has no place, one that was joined to another h
     m9: doc('m9', { gone: true }),
     m2: doc('m2', { segments: [{ track: 2, first: 30, last: 50 }, { track: 9, first: 60, last: 90 }] }),
   };
-  assert.deepEqual(flippedPlaces(flips, docs), [{ key: 'm2', frame: 40 }, { key: 'm2', frame: 70 }]);
+  assert.deepEqual(flippedPlaces(flips, docs), [{ key: 'm2', frame: 40, flips: 1 }, { key: 'm2', frame: 70, flips: 2 }]);
 });
 
 test('from place to place, and round', () => {

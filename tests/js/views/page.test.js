@@ -4,12 +4,12 @@ import {test} from 'node:test';
 import {arrange} from '../../../static/js/views/library.js';
 import {arrangeConfusion} from '../../../static/js/views/compare-confusion.js';
 import {runOfSide} from '../../../static/js/views/compare-places.js';
-import {describe as describeDoc} from '../../../static/js/views/dialogs/conflict.js';
+import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
 import {findLabels} from '../../../static/js/views/dialogs/relabel.js';
 import {bytes, clock, figure, percent, timeLeft} from '../../../static/js/views/format.js';
 import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
-import {changesOf} from '../../../static/js/views/whatif.js';
+import {changedFrames, changesOf} from '../../../static/js/views/whatif.js';
 
 /** @param {Partial<import('../../../static/js/types.js').Parameter>} [more] @returns {import('../../../static/js/types.js').Parameter} */
 const parameter = (more = {}) => ({section: 'gate', name: 'tau', type: 'number', default: 15, low: 0, high: 100, choices: null, description: 'largest L that is confident', replayable: true, presets: {paper: 10}, ...more});
@@ -131,4 +131,23 @@ test('numbers read as people write them', () => {
   assert.deepEqual([clock(0), clock(12.4), clock(3723), clock(null)], ['0:00', '0:12', '1:02:03', '–']);
   assert.deepEqual([timeLeft(3), timeLeft(24), timeLeft(130), timeLeft(7200)], ['a few seconds left', 'about 25 s left', 'about 2 min left', 'about 2.0 h left']);
   assert.deepEqual([figure(0.16044), figure(132400), figure(null), percent(0.5432), percent(1)], ['0.16', '132,400', '–', '54.3 %', '100 %']);
+});
+
+test('versions that differ in a box alone say where', () => {
+  const key = {box: [10, 20.04, 30, 40], occluded: false, outside: false, interpolate: false, class_id: null};
+  /** @param {Record<string, object>} keys @returns {any} */
+  const doc = (keys) => ({keys});
+  assert.deepEqual(differingKeys(doc({7: key, 9: key}), doc({7: {...key, box: [12, 20, 30, 40]}, 9: {...key}, 11: {...key, box: null, occluded: true}})), [
+    ['Frame 7', '10, 20, 30, 40', '12, 20, 30, 40'], ['Frame 11', 'no key frame', 'the engine’s box; occluded'],
+  ]);
+  const many = Object.fromEntries(Array.from({length: 9}, (_, at) => [at, key]));
+  assert.deepEqual(differingKeys(undefined, doc(many)).at(-1), ['More frames', '3 differ', '3 differ']);
+});
+
+test('a replay with the same tracks still says in how many frames it differs', () => {
+  /** @param {object} more @returns {any} */
+  const run = (more) => ({frames_done: 76, summary: {identical_frames: 43, ...more}});
+  assert.equal(changedFrames(run({})), 33);
+  assert.equal(changedFrames(run({identical_frames: 76})), 0);
+  assert.equal(changedFrames({...run({}), summary: {}}), 0);
 });

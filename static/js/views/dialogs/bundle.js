@@ -35,7 +35,7 @@ export function bundleDialog({app, close, signal}) {
     try {
       const artefact = await app.api.makeBundle(review.run.id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal});
       app.store.dispatch((state) => putArtefact(state, artefact));
-      toast('The bundle is made. It will be under Files.', {tone: 'good', action: {label: 'Files', run: () => {
+      toast('The bundle is being made. It will be under Files.', {tone: 'good', action: {label: 'Files', run: () => {
         location.hash = '#/files';
       }}});
       close();

@@ -32,6 +32,33 @@ export function describe(doc, labels) {
   };
 }
 
+/** Boxes that are shown of each version. */
+const BOXES = 6;
+
+/**
+ * The key frames in which two versions differ, as rows of both.
+ *
+ * @param {TrackDoc|undefined} saved
+ * @param {TrackDoc|undefined} own
+ * @returns {[string, string, string][]} what, saved, own
+ */
+export function differingKeys(saved, own) {
+  const frames = [...new Set([saved, own].flatMap((doc) => Object.keys(doc?.keys ?? {}).map(Number)))].sort((a, b) => a - b);
+  /** @type {[string, string, string][]} */
+  const rows = frames.map((frame) => [`Frame ${frame}`, keyText(saved, frame), keyText(own, frame)]);
+  const differing = rows.filter(([, a, b]) => a !== b);
+  const more = differing.length - BOXES;
+  return more > 0 ? [...differing.slice(0, BOXES), ['More frames', `${more} differ`, `${more} differ`]] : differing;
+}
+
+/** @param {TrackDoc|undefined} doc @param {number} frame */
+function keyText(doc, frame) {
+  const key = doc?.keys[frame];
+  if (key === undefined) return 'no key frame';
+  const box = key.box === null ? 'the engine’s box' : `${key.box.map((edge) => Math.round(edge * 10) / 10).join(', ')}`;
+  return [box, key.occluded && 'occluded', key.outside && 'outside', key.interpolate && 'interpolated on', key.class_id !== null && key.class_id !== undefined && 'its own class'].filter(Boolean).join('; ');
+}
+
 /**
  * @param {import('./layer.js').Setup} setup
  * @returns {import('./layer.js').Content}
@@ -81,5 +108,6 @@ function versions(key, current, yours, labels) {
     h('caption', null, `Track ${trackName(key, current ?? yours)}`),
     h('thead', null, h('tr', null, h('td'), h('th', {scope: 'col'}, `Saved${current ? ` (revision ${current.revision})` : ''}`), h('th', {scope: 'col'}, 'Yours'))),
     h('tbody', null, ...rows.map((row) => h('tr', {class: saved[row] === own[row] ? '' : 'differs'},
-      h('th', {scope: 'row'}, row), h('td', null, saved[row] ?? '–'), h('td', null, own[row] ?? '–')))));
+      h('th', {scope: 'row'}, row), h('td', null, saved[row] ?? '–'), h('td', null, own[row] ?? '–'))),
+    ...differingKeys(current, yours).map(([what, theirs, mine]) => h('tr', {class: 'differs'}, h('th', {scope: 'row'}, what), h('td', null, theirs), h('td', null, mine)))));
 }

@@ -56,7 +56,8 @@ export function createHead(app, signal) {
       own.style.setProperty('width', `${(share ?? 0) * 100}%`);
       other.style.setProperty('width', `${(second ?? 0) * 100}%`);
       const runner = tracks && i >= 0 && tracks.runner_up[i] !== null ? `; runner-up ${nameOf(tracks.runner_up[i])} ${percent(second)}, margin ${percent((share ?? 0) - (second ?? 0))}` : '';
-      setText(votes, `Fused probability ${percent(share)}${runner}`);
+      const engines = entry.relabelled && tracks && i >= 0 ? `The engine’s ${nameOf(tracks.class_id[i])}: fused probability` : 'Fused probability';
+      setText(votes, `${engines} ${percent(share)}${runner}`);
       setAttribute(margin, 'aria-label', votes.textContent);
       buttons.forEach((button, k) => setAttribute(button, 'aria-pressed', String(CHOICES[k].review === entry.review)));
     },

@@ -5,7 +5,7 @@ import { flippedPlaces, nextPlace } from '../../model/drive_flips.js';
 import { seek, select } from '../app.js';
 import { h, setText } from '../dom.js';
 import { createFollower } from '../follower.js';
-import { count, plural } from '../format.js';
+import { plural } from '../format.js';
 
 /** @typedef {import('../../types.js').Flips} Flips */
 /** @typedef {{run: string, tau: number}} Question */
@@ -14,64 +14,73 @@ import { count, plural } from '../format.js';
 export function createDriveFlips(app, signal) {
   const element = h('button', { class: 'btn btn-small btn-quiet lanes-drive-flips', type: 'button', hidden: true });
   /** @type {Question|null} */ let asked = null;
-  /** @type {{question: Question, flips: Flips}|null} */ let found = null;
+  /** @type {Flips|null} */ let found = null;
+  /** @type {readonly import('../../model/drive_flips.js').Place[]} */ let places = [];
+  /** @type {Record<string, unknown>|null} */ let docs = null;
 
   /** @param {Question} question */
   const ask = async (question) => {
     const flips = await app.api.flips(question.run, question.tau, { signal });
-    if (asked === question) tell({ question, flips });
+    if (asked !== question) return;
+    found = flips;
+    tell();
   };
   const follower = createFollower(ask, {
     pause: 120,
     failed: (thrown) => {
       if (signal.aborted || asked === null) return;
       found = null;
-      setText(element, 'Drive: not counted');
-      element.title = thrown instanceof Error ? thrown.message : 'The server did not answer. Drag tau once more.';
-      element.disabled = true;
+      say('Drive: not counted', thrown instanceof Error ? thrown.message : 'The server did not answer. Drag tau once more.', false);
     },
   });
   signal.addEventListener('abort', () => follower.stop(), { once: true });
 
-  /** @param {{question: Question, flips: Flips}} answer */
-  function tell(answer) {
-    found = answer;
-    const { flips } = answer;
-    const turned = flips.to_confident + flips.to_rejected;
-    setText(element, turned === 0
-      ? `Drive: none of ${plural(flips.verdicts, 'verdict')} flips`
-      : `Drive: ${count(turned)} of ${plural(flips.verdicts, 'verdict')} flip in ${plural(flips.tracks.length, 'track')}`);
-    element.title = turned === 0
-      ? 'No verdict of the gate would be another one'
-      : `${plural(flips.to_confident, 'rejection')} would become confident, ${plural(flips.to_rejected, 'confident verdict')} would be rejected. Click: the next track with one`;
-    element.disabled = turned === 0;
+  /** @param {string} text @param {string} title @param {boolean} leads */
+  function say(text, title, leads) {
+    setText(element, text);
+    element.title = title;
+    element.disabled = !leads;
+  }
+
+  function tell() {
+    const { review } = app.store.get();
+    if (found === null || review === null) return;
+    places = flippedPlaces(found, review.docs);
+    const turned = places.reduce((sum, { flips }) => sum + flips, 0);
+    const all = plural(found.verdicts, 'verdict');
+    if (turned === 0) {
+      say('Drive: no verdict flips', `None of the run’s ${all} would be another one`, false);
+      return;
+    }
+    const tracks = new Set(places.map(({ key }) => key)).size;
+    const outcome = found.tau < found.run_tau ? 'be rejected' : 'be confident';
+    say(`Drive: ${plural(turned, 'verdict flips', 'verdicts flip')} in ${plural(tracks, 'track')}`, `They would ${outcome}, of the run’s ${all}. Click: the next track with one`, true);
   }
 
   element.addEventListener('click', () => {
     const { review } = app.store.get();
-    if (review === null || found === null) return;
-    const place = nextPlace(flippedPlaces(found.flips, review.docs), review.selected, review.frame);
-    if (place === null) return;
+    const place = review && nextPlace(places, review.selected, review.frame);
+    if (!place) return;
     select(app, place.key);
     seek(app, place.frame);
   }, { signal });
 
   return {
     element,
-    /** @param {string|undefined} run @param {number|null} tau   null: the run's own, which turns nothing over */
-    update(run, tau) {
-      if (run === undefined || tau === null) {
+    /** @param {import('../../types.js').ReviewState} review   its `tau` is null while it is the run's own, which turns nothing over */
+    update({ run, tau, docs: now }) {
+      if (run === null || tau === null) {
         asked = found = null;
         element.hidden = true;
         return;
       }
-      if (asked !== null && asked.run === run && asked.tau === tau) return;
-      if (asked === null) {
-        setText(element, 'Drive: counting…');
-        element.title = '';
-        element.disabled = true;
+      if (docs !== now) {
+        docs = now;
+        tell();
       }
-      asked = { run, tau };
+      if (asked !== null && asked.run === run.id && asked.tau === tau) return;
+      if (asked === null) say('Drive: counting…', '', false);
+      asked = { run: run.id, tau };
       element.hidden = false;
       follower.push(asked);
     },

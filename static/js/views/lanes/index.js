@@ -13,7 +13,7 @@ import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '
 import { trackEntries } from '../../model/track_entries.js';
 import { trackName } from '../../model/track_name.js';
 import { framesOf } from '../../store/actions/review.js';
-import { dialog, seek, select, setTau, show } from '../app.js';
+import { dialog, mark, seek, select, setTau, show } from '../app.js';
 import { setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
@@ -115,7 +115,7 @@ export function createLanes(app) {
     const span = spanOf(r);
     const row = Math.floor((y + parts.tracksPane.scrollTop) / rowHeight());
     const bar = barAt(index, row, toFrame(span, x, width), (3 * (span.last - span.first)) / Math.max(1, width));
-    if (bar >= 0) select(app, index.key[bar]);
+    if (bar >= 0 && !mark(app, index.key[bar])) select(app, index.key[bar]);
   }
 
   /** @param {number} factor */
@@ -196,7 +196,7 @@ export function createLanes(app) {
       const axis = prepare(parts.axis, width, height, ratio);
       if (axis) paintAxis(axis, { width, height, span, frames }, palette, (frame) => secondsOf(r, frame));
       const ctx = prepare(parts.tracks, width, tracksHeight, ratio);
-      const view = { width, height: tracksHeight, scroll: parts.tracksPane.scrollTop, rowHeight: rowHeight(), span, selected: r.selected };
+      const view = { width, height: tracksHeight, scroll: parts.tracksPane.scrollTop, rowHeight: rowHeight(), span, selected: r.selected, marked: r.marked };
       if (ctx) paintTracks(ctx, index, view, palette, label);
     }
     if (dirty.detail && columns && lane) {
@@ -315,8 +315,8 @@ export function createLanes(app) {
       refreshSelection(r);
       if (!old || old.span !== r.span || old.video.frames !== r.video.frames) dirty.tracks = dirty.detail = true;
       if (!old || old.tau !== r.tau) dirty.detail = true;
-      driveFlips.update(r.run?.id, r.tau);
-      if (!old || old.timebase !== r.timebase) dirty.tracks = true;
+      driveFlips.update(r);
+      if (!old || old.timebase !== r.timebase || old.marked !== r.marked) dirty.tracks = true;
       const moved = old !== null && old.frame !== r.frame;
       old = r;
       if (width === 0) measure();

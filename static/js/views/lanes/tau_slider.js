@@ -17,6 +17,9 @@ export function createTauSlider(change, signal) {
   /** @type {{low: number, high: number}} */
   let domain = { low: 1, high: 100 };
   let tau = 1;
+  let dragged = false;
+  /** What a drag that is broken off goes back to. @type {number|null} */ let before = null;
+  /** @type {number|null} */ let held = null;
   let top = 0;
   let height = 1;
 
@@ -26,7 +29,10 @@ export function createTauSlider(change, signal) {
     event.stopPropagation();
     element.focus();
     element.setPointerCapture(event.pointerId);
+    held = event.pointerId;
+    before = dragged ? tau : null;
   }, { signal });
+  element.addEventListener('lostpointercapture', () => { held = null; }, { signal });
   element.addEventListener('pointermove', (event) => {
     if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
     const y = event.clientY - element.parentElement.getBoundingClientRect().top;
@@ -34,6 +40,13 @@ export function createTauSlider(change, signal) {
   }, { signal });
   element.addEventListener('dblclick', () => change(null), { signal });
   element.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape' && held !== null) {
+      event.preventDefault();
+      event.stopPropagation();
+      element.releasePointerCapture(held);
+      change(before);
+      return;
+    }
     /** @type {Record<string, number>} */
     const factors = { ArrowUp: 1.02, ArrowRight: 1.02, ArrowDown: 1 / 1.02, ArrowLeft: 1 / 1.02, PageUp: 1.2, PageDown: 1 / 1.2 };
     const factor = factors[event.key];
@@ -55,7 +68,7 @@ export function createTauSlider(change, signal) {
      *   flips: {total: number, verdicts: number}}} view   top, height: px of the axis in the parent
      */
     update(view) {
-      ({ tau, domain, top, height } = view);
+      ({ tau, domain, top, height, dragged } = view);
       element.style.setProperty('transform', `translateY(${Math.round(top + height * (1 - logPlace(tau, domain)))}px)`);
       setAttribute(element, 'data-dragged', view.dragged);
       setAttribute(element, 'aria-valuenow', tau);

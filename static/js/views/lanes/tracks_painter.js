@@ -11,6 +11,7 @@ import { lowerBound } from '../../model/lanes_lod.js';
  * @property {number} rowHeight
  * @property {{first: number, last: number}} span
  * @property {string|null} selected  key
+ * @property {readonly string[]} marked   keys of those that are to be merged
  */
 
 /** Where the reviewed part of a bar is marked, by state: nothing, accepted, rejected, needs work. */
@@ -31,9 +32,13 @@ export function paintTracks(ctx, index, view, palette, label) {
   const chosen = view.selected === null ? -1 : (index.barOf.get(view.selected) ?? -1);
   const pad = Math.max(1, Math.round(2 * palette.unit));
   const tall = rowHeight - 2 * pad;
-  if (chosen >= 0) {
-    ctx.fillStyle = palette.colour.selected;
-    ctx.fillRect(0, index.row[chosen] * rowHeight - scroll, width, rowHeight);
+  ctx.fillStyle = palette.colour.selected;
+  if (chosen >= 0) ctx.fillRect(0, index.row[chosen] * rowHeight - scroll, width, rowHeight);
+  for (const key of view.marked) {
+    const b = index.barOf.get(key) ?? -1;
+    if (b < 0) continue;
+    const from = (index.first[b] - span.first) * scale;
+    ctx.fillRect(from - 2 * pad, index.row[b] * rowHeight - scroll, (index.last[b] + 1 - index.first[b]) * scale + 4 * pad, rowHeight);
   }
   for (let source = 0; source < 4; source += 1) {
     // A texture cannot be read on slivers, and costs most there: while they are the rule, plain colour stands for it.

@@ -4,7 +4,7 @@
 import { whyNoTracks } from '../../model/no_tracks.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
-import { seek, select } from '../app.js';
+import { mark, seek, select } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent } from '../format.js';
 import { createFilters } from './filters.js';
@@ -50,7 +50,7 @@ export function createQueue(app) {
   };
   list.addEventListener('click', (event) => {
     const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
-    if (row instanceof HTMLElement && row.dataset.key) choose(row.dataset.key);
+    if (row instanceof HTMLElement && row.dataset.key && !mark(app, row.dataset.key)) choose(row.dataset.key);
   }, { signal });
   scroller.addEventListener('keydown', (event) => {
     const page = Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1);
@@ -98,7 +98,7 @@ export function createQueue(app) {
         rows.set(entry.key, row);
         list.append(row.element);
       }
-      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected });
+      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected, marked: review.marked.includes(entry.key) });
     }
     const chosen = review.selected === null ? undefined : rows.get(review.selected);
     setAttribute(scroller, 'aria-activedescendant', chosen?.element.id);
@@ -123,7 +123,7 @@ export function createQueue(app) {
       if (review === null) return;
       const data = !before || before.tracks !== review.tracks || before.docs !== review.docs || before.run?.state !== review.run?.state || before.timebase !== review.timebase;
       const turned = data || !labelled || before.filter !== review.filter;
-      if (!turned && before?.selected === review.selected) return;
+      if (!turned && before?.selected === review.selected && before?.marked === review.marked) return;
       if (data) entries = trackEntries(review.tracks, review.docs);
       if (turned) {
         order = queueOf(entries, review.filter, next.labels);

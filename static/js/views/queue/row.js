@@ -32,13 +32,14 @@ export function createRow(key) {
     /**
      * @param {import('../../model/track_entries.js').TrackEntry} entry
      * @param {readonly import('../../types.js').Label[]} labels
-     * @param {{place: number, size: number, top: number, height: number, selected: boolean}} view
+     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean}} view   marked: for a merge
      */
     update(entry, labels, view) {
       const label = labels.find((one) => one.id === entry.class_id);
       element.style.setProperty('transform', `translateY(${view.top}px)`);
       element.style.setProperty('height', `${view.height}px`);
       setAttribute(element, 'aria-selected', String(view.selected));
+      element.classList.toggle('queue-marked', view.marked);
       setAttribute(element, 'aria-posinset', view.place + 1);
       setAttribute(element, 'aria-setsize', view.size);
       picture.classList.toggle('queue-no-picture', label === undefined);
