@@ -118,7 +118,7 @@ export const boxes = [
   }),
   operation({
     id: 'merge', label: 'Merge tracks', keys: ['M'], icon: 'merge', group: GROUP, disabled: needsRun,
-    tooltip: 'Press M, click the tracks, press M again (M)', run: merge,
+    tooltip: 'Press M, click the tracks in the picture, the lanes or the queue, press M again (M)', run: merge,
   }),
   operation({
     id: 'mark', label: 'Mark the selected track for the merge', keys: ['Enter'], group: 'Box by keyboard',
