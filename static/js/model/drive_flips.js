@@ -23,7 +23,8 @@ export function flippedPlaces(flips, docs) {
 }
 
 /**
- * The place after the selected track's, the first one after the last; from a track without one the next in time.
+ * The place after the selected track's latest, the first one after the last; where the track has none yet, the next in
+ * time. A track may have several: it may have been joined from others.
  *
  * @param {readonly Place[]} places   in the order of the drive
  * @param {string|null} selected
@@ -31,7 +32,8 @@ export function flippedPlaces(flips, docs) {
  * @returns {Place|null} null: there is none
  */
 export function nextPlace(places, selected, frame) {
-  const at = places.findIndex(({ key }) => key === selected);
+  const passed = places.filter((place) => place.key === selected && place.frame <= frame);
+  const at = passed.length === 0 ? -1 : places.indexOf(passed[passed.length - 1]);
   const next = at < 0 ? places.find((place) => place.frame > frame) : places[at + 1];
   return next ?? places[0] ?? null;
 }

@@ -28,4 +28,8 @@ test('from place to place, and round', () => {
   assert.equal(nextPlace(places, null, 41)?.key, 'm9', 'without a selection the next in time');
   assert.equal(nextPlace(places, 'm4', 71)?.key, 'm5');
   assert.equal(nextPlace([], 'm4', 71), null);
+  const joined = [{ key: 'm2', frame: 40, flips: 1 }, { key: 'm2', frame: 70, flips: 2 }, { key: 'm3', frame: 70, flips: 1 }];
+  assert.equal(nextPlace(joined, 'm2', 40)?.frame, 70, 'a track that was joined has two');
+  assert.equal(nextPlace(joined, 'm2', 70)?.key, 'm3');
+  assert.equal(nextPlace(joined, 'm2', 30)?.frame, 40);
 });
