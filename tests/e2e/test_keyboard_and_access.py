@@ -297,9 +297,7 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
     places = sorted((track["frame"], track["id"]) for track in found["tracks"])
     assert found["to_confident"] == 0 < found["to_rejected"]
     assert len(places) > 1
-    expect(told).to_have_text(
-        f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks"
-    )
+    expect(told).to_have_text(f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks")
     seen = []
     for _ in places:
         before = state(page)["selected"]
