@@ -78,6 +78,34 @@ def pick(page: Page, key: str) -> None:
     raise AssertionError(f"Tab never reaches {key}")
 
 
+def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])
+    told = page.locator(".lanes-drive-flips")
+    slider = page.get_by_role("slider", name="tau, the threshold of the gate")
+    expect(told).to_be_hidden()
+    slider.press("Home")
+    for _ in range(12):
+        slider.press("PageDown")
+    tau = float(page.evaluate("tsr.store.get().review.tau"))
+    found = desk.server.call("GET", f"/runs/{desk.run}/flips?tau={tau}")
+    places = sorted((track["frame"], track["id"]) for track in found["tracks"])
+    assert found["to_confident"] == 0 < found["to_rejected"]
+    assert len(places) > 1
+    expect(told).to_have_text(f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks")
+    seen = []
+    for _ in places:
+        now = state(page)
+        before = (now["selected"], now["frame"])
+        told.click()
+        now = wait(page, lambda s, b=before: (s["selected"], s["frame"]) != b and s["shown"] == s["frame"])  # type: ignore[misc]
+        seen.append(now["frame"])
+    assert sorted(seen) == [frame for frame, _ in places]
+    expect(page.locator(".lanes-flipping")).to_be_visible()
+    page.get_by_role("button", name="Reset").click()
+    expect(told).to_be_hidden()
+
+
 def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     to_picture(page)
     assert page.evaluate(FOCUSED)["seen"]
@@ -281,33 +309,6 @@ def test_a_wrong_link_or_no_token_says_what_to_do(desk: Desk) -> None:
     assert api.status == 401
     assert NAME not in api.text()
     context.close()
-
-
-def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, page: Page) -> None:
-    page.keyboard.press("j")
-    wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])
-    told = page.locator(".lanes-drive-flips")
-    slider = page.get_by_role("slider", name="tau, the threshold of the gate")
-    expect(told).to_be_hidden()
-    slider.press("Home")
-    for _ in range(12):
-        slider.press("PageDown")
-    tau = float(slider.get_attribute("aria-valuenow") or 0)
-    found = desk.server.call("GET", f"/runs/{desk.run}/flips?tau={tau}")
-    places = sorted((track["frame"], track["id"]) for track in found["tracks"])
-    assert found["to_confident"] == 0 < found["to_rejected"]
-    assert len(places) > 1
-    expect(told).to_have_text(f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks")
-    seen = []
-    for _ in places:
-        before = state(page)["selected"]
-        told.click()
-        now = wait(page, lambda s, before=before: s["selected"] != before and s["shown"] == s["frame"])  # type: ignore[misc]
-        seen.append((now["frame"], int(now["selected"][1:])))
-    assert sorted(seen) == places
-    expect(page.locator(".lanes-flipping")).to_be_visible()
-    page.get_by_role("button", name="Reset").click()
-    expect(told).to_be_hidden()
 
 
 def test_a_reload_right_after_a_burst_of_edits_loses_none(desk: Desk, page: Page) -> None:
