@@ -51,7 +51,7 @@ def drive_picture(k: int) -> Picture:
 
 
 def write_drive(path: Path, frames: int) -> Path:
-    """An H.264 file of the toy drive, without loss: on a busy machine a lossy encoder does not always write the same."""
+    """An H.264 file of the toy drive, without loss: under load a lossy encoder does not always write the same."""
     with VideoWriter(path, WIDTH, HEIGHT, Fraction(FPS), crf=0) as writer:
         for k in range(frames):
             writer.write(drive_picture(k))

@@ -272,16 +272,15 @@ def _false_tracks(candidate: BoxTable, found: Matching, used: set[int]) -> list[
 
 def _worst(reference: BoxTable, found: Matching) -> Figure:
     """Mean of Eq. 7 over the matches; the places are the worst of them, the worst first; exact ones are none."""
-    order = np.argsort(-found.error, kind="stable")
-    order = order[found.error[order] > EXACT]
-    differing, order = len(order), order[:MOST]
-    rows = found.reference[order]
+    differing = np.flatnonzero(found.error > EXACT)
+    worst = differing[np.argsort(-found.error[differing], kind="stable")[:MOST]]
+    rows = found.reference[worst]
     places = [
         (f, f, reference.keys[t])
         for f, t in zip(reference.frame[rows].tolist(), reference.track[rows].tolist(), strict=True)
     ]
     value = float(found.error.mean()) if len(found.error) else None
-    return _figure(value, None, places, differing)
+    return _figure(value, None, places, len(differing))
 
 
 def _stretches(table: BoxTable, rows: IntColumn) -> list[_Place]:

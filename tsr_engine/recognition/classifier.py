@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import ModelError
 from tsr_engine.recognition.catalogue import CLASS_COUNT
-from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe_patches, resize_crops
+from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe, describe_patches, resize_crops
 from tsr_engine.recognition.features import FeatureMap
 from tsr_engine.recognition.views import diagonal_pairs
 from tsr_engine.records import Picture
@@ -68,18 +68,18 @@ class SignClassifier:
         Raises:
             ValueError: a crop that is not a BGR picture.
         """
-        features = self._read(resize_crops(crops))
+        features = self._read(crops)
         out = np.empty((len(features), CLASS_COUNT), dtype=np.float32)
         for row, feature in zip(out, features, strict=True):
             np.dot(feature, self.weights, out=row)
         out += self.bias
         return out
 
-    def _read(self, patches: NDArray[np.uint8]) -> Array:
+    def _read(self, crops: Sequence[Picture]) -> Array:
         """Features of crops, shape (n, h)."""
         if not self.paired:
-            return self.features(describe_patches(patches))
-        both = self.features(describe_patches(diagonal_pairs(patches)), together=2)
+            return self.features(describe(crops))
+        both = self.features(describe_patches(diagonal_pairs(resize_crops(crops))), together=2)
         mean: Array = both[0::2] + both[1::2]
         mean *= np.float32(0.5)
         return mean

@@ -63,7 +63,7 @@ class FeatureMap:
         Args:
             descriptors: of crops.
             together: rows that are mapped at once, a divisor of n; always the same for a crop, whose features then do
-                not depend on its batch. Two at once cost little more than one: the hidden layer is read once for both.
+                not depend on its batch. The hidden layer is read once for all of them.
         """
         out = np.empty((len(descriptors), self.length), dtype=np.float32)
         for first in range(0, len(descriptors), together):
@@ -93,8 +93,9 @@ _PLACES = _places()
 def _combine(found, hidden, bias, out):  # type: ignore[no-untyped-def]
     """``max(0, max(0, found) @ hidden + bias)``, shape (n, 25 f) -> (n, h).
 
-    Three quarters of what the filters find is not above 0: those rows of the hidden layer, which is larger than the
-    caches, need not be read. The sums have one order, so that the bits do not depend on a library.
+    Most of what the filters find is not above 0, and those rows of the hidden layer need not be read: the layer is
+    large, so to read it takes longer than to compute with it. The sums have one order, so that the bits do not depend
+    on a library.
     """
     for row in range(len(found)):
         for j in range(len(bias)):

@@ -45,7 +45,7 @@ export function changesOf(run, kind, labels) {
  * @returns {number}
  */
 export function changedFrames(run) {
-  return Math.max(0, (run.frames_done ?? 0) - (run.summary.identical_frames ?? run.frames_done ?? 0));
+  return run.frames_done - (run.summary.identical_frames ?? run.frames_done);
 }
 
 /**
