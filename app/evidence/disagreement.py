@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
@@ -19,7 +20,7 @@ from app.storage.models import Edit, Run, TrackDocument
 from tsr_engine.errors import EvidenceError
 from tsr_engine.recognition.catalogue import CATALOGUE
 
-__all__ = ["MATCH_IOU", "Others", "against_people", "against_run"]
+__all__ = ["MATCH_IOU", "Others", "against_run", "overruled"]
 
 MATCH_IOU = 0.3
 """Two boxes of one frame are of one sign from this overlap on."""
@@ -54,21 +55,19 @@ class Others:
             for key in [key for key in self._known if run_id in key]:
                 del self._known[key]
 
-    def disagreements(self, run_id: str, video_id: str, facts: TrackFacts) -> list[Disagreement]:
-        """At most two: against the newest other run of the video, and against the people who edited this one."""
+    def disagreement(self, run_id: str, video_id: str, facts: TrackFacts) -> Disagreement | None:
+        """What the newest other run of the video says otherwise; None: there is none, or it cannot be read."""
         with self._database.read() as session:
             other = _other_run(session, run_id, video_id)
+        return None if other is None else self._against(run_id, other, facts)
+
+    def overruled(self, run_id: str, facts: TrackFacts) -> NDArray[np.bool_]:
+        """Tracks that people call something else than the engine and have not decided on yet, shape (n,)."""
+        with self._database.read() as session:
             documents = session.execute(
                 select(TrackDocument.key, TrackDocument.document).where(TrackDocument.run_id == run_id)
             ).all()
-        found = []
-        if other is not None:
-            against = self._against(run_id, other, facts)
-            if against is not None:
-                found.append(against)
-        if documents:
-            found.append(against_people({row.key: row.document for row in documents}, facts))
-        return found
+        return overruled({row.key: row.document for row in documents}, facts)
 
     def _against(self, run_id: str, other: Run, facts: TrackFacts) -> Disagreement | None:
         with self._lock:
@@ -120,17 +119,25 @@ def against_run(mine: BoxTable, theirs: BoxTable, facts: TrackFacts, name: str, 
     return Disagreement(weight, sentence)
 
 
-def against_people(documents: dict[str, dict[str, object]], facts: TrackFacts) -> Disagreement:
-    """Tracks that a person has given another class than the engine."""
-    n = len(facts.id)
-    weight, sentence = np.zeros(n), [""] * n
+def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts) -> NDArray[np.bool_]:
+    """Tracks to which a person has given another class than the engine, or none, and whose review is not over.
+
+    The twin of ``overruled`` in static/js/model/track_entries.js.
+
+    Args:
+        documents: by key.
+        facts: the run's tracks.
+
+    Returns:
+        Shape (n,).
+    """
+    found = np.zeros(len(facts.id), dtype=np.bool_)
     place = {f"m{track}": i for i, track in enumerate(facts.id.tolist())}
     for key, document in documents.items():
         i, label = place.get(key), document.get("class_id")
-        if i is not None and isinstance(label, int) and label != facts.class_id[i]:
-            weight[i] = 1.0
-            sentence[i] = f"A person calls it '{CATALOGUE[label].name}'."
-    return Disagreement(weight, sentence)
+        if i is not None and document.get("review") not in ("accepted", "rejected"):
+            found[i] = document.get("not_a_sign", False) or (isinstance(label, int) and label != facts.class_id[i])
+    return found
 
 
 def _other_run(session: Session, run_id: str, video_id: str) -> Run | None:

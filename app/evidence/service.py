@@ -261,8 +261,8 @@ class EvidenceService:
                     self._facts[place.id] = facts
                     while len(self._facts) > 4:
                         self._facts.popitem(last=False)
-        found = self._others.disagreements(place.id, place.video_id, facts) if place.complete else []
-        return track_columns(facts, found, place.complete)
+        found = self._others.disagreement(place.id, place.video_id, facts) if place.complete else None
+        return track_columns(facts, found, self._others.overruled(place.id, facts), place.complete)
 
     def _ask(self, place: RunPlace, question: Callable[[EvidenceReader], _T]) -> _T:
         with self.reading(place) as reader:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
 from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
@@ -31,6 +32,7 @@ class TrackColumns(Model):
     rejected: list[int]
     relocalised: list[int]
     doubt: list[float]
+    rank: list[float]
     reasons: list[list[str]]
     tau: float
     complete: bool
@@ -105,8 +107,18 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
     )
 
 
-def track_columns(facts: TrackFacts, disagreements: list[Disagreement], complete: bool) -> TrackColumns:
-    """The facts with doubt, as the page gets them."""
+def track_columns(
+    facts: TrackFacts, disagreement: Disagreement | None, overruled: NDArray[np.bool_], complete: bool
+) -> TrackColumns:
+    """The facts with doubt, as the page gets them.
+
+    Args:
+        facts: of the run.
+        disagreement: what another run says otherwise.
+        overruled: tracks that a person calls something else. They rank first, but their doubt and reasons are left to
+            the page, which knows what people have said since.
+        complete: whether the run is.
+    """
     found = doubts(
         DoubtInput(
             frames=facts.frames,
@@ -122,7 +134,7 @@ def track_columns(facts: TrackFacts, disagreements: list[Disagreement], complete
             judged=facts.judged,
             tau=facts.tau,
         ),
-        disagreements,
+        [] if disagreement is None else [disagreement],
     )
     return TrackColumns(
         id=facts.id.tolist(),
@@ -139,6 +151,7 @@ def track_columns(facts: TrackFacts, disagreements: list[Disagreement], complete
         rejected=facts.rejected.tolist(),
         relocalised=facts.relocalised.tolist(),
         doubt=found.doubt.tolist(),
+        rank=np.where(overruled, 1.0, found.doubt).tolist(),
         reasons=found.reasons,
         tau=facts.tau,
         complete=complete,

@@ -119,7 +119,7 @@ def load_space(evidence: EvidenceService, run_id: str, needs_work: frozenset[int
     told = json.loads(evidence.tracks(run_id))
     ids = np.array(told["id"], np.int64)
     classes = np.array([-1 if c is None else c for c in told["class_id"]], np.int64)
-    doubt = np.array(told["doubt"], np.float64)
+    doubt = np.array(told["rank"], np.float64)
     with evidence.reading(place) as reader:
         shape = reader.query("SELECT width, height FROM frames ORDER BY frame LIMIT 1")
         table = columns(reader.query("SELECT frame, seconds FROM frames ORDER BY frame"), 2)

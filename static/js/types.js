@@ -111,7 +111,8 @@
  * @property {number[]} side           longest side, px
  * @property {number[]} rejected       frames with a rejected prediction
  * @property {number[]} relocalised
- * @property {number[]} doubt          0..1, what the queue sorts by
+ * @property {number[]} doubt          0..1, without what people said
+ * @property {number[]} rank           what the queue sorts by: the doubt, with what people had said when this was asked for
  * @property {string[][]} reasons      plain sentences why
  * @property {number} tau
  * @property {boolean} complete        false while the run goes on

@@ -71,6 +71,19 @@ def page(desk: Desk) -> Iterator[Page]:
     assert errors == []
 
 
+RECOUNTED = """async (track) => {
+  const { documentLane } = await import('/static/js/model/track_lane.js');
+  const lane = window.tsr.store.get().review.laneOf[track];
+  const middle = lane.frame[lane.frame.length >> 1];
+  const halves = [{ track, first: 0, last: middle - 1 }, { track, first: middle, last: 1e9 }];
+  const again = documentLane(`m${track}`, { key: `m${track}`, segments: halves }, { [track]: lane }).lane;
+  const share = (one, i, id) => one.votes[i][one.classes.indexOf(id)];
+  const apart = (votes, i) => lane.classes.map((id, c) => Math.abs(votes[c] - share(again, i, id)));
+  return Math.max(...lane.votes.flatMap((votes, i) => votes === null ? [] : apart(votes, i)));
+}"""
+"""How far the votes of a track, counted anew on the page from its two halves, are from the engine's own."""
+
+
 def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     first = next_long_track(page)
     key = first["selected"]
@@ -126,6 +139,16 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     # split here, merge again
     split = edited(page, lambda: page.keyboard.press("Alt+m"))
     later = next(k for k in split["docs"] if k.startswith("h") and not split["docs"][k]["gone"])
+    span = split["docs"][later]["segments"][0]
+    page.get_by_role("tab", name="Inspector").click()
+    page.locator(".inspector-votes", has_text="These frames alone:").wait_for()
+    frames = page.evaluate(f"window.tsr.store.get().review.laneOf[{span['track']}].frame")
+    own = sum(span["first"] <= frame <= span["last"] for frame in frames)
+    assert 0 < own < len(frames)
+    crops = page.locator(".inspector-section", has_text="Crops")
+    assert crops.locator(".muted").first.text_content() == f"{own} frames"
+    assert page.evaluate(RECOUNTED, span["track"]) < 1e-3
+    page.get_by_role("tab", name="Queue").click()
     page.evaluate(
         "([a, b]) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: a}}))", [key, later]
     )

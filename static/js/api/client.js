@@ -130,7 +130,7 @@ export function createApi(setup = {}) {
 
     // -- evidence
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').TrackColumns>} */
-    tracks: async (run, call) => expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, {timeout: 60_000, ...call}), ['id', 'first', 'last', 'frames', 'detected', 'class_id', 'doubt', 'reasons']),
+    tracks: async (run, call) => expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, {timeout: 60_000, ...call}), ['id', 'first', 'last', 'frames', 'detected', 'class_id', 'doubt', 'rank', 'reasons']),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').LaneColumns>} */
     lanes: async (run, call) => expectColumns('GET /runs/…/lanes', await json(`/runs/${e(run)}/lanes`, {timeout: 60_000, ...call}), ['track', 'first', 'last', 'source']),
     /** @param {string} run @param {number} first @param {number} last   inclusive; <= 256 frames @param {Call} [call] @returns {Promise<import('../types.js').Overlay[]>} */

@@ -125,7 +125,7 @@ function comparator(sort) {
     case 'score':
       return (a, b) => finite(a.score) - finite(b.score) || tie(a, b);
     default:
-      return (a, b) => b.doubt - a.doubt || tie(a, b);
+      return (a, b) => b.rank - a.rank || tie(a, b); // not the doubt, which changes with an edit: rows would run away from the person
   }
 }
 

@@ -16,6 +16,7 @@
  * @property {number|null} class_id   a person's label, else the engine's
  * @property {boolean} relabelled     the label is a person's
  * @property {number} doubt           0..1
+ * @property {number} rank            the queue's order; stays while the page is open, whatever people do
  * @property {number} score           best final score; NaN: no detection
  * @property {string[]} reasons       plain sentences
  * @property {TrackDoc['review']} review
@@ -83,6 +84,7 @@ function machineEntry(tracks, i, key) {
     class_id: tracks.class_id[i],
     relabelled: false,
     doubt: tracks.doubt[i],
+    rank: tracks.rank[i],
     score: tracks.score[i] ?? Number.NaN,
     reasons: tracks.reasons[i] ?? [],
     review: 'open',
@@ -115,11 +117,40 @@ function documentEntry(tracks, columnOf, doc, column) {
     last: span?.last ?? first,
     class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
     relabelled: doc.class_id !== null,
-    doubt: known ? tracks.doubt[column] : 0,
+    doubt: known ? doubtOf(tracks, column, doc) : 0,
+    rank: known ? tracks.rank[column] : 0,
     score: known ? tracks.score[column] : Number.NaN,
-    reasons: known ? tracks.reasons[column] : ['A person drew it.'],
+    reasons: known ? reasonsOf(tracks, column, doc) : ['A person drew it.'],
     review: doc.review,
     not_a_sign: doc.not_a_sign,
     notes: doc.notes.length,
   };
+}
+
+/**
+ * Whether a person calls an engine's track something else. The twin of `overruled` in app/evidence/disagreement.py, but
+ * for the review state.
+ *
+ * @param {TrackColumns} tracks
+ * @param {number} column
+ * @param {TrackDoc} doc
+ */
+function overruled(tracks, column, doc) {
+  return doc.key === `m${tracks.id[column]}` && (doc.not_a_sign || (doc.class_id !== null && doc.class_id !== tracks.class_id[column]));
+}
+
+/** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
+function doubtOf(tracks, column, doc) {
+  const decided = doc.review === 'accepted' || doc.review === 'rejected';
+  return overruled(tracks, column, doc) && !decided ? 1 : tracks.doubt[column];
+}
+
+/** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc @returns {string[]} */
+function reasonsOf(tracks, column, doc) {
+  const id = tracks.id[column];
+  const found = [];
+  if (overruled(tracks, column, doc)) found.push(doc.not_a_sign ? 'A person says that it is not a sign.' : 'A person calls it something else than the engine.');
+  const same = doc.segments.length === 1 && doc.segments[0].first <= tracks.first[column] && tracks.last[column] <= doc.segments[0].last;
+  if (!same) found.push(`About ${trackName(`m${id}`)} as the engine made it:`);
+  return found.concat(tracks.reasons[column]);
 }

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.evidence.disagreement import against_people, against_run
+from app.evidence.disagreement import against_run, overruled
 from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
 from app.evidence.tables import confirmed_boxes
 from app.evidence.tracks import track_facts
@@ -141,10 +141,21 @@ def test_another_run_that_says_something_else(home: Any) -> None:
 def test_a_person_who_says_something_else(home: Any) -> None:
     with home.reader() as reader:
         facts = track_facts(reader)
-    key = f"m{facts.id[0]}"
-    found = against_people({key: {"class_id": 2}, "h123456": {"class_id": 3}, f"m{facts.id[1]}": {}}, facts)
-    assert found.weight.tolist() == [1.0] + [0.0] * (len(facts.id) - 1)
-    assert found.sentence[0] == "A person calls it 'speed limit 50 km/h'."
+    first, second = (f"m{track}" for track in facts.id[:2].tolist())
+    rest = [False] * (len(facts.id) - 2)
+    own = int(facts.class_id[0])
+    other = (own + 1) % 43
+    for document, expected in (
+        ({"class_id": other}, True),
+        ({"class_id": own}, False),
+        ({"class_id": None}, False),
+        ({"class_id": None, "not_a_sign": True}, True),
+        ({"class_id": other, "review": "needs_work"}, True),
+        ({"class_id": other, "review": "accepted"}, False),
+        ({"not_a_sign": True, "review": "rejected"}, False),
+    ):
+        found = overruled({first: document, "h123456": {"class_id": 3}, second: {}}, facts)
+        assert found.tolist() == [expected, False, *rest], document
 
 
 def test_the_queue_hears_of_edits_and_of_new_runs(toy_homes: Any, tmp_path: Any) -> None:
@@ -158,8 +169,8 @@ def test_the_queue_hears_of_edits_and_of_new_runs(toy_homes: Any, tmp_path: Any)
             session.add(TrackDocument(run_id=home.run_id, key=key, revision=1, document={"class_id": 2}))
             session.add(_edit(home.run_id))
         after = json.loads(home.evidence.tracks(home.run_id))
-        assert "A person calls it 'speed limit 50 km/h'." in after["reasons"][0]
-        assert after["doubt"][0] == 1.0
+        assert after["rank"] == [1.0, *before["rank"][1:]]
+        assert {**after, "rank": before["rank"]} == before
         other = home.add_run(name="Run 2")
         shutil.copytree(home.folder, home.settings.home / "runs" / other)
         assert json.loads(home.evidence.tracks(home.run_id))["doubt"] == after["doubt"]

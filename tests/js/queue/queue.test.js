@@ -15,7 +15,7 @@ const LABELS = [{ id: 1, name: 'Yield', picture: '' }, { id: 2, name: 'Stop', pi
  * @returns {any} three tracks: doubt 0.1, 0.9, 0.5
  */
 function state(docs = {}, filter = {}, selected = null) {
-  const tracks = { ...drive(1000, 3).tracks, id: [1, 2, 3], doubt: [0.1, 0.9, 0.5], class_id: [1, 2, 1], first: [30, 20, 10], last: [40, 30, 20], score: [3, 2, 1], reasons: [[], ['It is short: 11 frames.'], []] };
+  const tracks = { ...drive(1000, 3).tracks, id: [1, 2, 3], doubt: [0.1, 0.9, 0.5], rank: [0.1, 0.9, 0.5], class_id: [1, 2, 1], first: [30, 20, 10], last: [40, 30, 20], score: [3, 2, 1], reasons: [[], ['It is short: 11 frames.'], []] };
   return { labels: LABELS, review: { tracks, docs, filter: { ...NO_FILTER, ...filter }, selected } };
 }
 const doc = (/** @type {number} */ track, /** @type {object} */ change) => ({ ...emptyDoc({ track, first: 10, last: 40 }), ...change });
@@ -68,4 +68,30 @@ test('tracks without a score come last, and the order is total', () => {
   const entries = trackEntries(state().review.tracks, {});
   entries[0].score = Number.NaN;
   assert.equal(queueOf(entries, { ...NO_FILTER, sort: 'score' }, LABELS).at(-1)?.key, 'm1');
+});
+
+test('whom a person overrules is doubtful until it is decided, and no row moves meanwhile', () => {
+  for (const [change, doubt, told] of /** @type {[object, number, string[]][]} */ ([
+    [{ class_id: 2 }, 1, ['A person calls it something else than the engine.']],
+    [{ not_a_sign: true }, 1, ['A person says that it is not a sign.']],
+    [{ class_id: 2, review: 'needs_work' }, 1, ['A person calls it something else than the engine.']],
+    [{ class_id: 2, review: 'accepted' }, 0.1, ['A person calls it something else than the engine.']],
+    [{ class_id: 1 }, 0.1, []],
+    [{}, 0.1, []],
+  ])) {
+    const docs = { m1: doc(1, change) };
+    const entry = trackEntries(state(docs).review.tracks, docs)[0];
+    assert.deepEqual([entry.key, entry.doubt, entry.reasons], ['m1', doubt, told], JSON.stringify(change));
+    assert.deepEqual(queueOrder(state(docs)), ['m2', 'm3', 'm1']);
+    assert.deepEqual(queueOrder(state(docs, { least_doubt: 0.95 })), doubt === 1 ? ['m1'] : []);
+  }
+});
+
+test('parts say whose reasons they show', () => {
+  const tail = { ...blankDoc('hcd'), segments: [{ track: 2, first: 26, last: 30 }] };
+  const docs = { m2: { ...doc(2, {}), segments: [{ track: 2, first: 20, last: 25 }] }, hcd: tail };
+  const entries = trackEntries(state(docs).review.tracks, docs);
+  for (const key of ['m2', 'hcd']) {
+    assert.deepEqual(entries.find((entry) => entry.key === key)?.reasons, ['About #2 as the engine made it:', 'It is short: 11 frames.'], key);
+  }
 });

@@ -34,9 +34,9 @@ export function createCrops(app, signal) {
 
   function draw() {
     scheduled = false;
-    const lane = now?.lane;
+    const found = now?.found;
     const run = now?.review.run;
-    if (!lane || !run) return;
+    if (!found || !run) return;
     const step = pitch();
     cells.style.setProperty('width', `${frames.length * step}px`);
     const first = Math.max(0, Math.floor(scroller.scrollLeft / step) - 2);
@@ -49,7 +49,7 @@ export function createCrops(app, signal) {
     for (let i = first; i < last; i += 1) {
       let cell = shown.get(i);
       if (!cell) {
-        cell = createCell(lane, i, labels, app.api.cropUrl(run.id, lane.id, frames[i], 96));
+        cell = createCell(found.lane, i, labels, app.api.cropUrl(run.id, found.track[i], frames[i], 96));
         cell.style.setProperty('transform', `translateX(${i * step}px)`);
         cell.addEventListener('click', () => seek(app, frames[i]));
         shown.set(i, cell);
@@ -69,7 +69,7 @@ export function createCrops(app, signal) {
       now = inspected;
       scroller.hidden = lane === null;
       if (lane === null) {
-        setText(total, inspected.entry.track === null ? 'none: a person drew this track' : 'loading…');
+        setText(total, inspected.entry.column < 0 ? 'none: a person drew this track' : 'loading…');
         return;
       }
       if (turned) {

@@ -23,17 +23,17 @@ export function createExplain(app, signal) {
   let frames = new Int32Array(0);
   let told = '';
   button.addEventListener('click', async () => {
-    const lane = now?.lane;
     const run = now?.review.run;
-    if (!now || !lane || !run) return;
+    if (!now?.found || !run) return;
     const frame = now.review.frame;
-    const key = `${run.id} ${lane.id} ${frame}`;
+    const track = now.found.track[placeAt(frames, frame)];
+    const key = `${run.id} ${now.entry.key} ${frame}`;
     asked = key;
     fill(result, h('p', { class: 'small muted' }, 'Looking at the crop again…'));
     try {
-      const found = await app.api.explain(run.id, lane.id, frame, { signal });
+      const found = await app.api.explain(run.id, track, frame, { signal });
       if (asked !== key) return;
-      const url = app.api.cropUrl(run.id, lane.id, frame, 256);
+      const url = app.api.cropUrl(run.id, track, frame, 256);
       const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
       const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
       fill(result, symmetry ? symmetryFigure(symmetry, prediction) : null, found.hash ? hashFigure(found.hash) : null);
@@ -48,7 +48,7 @@ export function createExplain(app, signal) {
       const { lane, review } = inspected;
       if (lane !== now?.lane) frames = Int32Array.from(lane?.frame ?? []);
       now = inspected;
-      const key = lane && review.run ? `${review.run.id} ${lane.id} ${review.frame}` : '';
+      const key = lane && review.run ? `${review.run.id} ${inspected.entry.key} ${review.frame}` : '';
       if (asked !== key && asked !== '') {
         asked = '';
         result.replaceChildren();

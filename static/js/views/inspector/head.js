@@ -35,7 +35,7 @@ export function createHead(app, signal) {
     element: h('div', { class: 'inspector-head' }, h('div', { class: 'inspector-title' }, picture, h('div', { class: 'grow' }, name, sub, human)),
       margin, votes, h('div', { class: 'inspector-review', role: 'group', 'aria-label': 'Review state' }, buttons)),
     /** @param {import('./index.js').Inspected} inspected */
-    update({ state, review, entry }) {
+    update({ state, review, entry, found }) {
       /** @param {number|null|undefined} id */
       const nameOf = (id) => state.labels.find((label) => label.id === id)?.name ?? (id === null || id === undefined ? 'no class' : `class ${id}`);
       key = entry.key;
@@ -47,19 +47,30 @@ export function createHead(app, signal) {
       const frames = entry.last - entry.first + 1;
       setText(sub, `Track ${entry.name} · frames ${count(entry.first)}–${count(entry.last)} (${count(frames)})`);
       const i = entry.column;
-      const tracks = review.tracks;
-      const share = tracks && i >= 0 ? tracks.share[i] : null;
-      const second = tracks && i >= 0 ? tracks.runner_up_share[i] : null;
+      const tracks = i < 0 ? null : review.tracks;
       human.hidden = !entry.relabelled && entry.track !== null;
-      setText(human, entry.relabelled && tracks && i >= 0 ? `Label set by a person; the engine says ${nameOf(tracks.class_id[i])}.` : entry.relabelled ? 'Label set by a person.' : 'Made by a person.');
-      margin.hidden = votes.hidden = share === null;
-      own.style.setProperty('width', `${(share ?? 0) * 100}%`);
-      other.style.setProperty('width', `${(second ?? 0) * 100}%`);
-      const runner = tracks && i >= 0 && tracks.runner_up[i] !== null ? `; runner-up ${nameOf(tracks.runner_up[i])} ${percent(second)}, margin ${percent((share ?? 0) - (second ?? 0))}` : '';
-      const engines = entry.relabelled && tracks && i >= 0 ? `The engine’s ${nameOf(tracks.class_id[i])}: fused probability` : 'Fused probability';
-      setText(votes, `${engines} ${percent(share)}${runner}`);
+      const whole = tracks && tracks.class_id[i] !== null ? nameOf(tracks.class_id[i]) : null;
+      setText(human, !entry.relabelled ? (tracks ? 'Cut off by a person.' : 'Made by a person.') : `Label set by a person${whole === null ? '' : `; the engine says ${whole}`}.`);
+      const read = found && !found.whole ? found.reading : readingOf(tracks, i);
+      margin.hidden = votes.hidden = read === null;
+      own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
+      other.style.setProperty('width', `${(read?.runner_up_share ?? 0) * 100}%`);
+      if (read) {
+        const runner = read.runner_up === null ? '' : `; runner-up ${nameOf(read.runner_up)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
+        // of a part the engine has no answer of its own: its frames' votes are counted, and may name another class
+        const whose = found && !found.whole ? `These frames alone: ${nameOf(read.class_id)}, fused probability` : entry.relabelled ? `The engine’s ${nameOf(read.class_id)}: fused probability` : 'Fused probability';
+        setText(votes, `${whose} ${percent(read.share)}${runner}`);
+      }
       setAttribute(margin, 'aria-label', votes.textContent);
       buttons.forEach((button, k) => setAttribute(button, 'aria-pressed', String(CHOICES[k].review === entry.review)));
     },
   };
+}
+
+/** What the engine read a whole track as. @param {import('../../types.js').TrackColumns|null} tracks @param {number} i @returns {import('../../model/track_lane.js').Reading|null} */
+function readingOf(tracks, i) {
+  const class_id = tracks?.class_id[i] ?? null;
+  const share = tracks?.share[i] ?? null;
+  if (!tracks || class_id === null || share === null) return null;
+  return { class_id, share, runner_up: tracks.runner_up[i], runner_up_share: tracks.runner_up_share[i] ?? 0 };
 }

@@ -1,8 +1,8 @@
 // @ts-check
 /** Inspector of the selected track: what it is, how sure, what the engine saw frame by frame, and what people noted. */
 
-import { sentencesOf } from '../../model/plain_words.js';
 import { trackEntries } from '../../model/track_entries.js';
+import { documentLane, sentencesOfTrack } from '../../model/track_lane.js';
 import { h } from '../dom.js';
 import { createCrops } from './crops.js';
 import { createEvents } from './events.js';
@@ -24,7 +24,7 @@ export function createInspector(app) {
   const element = h('section', { class: 'inspector panel', 'aria-label': 'Inspector' }, h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element));
   /** @type {import('../../types.js').ReviewState|null} */ let old = null;
   /** @type {readonly import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
-  /** @type {import('../../types.js').TrackLane|null} */ let told = null;
+  /** @type {import('../../model/track_lane.js').DocumentLane|null} */ let told = null;
   /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
   return {
     element,
@@ -39,11 +39,10 @@ export function createInspector(app) {
       empty.hidden = entry !== null;
       facts.update(review.run);
       if (entry === null) return;
-      const track = entry.track ?? review.docs[entry.key]?.segments[0]?.track ?? null;
-      const lane = track === null ? null : (review.laneOf[track] ?? null);
-      if (lane !== told) sentences = lane ? sentencesOf(lane) : [];
-      told = lane;
-      for (const section of sections) section.update({ state, review, entry, lane, sentences, doc: review.docs[entry.key] ?? null });
+      const found = documentLane(entry.key, review.docs[entry.key], review.laneOf);
+      if (found !== told) sentences = found ? sentencesOfTrack(found) : [];
+      told = found;
+      for (const section of sections) section.update({ state, review, entry, found, lane: found?.lane ?? null, sentences, doc: review.docs[entry.key] ?? null });
     },
     destroy() {
       life.abort();
@@ -58,7 +57,8 @@ export function createInspector(app) {
  * @property {State} state
  * @property {import('../../types.js').ReviewState} review
  * @property {import('../../model/track_entries.js').TrackEntry} entry
- * @property {import('../../types.js').TrackLane|null} lane   null: not loaded, or the engine has none
+ * @property {import('../../model/track_lane.js').DocumentLane|null} found   null: not loaded, or the engine has none
+ * @property {import('../../types.js').TrackLane|null} lane   of `found`
  * @property {readonly import('../../model/plain_words.js').Sentence[]} sentences   what happened to the lane's track
  * @property {import('../../types.js').TrackDoc|null} doc     null: nobody touched it
  */

@@ -11,6 +11,7 @@ import { whyNoTracks } from '../../model/no_tracks.js';
 import { short } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
+import { documentLane } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
 import { framesOf } from '../../store/actions/review.js';
 import { dialog, mark, seek, select, setTau, show } from '../app.js';
@@ -271,11 +272,10 @@ export function createLanes(app) {
 
   /** @param {ReviewState} r */
   function refreshSelection(r) {
-    const track = r.selected?.startsWith('m') ? Number(r.selected.slice(1)) : null;
     const doc = r.selected ? r.docs[r.selected] : undefined;
-    const found = track !== null ? r.laneOf[track] : doc?.segments.length ? r.laneOf[doc.segments[0].track] : undefined;
-    if ((found ?? null) !== lane) {
-      lane = found ?? null;
+    const found = r.selected ? documentLane(r.selected, doc, r.laneOf)?.lane ?? null : null;
+    if (found !== lane) {
+      lane = found;
       columns = lane ? detailColumns(lane) : null;
       dirty.detail = true;
       measure();
@@ -289,7 +289,7 @@ export function createLanes(app) {
     }
     const bar = index.barOf.get(r.selected ?? '');
     const name = bar === undefined ? '' : label(index.classId[bar]).text || 'no class';
-    const state_ = lane === null && r.selected ? (r.selected.startsWith('h') ? 'a person drew it: the engine has no values' : 'loading…') : '';
+    const state_ = lane === null && r.selected ? (doc?.segments.length === 0 ? 'a person drew it: the engine has no values' : 'loading…') : '';
     setText(parts.detailName, bar === undefined ? '' : `Track ${trackName(index.key[bar], r.docs[index.key[bar]])} · ${name}${state_ ? ` · ${state_}` : ''}`);
   }
 
