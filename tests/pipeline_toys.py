@@ -50,9 +50,9 @@ def drive_picture(k: int) -> Picture:
     return np.ascontiguousarray(picture)
 
 
-def write_drive(path: Path, frames: int) -> Path:
+def write_drive(path: Path, frames: int, keys: int | None = None) -> Path:
     """An H.264 file of the toy drive, without loss: under load a lossy encoder does not always write the same."""
-    with VideoWriter(path, WIDTH, HEIGHT, Fraction(FPS), crf=0) as writer:
+    with VideoWriter(path, WIDTH, HEIGHT, Fraction(FPS), crf=0, keys=keys) as writer:
         for k in range(frames):
             writer.write(drive_picture(k))
     return path

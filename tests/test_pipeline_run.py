@@ -8,14 +8,17 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import av
 import pytest
 
-from tsr_engine.errors import EvidenceError, StorageError, UsageError
+from tsr_engine.errors import EvidenceError, StorageError, UsageError, VideoError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.video import open_video
+from tsr_engine.io.video_cursor import Cursor
 from tsr_engine.runs import Progress, RunReport, RunRequest, track_video
 
 SCRIPT = Path(__file__).with_name("pipeline_toys.py")
@@ -180,6 +183,61 @@ def test_a_run_goes_on_after_kill_9_and_equals_an_uninterrupted_one(
     assert report.resumed_at == stored
     assert parts.detector.calls == FRAMES - stored
     assert_same_run(tmp_path / "run", finished[0] / "run")
+
+
+@pytest.fixture
+def steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The frames behind which a decoder has taken a step."""
+    found: list[int] = []
+    step = Cursor._step
+
+    def counted(cursor: Cursor) -> object:
+        found.append(cursor.position)
+        return step(cursor)
+
+    monkeypatch.setattr(Cursor, "_step", counted)
+    return found
+
+
+def write_avi(path: Path) -> Path:
+    """The toy drive in a file that stores no presentation times."""
+    with av.open(path, "w") as out:
+        stream = out.add_stream("mjpeg", rate=toys.FPS, options={"qscale": "2"})
+        stream.width, stream.height, stream.pix_fmt = toys.WIDTH, toys.HEIGHT, "yuvj420p"
+        for k in range(FRAMES):
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(toys.drive_picture(k), format="bgr24")))
+        out.mux(stream.encode())
+    return path
+
+
+@pytest.mark.parametrize("timed", [True, False])
+def test_going_on_does_not_decode_from_the_start(timed: bool, tmp_path: Path, steps: list[int]) -> None:
+    """The evidence vouches for the frames that it holds; without presentation times (AVI) only decoding does."""
+    video = toys.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10) if timed else write_avi(tmp_path / "keys.avi")
+    request = RunRequest(video, toys.PARAMS, tmp_path / "run", stop=60)
+    track_video(request, toys.components(toys.PARAMS))
+    steps.clear()
+    report = track_video(replace(request, stop=70), toys.components(toys.PARAMS))
+    assert (report.resumed_at, report.computed) == (60, 10)
+    # One step opens the file. Jumping onto a key frame, here 50 and 0, is none.
+    assert min(steps[1:]) == (50 if timed else 0)
+    track_video(RunRequest(video, toys.PARAMS, tmp_path / "whole", stop=70), toys.components(toys.PARAMS))
+    assert_same_run(tmp_path / "run", tmp_path / "whole")
+
+
+def test_a_start_in_the_middle_is_reached_by_the_frame_table(tmp_path: Path, steps: list[int]) -> None:
+    video = toys.write_drive(tmp_path / "keys.mp4", FRAMES, keys=10)
+    with open_video(video) as file:
+        table = file.confirm()
+    request = RunRequest(video, toys.PARAMS, tmp_path / "counted", start=65, stop=70)
+    track_video(request, toys.components(toys.PARAMS))
+    steps.clear()
+    track_video(replace(request, evidence=tmp_path / "run", table=table), toys.components(toys.PARAMS))
+    assert min(steps[1:]) == 60
+    assert_same_run(tmp_path / "run", tmp_path / "counted")
+    moved = replace(table, pts=table.pts + 1, stamps=table.stamps + 1)
+    with pytest.raises(VideoError, match="is not the one in its frame table"):
+        track_video(replace(request, evidence=tmp_path / "other", table=moved), toys.components(toys.PARAMS))
 
 
 def test_a_finished_run_is_not_computed_again(drive: Path, finished: tuple[Path, RunReport], tmp_path: Path) -> None:

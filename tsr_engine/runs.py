@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import time
 from array import array
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -33,21 +33,20 @@ from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.atomic import atomic_text, refuse_inputs
 from tsr_engine.io.overlay import draw
 from tsr_engine.io.read_ahead import read_ahead
-from tsr_engine.io.video import Frame, Video, open_video, video_sha256
+from tsr_engine.io.video import Frame, FrameTable, Video, open_video, video_sha256
 from tsr_engine.io.video_writer import VideoWriter
-from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
     FrameInput,
     ResultStream,
     TrackingCore,
-    TrackSummary,
     keep_regions,
     one_blas_thread,
     rebuild,
 )
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.records import FrameEvidence
+from tsr_engine.run_report import Progress, RunReport, RunRequest
 from tsr_engine.tracking.camera_shift import CameraShift
 
 __all__ = ["Progress", "RunReport", "RunRequest", "track_video"]
@@ -55,77 +54,6 @@ __all__ = ["Progress", "RunReport", "RunRequest", "track_video"]
 CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
 AHEAD = 4
 """Frames that are decoded ahead of the engine."""
-
-
-@dataclass(frozen=True, slots=True)
-class RunRequest:
-    """What to track, and where the results go.
-
-    Attributes:
-        video: the file.
-        params: all parameters.
-        evidence: folder of the evidence store; unset: none is kept.
-        csv: file of the result rows; unset: none.
-        annotated: file of the annotated video; unset: none.
-        start: first frame.
-        stop: frame after the last; unset: to the end.
-        restart: start over where the evidence folder already holds a run.
-    """
-
-    video: Path
-    params: Params
-    evidence: Path | None = None
-    csv: Path | None = None
-    annotated: Path | None = None
-    start: int = 0
-    stop: int | None = None
-    restart: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """How far a run is."""
-
-    done: int
-    """Frames done, those of an earlier part of the run included."""
-    total: int | None
-    """Frames to do, as far as it is known."""
-    rate: float
-    """Frames a second of this call."""
-    remaining: float | None
-    """Seconds left at that rate."""
-
-
-@dataclass(slots=True)
-class RunReport:
-    """What a run has done."""
-
-    video: str
-    width: int
-    height: int
-    frames: int = 0
-    """Frames with results, those of an earlier part of the run included."""
-    first_frame: int = 0
-    resumed_at: int | None = None
-    """First frame of this call if an earlier one was continued."""
-    interrupted: bool = False
-    seconds: float = 0.0
-    """Wall time of this call."""
-    computed: int = 0
-    """Frames computed by this call."""
-    tracks: list[TrackSummary] = field(default_factory=list)
-    events: Counter[str] = field(default_factory=Counter)
-    """Events by kind."""
-    stages: dict[str, array[float]] = field(default_factory=dict)
-    """Stage -> seconds of each frame that went through it, in this call."""
-    warnings: tuple[str, ...] = ()
-
-    def stage_table(self) -> list[tuple[str, int, float, float]]:
-        """Rows ``(stage, frames, median ms, 95th percentile ms)``."""
-        return [
-            (stage, len(seconds), float(np.median(seconds)) * 1e3, float(np.percentile(seconds, 95)) * 1e3)
-            for stage, seconds in self.stages.items()
-        ]
 
 
 def track_video(
@@ -155,7 +83,7 @@ def track_video(
     refuse_inputs([request.csv, request.annotated], [request.video])
     if request.csv is not None and request.annotated is not None and request.csv == request.annotated:
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
-    with open_video(request.video) as video, one_blas_thread():
+    with open_video(request.video, table=request.table) as video, one_blas_thread():
         return _Run(request, components, video, progress, stop or (lambda: False)).execute()
 
 
@@ -249,6 +177,8 @@ class _Run:
                     f"{self.writer.folder} holds frames from {reader.first_frame} on, expected from {start} on. "
                     "Use the same --frames, or a new folder."
                 )
+            if start == 0 and self.video.timed:
+                self.video.adopt(_confirmed_table(reader, self.time_base))
             for frame in reader.frames(start, last + 1, pixels=False):
                 self._pass_on(frame)
         self.report.resumed_at = last + 1
@@ -392,6 +322,21 @@ def _timed_frames(frames: Iterator[Frame]) -> Iterator[tuple[Frame, float]]:
         if frame is None:
             return
         yield frame, time.perf_counter() - began
+
+
+def _confirmed_table(reader: EvidenceReader, time_base: Fraction) -> FrameTable:
+    """The frames that a run has stored, from 0 on, as rows of the frame table: they were decoded then.
+
+    Only for videos with presentation times; rows end before the first one without.
+    """
+    pts, flags = array("q"), bytearray()
+    for _, entry in reader.frame_table():
+        if entry.pts is None:
+            break
+        pts.append(entry.pts)
+        flags.append(entry.key | 2 * entry.corrupt)
+    stamps, bits = np.array(pts, dtype=np.int64), np.frombuffer(bytes(flags), dtype=np.uint8)
+    return FrameTable(time_base, stamps, stamps, (bits & 1) > 0, (bits & 2) > 0, len(stamps), complete=False)
 
 
 def _read_stored(folder: Path, start: int, stop: int) -> Iterator[FrameEvidence]:

@@ -6,11 +6,14 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
+from sqlalchemy.orm import undefer
+
 from app.jobs.context import Stopped, TaskContext
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
 from app.training.folders import begin_with
+from app.videos.table import unpack
 from tsr_engine.errors import InputError
 from tsr_engine.version import __version__
 
@@ -27,7 +30,7 @@ def track(task: TaskContext) -> None:
 
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
-        video = session.get_one(Video, run.video_id)
+        video = session.get_one(Video, run.video_id, options=(undefer(Video.frame_table),))
         _check_file(video)
         run.state, run.error = "running", None
         run.started = run.started or datetime.now(UTC)
@@ -36,7 +39,12 @@ def track(task: TaskContext) -> None:
     params = params_of(run.preset, run.parameters)
     components = load_components(params, models)
     request = RunRequest(
-        Path(video.path), params, evidence=task.settings.home / run.folder, start=run.first, stop=run.stop
+        Path(video.path),
+        params,
+        evidence=task.settings.home / run.folder,
+        start=run.first,
+        stop=run.stop,
+        table=None if video.frame_table is None else unpack(video.frame_table),
     )
     told = 0.0
 

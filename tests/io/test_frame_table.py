@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -122,3 +123,32 @@ def test_the_ledger_compares_what_it_knows() -> None:
     assert table.complete
     assert table.stamps.tolist() == [10, 11]
     assert table.corrupt.tolist() == [False, True]
+
+
+@given(tables(), st.integers(0, 12), st.integers(0, 12))
+def test_a_ledger_takes_over_what_agrees_with_it(table: FrameTable, own: int, other: int) -> None:
+    def head(n: int) -> FrameTable:
+        confirmed = min(n, table.confirmed)
+        return replace(table, confirmed=confirmed, complete=table.complete and confirmed == len(table))
+
+    ledger = FrameLedger(table.time_base, head(own))
+    assert ledger.adopt(head(other))
+    longest = max((head(own), head(other)), key=lambda one: (one.confirmed, one.complete))
+    assert len(ledger) == longest.confirmed
+    assert ledger.complete == (head(own).complete or head(other).complete)
+    n = longest.confirmed
+    found = ledger.table(table.stamps[n:], table.key[n:], None)
+    assert (found.stamps == table.stamps).all()
+    assert (found.key == table.key).all()
+    assert (found.corrupt[:n] == table.corrupt[:n]).all()
+
+
+@pytest.mark.parametrize("wrong", ["stamps", "key", "corrupt", "shorter"])
+def test_a_ledger_refuses_another_files_rows(wrong: str) -> None:
+    table = table_of([0, 1, 2, 3])
+    other = table_of([0, 1, 2]) if wrong == "shorter" else replace(table, **{wrong: 1 - getattr(table, wrong)})
+    ledger = FrameLedger(table.time_base, replace(table, complete=False))
+    assert not ledger.adopt(other)
+    assert (len(ledger), ledger.complete, ledger.damaged) == (4, False, False)
+    assert ledger.adopt(table)
+    assert ledger.complete

@@ -169,14 +169,32 @@ class FrameLedger:
         self._stamps = array("q")
         self._flags = bytearray()
         if head is not None:
-            n = head.confirmed
-            self.complete = head.complete
-            self.damaged = bool(head.corrupt[:n].any())
-            self._stamps.extend(head.stamps[:n].tolist())
-            self._flags.extend((_KEY * head.key[:n] | _CORRUPT * head.corrupt[:n]).astype(np.uint8).tobytes())
+            self.adopt(head)
 
     def __len__(self) -> int:
         return len(self._stamps)
+
+    def adopt(self, head: FrameTable) -> bool:
+        """Take over the rows that an earlier pass has confirmed.
+
+        Returns:
+            Whether they agree with the rows that are already there; if not, nothing is taken over.
+        """
+        n = head.confirmed
+        flags = (_KEY * head.key[:n] | _CORRUPT * head.corrupt[:n]).astype(np.uint8).tobytes()
+        with self._lock:
+            known = len(self)
+            same = min(known, n)
+            stamps = head.stamps[:n].tolist()
+            if stamps[:same] != self._stamps[:same].tolist() or flags[:same] != self._flags[:same]:
+                return False
+            if (self.complete and n > known) or (head.complete and known > n):
+                return False
+            self._stamps.extend(stamps[known:])
+            self._flags.extend(flags[known:])
+            self.complete |= head.complete
+            self.damaged |= bool(head.corrupt[:n].any())
+            return True
 
     def record(self, k: int, stamp: int, key: bool, corrupt: bool) -> bool:
         """Enter frame k, or compare it with its row where there is one already.

@@ -143,6 +143,20 @@ class Video:
             return self._ledger.table(ahead, key, times)
 
     @property
+    def timed(self) -> bool:
+        """The file stores presentation times: a frame's stamp in its table is its time."""
+        return not self._by_rank
+
+    def adopt(self, table: FrameTable) -> None:
+        """Take over what an earlier pass over the same bytes has confirmed, as if the file had been opened with it.
+
+        Raises:
+            VideoError: the table is another file's.
+        """
+        if table.time_base != self._ledger.time_base or not self._ledger.adopt(table):
+            raise VideoError(f"{self.path} does not belong to its frame table. Import it again.")
+
+    @property
     def position(self) -> int:
         """Ordinal of the frame that ``read`` gave last, from where decoding on is cheap; 0 at first."""
         return self._cursor.position

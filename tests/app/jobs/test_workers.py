@@ -66,7 +66,8 @@ def test_a_cancelled_run_stops_and_can_go_on(office: Office, undisturbed: Path) 
     office.ended(run_id, "cancelled")
     assert time.monotonic() - began < within(4)
     assert office.run(run_id).frames_done < FRAMES
-    assert not is_alive(office.context.settings.home, office.job(run_id).id)
+    # The state is told while the job is still held: it is let go of a moment later.
+    office.wait(lambda: not is_alive(office.context.settings.home, office.job(run_id).id))
     office.context.runs.resume(run_id)
     office.ended(run_id)
     assert_same(office.evidence(run_id), undisturbed)

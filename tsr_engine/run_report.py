@@ -1,0 +1,89 @@
+"""What a live run is asked to do, how far it is, and what it has done."""
+
+from __future__ import annotations
+
+from array import array
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.params import Params
+from tsr_engine.pipeline import TrackSummary
+
+__all__ = ["Progress", "RunReport", "RunRequest"]
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """What to track, and where the results go.
+
+    Attributes:
+        video: the file.
+        params: all parameters.
+        evidence: folder of the evidence store; unset: none is kept.
+        csv: file of the result rows; unset: none.
+        annotated: file of the annotated video; unset: none.
+        start: first frame.
+        stop: frame after the last; unset: to the end.
+        restart: start over where the evidence folder already holds a run.
+        table: the video's frame table from an earlier pass: a start in the middle is then reached at once.
+    """
+
+    video: Path
+    params: Params
+    evidence: Path | None = None
+    csv: Path | None = None
+    annotated: Path | None = None
+    start: int = 0
+    stop: int | None = None
+    restart: bool = False
+    table: FrameTable | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a run is."""
+
+    done: int
+    """Frames done, those of an earlier part of the run included."""
+    total: int | None
+    """Frames to do, as far as it is known."""
+    rate: float
+    """Frames a second of this call."""
+    remaining: float | None
+    """Seconds left at that rate."""
+
+
+@dataclass(slots=True)
+class RunReport:
+    """What a run has done."""
+
+    video: str
+    width: int
+    height: int
+    frames: int = 0
+    """Frames with results, those of an earlier part of the run included."""
+    first_frame: int = 0
+    resumed_at: int | None = None
+    """First frame of this call if an earlier one was continued."""
+    interrupted: bool = False
+    seconds: float = 0.0
+    """Wall time of this call."""
+    computed: int = 0
+    """Frames computed by this call."""
+    tracks: list[TrackSummary] = field(default_factory=list)
+    events: Counter[str] = field(default_factory=Counter)
+    """Events by kind."""
+    stages: dict[str, array[float]] = field(default_factory=dict)
+    """Stage -> seconds of each frame that went through it, in this call."""
+    warnings: tuple[str, ...] = ()
+
+    def stage_table(self) -> list[tuple[str, int, float, float]]:
+        """Rows ``(stage, frames, median ms, 95th percentile ms)``."""
+        return [
+            (stage, len(seconds), float(np.median(seconds)) * 1e3, float(np.percentile(seconds, 95)) * 1e3)
+            for stage, seconds in self.stages.items()
+        ]
