@@ -193,10 +193,10 @@ class ImportService:
         rows = truth_rows(signs)
         truth = self._truths.put_rows(video_id, incoming.name, rows)
         counts = (
-            (len(tracks) - len(signs), "rejected tracks", "They are no signs, and ground truth says what is one."),
-            (sum(len(track.notes) for track in signs), "notes", "Ground truth has no notes."),
+            (len(tracks) - len(signs), "rejected track", "Ground truth says what is a sign, not what is none."),
+            (sum(len(track.notes) for track in signs), "note", "Ground truth has no notes."),
         )
-        lost = [Skipped(f"{count} {what}", reason) for count, what, reason in counts if count]
+        lost = [Skipped(f"{count} {what}{'s' * (count != 1)}", reason) for count, what, reason in counts if count]
         return _result("truth", truth.id, len(signs), len(rows), dataset, lost)
 
     def _run(

@@ -16,14 +16,14 @@ import { initialState } from './store/initial.js';
 import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
-import { recall, rememberedTheme } from './views/preferences.js';
+import { recall, rememberedLayers, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
 import { toast } from './views/toasts.js';
 
 /** @typedef {import('./page-types.js').App} App */
 
 const ended = new AbortController();
-const store = createStore({ ...initialState(), theme: rememberedTheme() });
+const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers() });
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
 const editor = createEditor({

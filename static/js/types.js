@@ -376,6 +376,7 @@
  * @property {Banner[]} banners
  * @property {'online'|'offline'} connection
  * @property {'light'|'dark'|'auto'} theme
+ * @property {Record<LayerName, boolean>} layers   as a person left them
  * @property {Dialog|null} dialog
  */
 

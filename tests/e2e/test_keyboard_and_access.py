@@ -78,6 +78,24 @@ def pick(page: Page, key: str) -> None:
     raise AssertionError(f"Tab never reaches {key}")
 
 
+def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: Desk, page: Page) -> None:
+    shown = "Object.entries(tsr.store.get().review.layers).filter(([, on]) => on).map(([name]) => name)"
+    before = page.evaluate(shown)
+    page.keyboard.press("7")
+    page.keyboard.press("2")
+    expected = [name for name in [*before, "truth"] if name != "predictions"]
+    assert sorted(page.evaluate(shown)) == sorted(expected)
+    page.wait_for_timeout(100)  # the page remembers with its next picture
+    page.reload()
+    wait(page, lambda s: s["shown"] == s["frame"])
+    assert sorted(page.evaluate(shown)) == sorted(expected)
+    page.keyboard.press("End")
+    last = wait(page, lambda s: s["frame"] > 0 and s["shown"] == s["frame"])["frame"]
+    page.keyboard.press("Space")
+    wait(page, lambda s: 0 < s["frame"] < last)
+    page.keyboard.press("Space")
+
+
 def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, page: Page) -> None:
     page.keyboard.press("j")
     wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])

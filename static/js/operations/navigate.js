@@ -2,7 +2,7 @@
 /** Moving through time. */
 
 import { nextInQueue } from '../model/queue.js';
-import { seek, select, setPlaying, step } from '../store/actions/review.js';
+import { playOrPause, seek, select, setPlaying, step } from '../store/actions/review.js';
 import { spanOf } from '../model/effective.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
@@ -63,7 +63,7 @@ function keyStep(app, direction) {
 /** @type {import('../page-types.js').Operation[]} */
 export const navigation = [
   operation({ id: 'previous-frame', label: 'Previous frame', keys: ['D'], icon: 'step_back', group: GROUP, run: (app) => move(app, -1) }),
-  operation({ id: 'play', label: 'Play or pause', keys: ['Space'], icon: 'play', group: GROUP, run: (app) => app.store.dispatch((state) => setPlaying(state, !state.review?.playing)) }),
+  operation({ id: 'play', label: 'Play or pause', keys: ['Space'], icon: 'play', group: GROUP, run: (app) => app.store.dispatch(playOrPause) }),
   operation({ id: 'next-frame', label: 'Next frame', keys: ['F'], icon: 'step_forward', group: GROUP, run: (app) => move(app, 1) }),
   operation({ id: 'back-10', label: 'Back 10 frames', keys: ['C'], icon: 'skip_back', group: GROUP, run: (app) => move(app, -10) }),
   operation({ id: 'on-10', label: 'On 10 frames', keys: ['V'], icon: 'skip_forward', group: GROUP, run: (app) => move(app, 10) }),

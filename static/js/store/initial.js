@@ -6,6 +6,11 @@ import { NO_FILTER } from '../model/queue.js';
 /** @typedef {import('../types.js').State} State */
 /** @typedef {import('../types.js').ReviewState} ReviewState */
 
+/** Which layers a first visit shows. @type {ReviewState['layers']} */
+export const USUAL_LAYERS = Object.freeze({
+  detections: false, predictions: true, search: false, relocalisations: true, results: true, corrected: true, truth: false, second: true,
+});
+
 /** @returns {State} */
 export const initialState = () => ({
   route: { screen: 'library' },
@@ -20,6 +25,7 @@ export const initialState = () => ({
   banners: [],
   connection: 'online',
   theme: 'auto',
+  layers: USUAL_LAYERS,
   dialog: null,
 });
 
@@ -30,9 +36,10 @@ export const LAYERS = /** @type {const} */ ([
 
 /**
  * @param {import('../types.js').Video} video
+ * @param {ReviewState['layers']} [layers]   as they were left
  * @returns {ReviewState}
  */
-export const initialReview = (video) => ({
+export const initialReview = (video, layers = USUAL_LAYERS) => ({
   video,
   timebase: null,
   run: null,
@@ -47,9 +54,7 @@ export const initialReview = (video) => ({
   shown: null,
   playing: false,
   selected: null,
-  layers: {
-    detections: false, predictions: true, search: false, relocalisations: true, results: true, corrected: true, truth: false, second: true,
-  },
+  layers,
   viewport: { zoom: 0, x: 0, y: 0 },
   span: { first: 0, last: Math.max(1, (video.frames ?? 1) - 1) },
   tau: null,

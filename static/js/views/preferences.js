@@ -1,6 +1,8 @@
 // @ts-check
 /** What this browser remembers: sizes, sort orders, theme. Storage that is switched off or full costs the memory only. */
 
+import { LAYERS, USUAL_LAYERS } from '../store/initial.js';
+
 /**
  * @param {string} name
  * @returns {string|null}
@@ -23,6 +25,21 @@ export function remember(name, value) {
   } catch {
     // As above.
   }
+}
+
+/** @typedef {Record<import('../types.js').LayerName, boolean>} Layers */
+
+/** @returns {Layers} */
+export function rememberedLayers() {
+  const value = recall('layers');
+  if (value === null) return USUAL_LAYERS;
+  const shown = new Set(value.split(' '));
+  return /** @type {Layers} */ (Object.fromEntries(LAYERS.map((name) => [name, shown.has(name)])));
+}
+
+/** @param {Layers} layers */
+export function rememberLayers(layers) {
+  remember('layers', LAYERS.filter((name) => layers[name]).join(' '));
 }
 
 /** @returns {'light'|'dark'|'auto'} */

@@ -11,7 +11,7 @@ import {createModels} from './models.js';
 import {createReview} from './review.js';
 import {createToasts} from './toasts.js';
 import {createTopBar} from './topbar.js';
-import {applyTheme, remember} from './preferences.js';
+import {applyTheme, remember, rememberLayers} from './preferences.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').State} State */
@@ -41,6 +41,8 @@ export function createShell(app) {
   let screen = null;
   /** @type {State['theme']|null} */
   let theme = null;
+  /** @type {State['layers']|null} */
+  let layers = null;
   const system = matchMedia('(prefers-color-scheme: dark)');
   const follow = () => theme && applyTheme(theme);
   system.addEventListener('change', follow);
@@ -74,6 +76,8 @@ export function createShell(app) {
     element,
     update(state) {
       showTheme(state);
+      if (layers !== null && layers !== state.layers) rememberLayers(state.layers);
+      layers = state.layers;
       bar.update(state);
       banners.update(state);
       showScreen(state);

@@ -98,7 +98,7 @@ def test_an_import_becomes_truth_run_and_annotation(
     onto = ["import", str(out), "--onto", "drive.mp4", "--home", str(home), "--as"]
     truth = answer(capsys, *onto, "truth")
     assert truth["tracks"] == 2
-    assert [item["what"] for item in truth["skipped"]] == ["1 rejected tracks", "1 notes"]
+    assert [item["what"] for item in truth["skipped"]] == ["1 rejected track", "1 note"]
     assert [t["name"] for t in desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]] == ["a.zip"]
     same = answer(capsys, *onto, "annotation", "--run", desk.run_id)
     assert (same["same"], same["tracks"], same["edit"]) == (3, 0, None)

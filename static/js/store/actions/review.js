@@ -25,7 +25,7 @@ export function changeReview(state, change) {
 }
 
 /** @param {State} state @param {import('../../types.js').Video} video @returns {State} */
-export const openReview = (state, video) => ({ ...state, review: initialReview(video) });
+export const openReview = (state, video) => ({ ...state, review: initialReview(video, state.layers) });
 
 /** @param {State} state @returns {State} */
 export const closeReview = (state) => (state.review === null ? state : { ...state, review: null });
@@ -38,6 +38,13 @@ export const step = (state, by) => changeReview(state, (review) => ({ frame: cla
 
 /** @param {State} state @param {boolean} playing @returns {State} */
 export const setPlaying = (state, playing) => changeReview(state, { playing });
+
+/** Play, from the beginning once the end is reached; or stop. @param {State} state @returns {State} */
+export function playOrPause(state) {
+  const { review } = state;
+  if (review === null || review.playing) return setPlaying(state, false);
+  return setPlaying(review.frame >= framesOf(review) - 1 ? seek(state, 0) : state, true);
+}
 
 /** The picture of this ordinal is on screen. @param {State} state @param {number|null} shown @returns {State} */
 export const setShown = (state, shown) => changeReview(state, { shown });
@@ -55,9 +62,11 @@ export const dragTau = (state, tau) => changeReview(state, { tau });
 /** @param {State} state @param {Partial<import('../../types.js').QueueFilter>} change @returns {State} */
 export const changeFilter = (state, change) => changeReview(state, (review) => ({ filter: { ...review.filter, ...change } }));
 
-/** @param {State} state @param {import('../../types.js').LayerName} name @returns {State} */
-export const toggleLayer = (state, name) =>
-  changeReview(state, (review) => ({ layers: { ...review.layers, [name]: !review.layers[name] } }));
+/** Show a layer or hide it, here and in whatever is opened next. @param {State} state @param {import('../../types.js').LayerName} name @returns {State} */
+export function toggleLayer(state, name) {
+  const next = changeReview(state, (review) => ({ layers: { ...review.layers, [name]: !review.layers[name] } }));
+  return next.review === null ? next : { ...next, layers: { ...next.layers, [name]: next.review.layers[name] } };
+}
 
 /** @param {State} state @param {ReviewState['mode']} mode @returns {State} */
 export const setMode = (state, mode) => changeReview(state, { mode, drag: null, marked: [] });
