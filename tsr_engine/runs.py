@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError
+from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError, VideoError
 from tsr_engine.evidence import (
     RESULT_HEADER,
     EvidenceReader,
@@ -83,7 +83,7 @@ def track_video(
     refuse_inputs([request.csv, request.annotated], [request.video])
     if request.csv is not None and request.annotated is not None and request.csv == request.annotated:
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
-    with open_video(request.video, table=request.table) as video, one_blas_thread():
+    with open_video(request.video) as video, one_blas_thread():
         return _Run(request, components, video, progress, stop or (lambda: False)).execute()
 
 
@@ -105,8 +105,11 @@ class _Run:
         self.stop = stop
         self.report = RunReport(request.video.name, video.width, video.height, first_frame=request.start)
         self.results = ResultStream()
+        # Of the packets, also where a decoded table is given: both ways a run begins with the same interval.
         table = video.table
-        self.interval, self.time_base = float(table.interval()), table.time_base
+        self.frames, self.interval, self.time_base = len(table), float(table.interval()), table.time_base
+        if request.table is not None and not video.adopt(request.table):
+            raise VideoError(f"{request.video} does not belong to its frame table. Add it anew.")
         self.rows: Any = None
         self.writer: EvidenceWriter | None = None
         self.annotated: VideoWriter | None = None
@@ -143,15 +146,14 @@ class _Run:
             outputs.callback(self.annotated.abort)
 
     def _open_evidence(self, folder: Path) -> EvidenceWriter:
-        table = self.video.table
         path = self.request.video
         header = RunHeader(
             video=VideoIdentity(path.name, video_sha256(path), path.stat().st_size),
             parameters=self.request.params.model_dump(mode="json"),
             models=dict(self.components.models),
             frame_table={
-                "time_base": str(table.time_base),
-                "frames": len(table),
+                "time_base": str(self.time_base),
+                "frames": self.frames,
                 "width": self.video.width,
                 "height": self.video.height,
                 "rotation": self.video.rotation,
@@ -177,8 +179,12 @@ class _Run:
                     f"{self.writer.folder} holds frames from {reader.first_frame} on, expected from {start} on. "
                     "Use the same --frames, or a new folder."
                 )
-            if start == 0 and self.video.timed:
-                self.video.adopt(_confirmed_table(reader, self.time_base))
+            vouches = start == 0 and self.video.timed
+            if vouches and not self.video.adopt(_confirmed_table(reader, self.time_base)):
+                raise EvidenceError(
+                    f"The frames in {self.writer.folder} are not those that {self.request.video} has now. "
+                    "Track it into a new folder."
+                )
             for frame in reader.frames(start, last + 1, pixels=False):
                 self._pass_on(frame)
         self.report.resumed_at = last + 1

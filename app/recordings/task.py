@@ -13,7 +13,8 @@ from app.jobs.context import TaskContext
 from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
 from app.storage.models import Run, Video
-from app.videos.table import modified, unpack
+from app.videos.same_file import is_untouched
+from app.videos.table import unpack
 
 __all__ = ["record_run"]
 
@@ -40,7 +41,7 @@ def record_run(task: TaskContext) -> None:
         stop=options["stop"],
         video=path if there else None,
         table=unpack(video.frame_table) if there and video.frame_table else None,
-        known=there and _unchanged(video, path),
+        known=there and is_untouched(video, path),
         corrected=corrected_rows(task.settings.home / run.folder, documents),
         truth=truth,
         focus_frame=options.get("frame"),
@@ -50,10 +51,3 @@ def record_run(task: TaskContext) -> None:
     )
     report = write_recording(request, lambda done, of: artefacts.progress(task, artefact.id, done, of))
     artefacts.complete(task, artefact.id, report.path, report_summary(report))
-
-
-def _unchanged(video: Video, path: Path) -> bool:
-    """Whether size and time of change are those of the file whose hash is the video's name."""
-    found = path.stat()
-    stamp = -1 if video.frame_table is None else modified(video.frame_table)
-    return stamp >= 0 and (found.st_size, found.st_mtime_ns) == (video.size, stamp)

@@ -13,6 +13,7 @@ from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
 from app.training.folders import begin_with
+from app.videos.same_file import is_same
 from app.videos.table import unpack
 from tsr_engine.errors import InputError
 from tsr_engine.version import __version__
@@ -28,10 +29,12 @@ def track(task: TaskContext) -> None:
     from tsr_engine.pipeline import load_components
     from tsr_engine.runs import Progress, RunRequest, track_video
 
+    with task.database.read() as session:
+        found = session.get_one(Run, task.job.subject)
+        video = session.get_one(Video, found.video_id, options=(undefer(Video.frame_table),))
+    _check_file(video)  # it may read the whole file: not while others wait to write
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
-        video = session.get_one(Video, run.video_id, options=(undefer(Video.frame_table),))
-        _check_file(video)
         run.state, run.error = "running", None
         run.started = run.started or datetime.now(UTC)
         models = begin_with(task.settings, session, run)
@@ -79,9 +82,9 @@ def track(task: TaskContext) -> None:
 
 
 def _check_file(video: Video) -> None:
-    """The file must still be the one that the video is named after; the engine records its hash anew."""
+    """The file must still be the one that the video is named after: its frame table is relied on."""
     path = Path(video.path)
     if not path.is_file():
         raise InputError(f"{path} is not there any more. Put it back, or add the video from where it lies now.")
-    if path.stat().st_size != video.size:
+    if not is_same(video, path):
         raise InputError(f"{path} has changed since it was added. Add it again: it counts as another video.")

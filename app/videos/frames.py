@@ -19,10 +19,10 @@ from app.storage.models import Video as VideoRow
 from app.videos.encoded import EncodedCache
 from app.videos.glance import glance_path
 from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
-from app.videos.table import modified, unpack
+from app.videos.same_file import is_same
+from app.videos.table import unpack
 from tsr_engine.errors import TsrError
 from tsr_engine.io.video import VideoLimits, open_video
-from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.records import Picture
 
 __all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
@@ -172,9 +172,7 @@ class FrameService:
                 f"{path} is not there any more. Put it back, or add the video from where it lies now.", code="missing"
             )
         try:
-            # Another size is another file; another time of change may be a copy, which only the bytes can tell.
-            same = status[0] == row.size and (status[1] == modified(row.frame_table) or video_sha256(path) == video_id)
-            if not same:
+            if not is_same(row, path):
                 raise Conflict(
                     f"{path} has changed since it was added; add it again as another video.", code="file_changed"
                 )

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import io
 import struct
+import zipfile
 import zlib
 from pathlib import Path
 
 import numpy as np
 
 from app.shapes import Model
+from tsr_engine.errors import InputError
 from tsr_engine.io.frame_table import FrameTable
 
 __all__ = ["TableAnswer", "modified", "pack", "page_table", "restamp", "unpack"]
@@ -36,9 +38,16 @@ def pack(table: FrameTable, modified: int = -1) -> bytes:
 
 
 def unpack(data: bytes) -> FrameTable:
-    """The inverse of ``pack``."""
-    with np.load(io.BytesIO(zlib.decompress(data[_TIME.size :])), allow_pickle=False) as archive:
-        return FrameTable.from_arrays(archive)
+    """The inverse of ``pack``.
+
+    Raises:
+        InputError: it is damaged.
+    """
+    try:
+        with np.load(io.BytesIO(zlib.decompress(data[_TIME.size :])), allow_pickle=False) as archive:
+            return FrameTable.from_arrays(archive)
+    except (zlib.error, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
+        raise InputError(f"The frame table is damaged: {error}. Import the video again.") from None
 
 
 def modified(data: bytes) -> int:

@@ -147,14 +147,13 @@ class Video:
         """The file stores presentation times: a frame's stamp in its table is its time."""
         return not self._by_rank
 
-    def adopt(self, table: FrameTable) -> None:
+    def adopt(self, table: FrameTable) -> bool:
         """Take over what an earlier pass over the same bytes has confirmed, as if the file had been opened with it.
 
-        Raises:
-            VideoError: the table is another file's.
+        Returns:
+            Whether the table agrees with what is known of this file; if not, nothing is taken over.
         """
-        if table.time_base != self._ledger.time_base or not self._ledger.adopt(table):
-            raise VideoError(f"{self.path} does not belong to its frame table. Import it again.")
+        return table.time_base == self._ledger.time_base and self._ledger.adopt(table)
 
     @property
     def position(self) -> int:

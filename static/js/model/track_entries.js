@@ -11,12 +11,13 @@
  * @property {string} name            as people read it: `#7`, `drawn at 88`
  * @property {number|null} track      number of the engine's track; null: made by a person
  * @property {number} column          place in the columns of the run; -1: none
+ * @property {boolean} whole          all of that engine's track and nothing else: neither cut nor joined
  * @property {number} first           first frame
  * @property {number} last            last frame, inclusive
  * @property {number|null} class_id   a person's label, else the engine's
  * @property {boolean} relabelled     the label is a person's
  * @property {number} doubt           0..1
- * @property {number} rank            the queue's order; stays while the page is open, whatever people do
+ * @property {number} rank            the queue's order; as of when the columns were asked for, whatever people do since
  * @property {number} score           best final score; NaN: no detection
  * @property {string[]} reasons       plain sentences
  * @property {TrackDoc['review']} review
@@ -79,6 +80,7 @@ function machineEntry(tracks, i, key) {
     name: trackName(key),
     track: tracks.id[i],
     column: i,
+    whole: true,
     first: tracks.first[i],
     last: tracks.last[i],
     class_id: tracks.class_id[i],
@@ -113,6 +115,7 @@ function documentEntry(tracks, columnOf, doc, column) {
     name: trackName(doc.key, doc),
     track: own && tracks ? tracks.id[column] : null,
     column: known ? column : -1,
+    whole: known && isWhole(tracks, column, doc),
     first,
     last: span?.last ?? first,
     class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
@@ -147,10 +150,15 @@ function doubtOf(tracks, column, doc) {
 
 /** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc @returns {string[]} */
 function reasonsOf(tracks, column, doc) {
-  const id = tracks.id[column];
   const found = [];
   if (overruled(tracks, column, doc)) found.push(doc.not_a_sign ? 'A person says that it is not a sign.' : 'A person calls it something else than the engine.');
-  const same = doc.segments.length === 1 && doc.segments[0].first <= tracks.first[column] && tracks.last[column] <= doc.segments[0].last;
-  if (!same) found.push(`About ${trackName(`m${id}`)} as the engine made it:`);
-  return found.concat(tracks.reasons[column]);
+  const engines = tracks.reasons[column];
+  if (engines.length > 0 && !isWhole(tracks, column, doc)) found.push(`About ${trackName(`m${tracks.id[column]}`)} as the engine made it:`);
+  return found.concat(engines);
+}
+
+/** Whether a document still has all frames of an engine's track, and no other's. @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
+function isWhole(tracks, column, doc) {
+  const [piece, ...others] = doc.segments;
+  return piece !== undefined && others.length === 0 && piece.first <= tracks.first[column] && tracks.last[column] <= piece.last;
 }

@@ -32,8 +32,23 @@ const LEADING = 6;
 /** What of a lane is no column with an entry a frame. @type {ReadonlySet<keyof TrackLane>} */
 const NOT_BY_FRAME = new Set(/** @type {const} */ (['id', 'tau', 'classes', 'events', 'votes', 'probabilities']));
 
-/** What was asked for last: lanes and inspector ask for the same. @type {{key: string, segments: readonly unknown[]|null, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
+/** What was asked for last: lanes and inspector ask for the same. @type {{asked: string, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
 let latest = null;
+
+/**
+ * The engine's tracks behind a track.
+ *
+ * @param {string} key
+ * @param {TrackDoc|undefined} doc   undefined: nobody has touched it
+ * @returns {number[]} empty: a person drew it
+ */
+export function tracksBehind(key, doc) {
+  if (doc) return [...new Set(doc.segments.map(({ track }) => track))];
+  return key.startsWith('m') ? [Number(key.slice(1))] : [];
+}
+
+/** Whether all lanes are there that a track can show: none then means that the engine has no frame of it. @param {string} key @param {TrackDoc|undefined} doc @param {Record<number, TrackLane>} lanes */
+export const isLoaded = (key, doc, lanes) => tracksBehind(key, doc).every((track) => lanes[track] !== undefined);
 
 /**
  * The lane of a track.
@@ -41,14 +56,15 @@ let latest = null;
  * @param {string} key
  * @param {TrackDoc|undefined} doc            undefined: nobody has touched it
  * @param {Record<number, TrackLane>} lanes   those that are loaded, by the engine's track
- * @returns {DocumentLane|null} null: nothing of it is loaded, or a person drew it; the same object for the same lanes
+ * @returns {DocumentLane|null} null: not all of it is loaded, or the engine has no frame of it; the same object for the same lanes
  */
 export function documentLane(key, doc, lanes) {
-  const segments = doc?.segments ?? null;
-  const tracks = segments ? segments.map(({ track }) => track) : key.startsWith('m') ? [Number(key.slice(1))] : [];
-  const loaded = tracks.map((track) => lanes[track]).filter((lane) => lane !== undefined);
-  const known = latest?.key === key && latest.segments === segments && latest.lanes.length === loaded.length && latest.lanes.every((lane, i) => lane === loaded[i]);
-  if (!latest || !known) latest = { key, segments, lanes: loaded, found: joined(segments ? piecesOf(segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))) };
+  if (!isLoaded(key, doc, lanes)) return null;
+  const loaded = tracksBehind(key, doc).map((track) => lanes[track]);
+  const asked = doc ? doc.segments.map(({ track, first, last }) => `${track}:${first}-${last}`).join() : key;
+  if (latest === null || latest.asked !== asked || latest.lanes.some((lane, i) => lane !== loaded[i])) {
+    latest = { asked, lanes: loaded, found: joined(doc ? piecesOf(doc.segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))) };
+  }
   return latest.found;
 }
 
@@ -60,14 +76,26 @@ export function documentLane(key, doc, lanes) {
  */
 export function sentencesOfTrack({ pieces, whole }) {
   if (whole) return sentencesOf(pieces[0].lane);
-  return pieces.flatMap(({ lane, from, to }) => {
+  return pieces.flatMap((piece) => {
+    const { lane, from, to } = piece;
     const [first, last] = [lane.frame[from], lane.frame[to - 1]];
-    const own = sentencesOf(lane).filter(({ frame }) => first <= frame && frame <= last);
+    const own = sentencesOf(lane).filter(({ frame }) => isOf(piece, frame));
     const name = trackName(`m${lane.id}`);
     if (from > 0 || pieces.length > 1) own.unshift({ frame: first, kind: 'joined', text: `from here on it is the engine’s track ${name}` });
     if (to < lane.frame.length) own.push({ frame: last, kind: 'cut', text: `the engine’s track ${name} goes on, but no longer in this track` });
     return own;
   });
+}
+
+/**
+ * Whether a frame is a piece's. What comes before an engine's track or after it, such as its death, goes with its first or
+ * last frame.
+ *
+ * @param {Piece} piece
+ * @param {number} frame
+ */
+function isOf({ lane, from, to }, frame) {
+  return (from === 0 || lane.frame[from] <= frame) && (to === lane.frame.length || frame <= lane.frame[to - 1]);
 }
 
 /**
@@ -79,7 +107,6 @@ function piecesOf(segments, lanes) {
   const found = [];
   for (const { track, first, last } of segments) {
     const lane = lanes[track];
-    if (!lane) continue;
     let from = 0;
     while (from < lane.frame.length && lane.frame[from] < first) from += 1;
     let to = from;
@@ -101,50 +128,54 @@ function joined(pieces) {
 
 /** @param {Piece[]} pieces @returns {TrackLane} */
 function voted(pieces) {
-  const { classes, votes } = fuse(pieces);
-  /** @param {Piece} piece @param {number} i */
-  const probabilities = ({ lane }, i) => {
-    const seen = lane.probabilities[i];
-    return seen && classes.map((id) => seen[lane.classes.indexOf(id)] ?? 0);
-  };
+  const { classes, votes, probabilities } = fuse(pieces);
   /** @param {keyof TrackLane} name */
   const column = (name) => pieces.flatMap(({ lane, from, to }) => /** @type {unknown[]} */ (lane[name]).slice(from, to));
   const columns = /** @type {(keyof TrackLane)[]} */ (Object.keys(pieces[0].lane)).filter((name) => !NOT_BY_FRAME.has(name));
   return /** @type {TrackLane} */ ({
     .../** @type {object} */ (Object.fromEntries(columns.map((name) => [name, column(name)]))),
-    id: pieces[0].lane.id, tau: pieces[0].lane.tau, classes, votes,
-    probabilities: pieces.flatMap((piece) => piece.lane.frame.slice(piece.from, piece.to).map((_, k) => probabilities(piece, piece.from + k))),
-    events: pieces.flatMap(({ lane, from, to }) => lane.events.filter(({ frame }) => lane.frame[from] <= frame && frame <= lane.frame[to - 1])),
+    id: pieces[0].lane.id, tau: pieces[0].lane.tau, classes, votes, probabilities,
+    events: pieces.flatMap((piece) => piece.lane.events.filter(({ frame }) => isOf(piece, frame))),
   });
 }
 
 /**
- * Votes so far in each entry, for the classes that lead at the end.
+ * Votes so far and P in each entry, for the classes that lead at the end. A lane has P of the classes that lead in all of
+ * the engine's track; what a frame was read as counts even if that is none of them.
  *
  * @param {Piece[]} pieces
- * @returns {{classes: number[], votes: (number[]|null)[]}}
+ * @returns {{classes: number[], votes: (number[]|null)[], probabilities: (number[]|null)[]}}
  */
 function fuse(pieces) {
-  /** @type {Map<number, number>} */
-  const sums = new Map();
-  let weights = 0;
-  /** @type {(Map<number, number>|null)[]} */
-  const states = [];
+  /** P by class of each entry. @type {(Map<number, number>|null)[]} */
+  const seen = [];
+  /** @type {(number|null)[]} */
+  const weights = [];
   for (const { lane, from, to } of pieces) {
     for (let i = from; i < to; i += 1) {
-      const seen = lane.probabilities[i];
-      const weight = lane.weight[i];
-      if (seen === null || weight === null) {
-        states.push(null);
-        continue;
-      }
-      weights += weight;
-      lane.classes.forEach((id, c) => sums.set(id, (sums.get(id) ?? 0) + weight * seen[c]));
-      states.push(new Map([...sums].map(([id, sum]) => [id, sum / weights])));
+      const known = lane.probabilities[i];
+      const [top, p] = [lane.top[i], lane.top_probability[i]];
+      const all = known && new Map(lane.classes.map((id, c) => [id, known[c]]));
+      if (all && top !== null && p !== null && !all.has(top)) all.set(top, p);
+      seen.push(all);
+      weights.push(all && lane.weight[i]);
     }
   }
+  /** @type {Map<number, number>} */
+  const sums = new Map();
+  seen.forEach((all, i) => all?.forEach((p, id) => sums.set(id, (sums.get(id) ?? 0) + (weights[i] ?? 0) * p)));
   const classes = [...sums].filter(([, sum]) => sum > 0).sort((a, b) => b[1] - a[1] || a[0] - b[0]).slice(0, LEADING).map(([id]) => id);
-  return { classes, votes: states.map((state) => state && classes.map((id) => state.get(id) ?? 0)) };
+  const probabilities = seen.map((all) => all && classes.map((id) => all.get(id) ?? 0));
+  const so = new Float64Array(classes.length);
+  let whole = 0;
+  const votes = probabilities.map((shares, i) => {
+    const weight = weights[i];
+    if (shares === null || weight === null) return null;
+    whole += weight;
+    shares.forEach((p, c) => { so[c] += weight * p; });
+    return Array.from(so, (sum) => sum / whole);
+  });
+  return { classes, votes, probabilities };
 }
 
 /** @param {TrackLane} lane @returns {Reading|null} */

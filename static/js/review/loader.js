@@ -9,9 +9,9 @@
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { createTimebase } from '../model/timebase.js';
+import { tracksBehind } from '../model/track_lane.js';
 import { showBanner, setRuns } from '../store/actions/page.js';
-import { changeReview, closeReview, openReview, putLane, putOverlays, putTruth, seek, select } from '../store/actions/review.js';
-import { segmentsOf } from './lane_tracks.js';
+import { changeReview, closeReview, openReview, putLane, putOverlays, putTruth, seek, select, selectedLanes } from '../store/actions/review.js';
 
 /** Frames of one request for overlays. */
 const CHUNK = 128;
@@ -206,6 +206,7 @@ export function createLoader(app, hooks) {
     asked.set(name, null);
     try {
       const found = await api.track(run, track, { signal });
+      asked.delete(name); // it may have to make room later, and is then asked for again
       store.dispatch((state) => putLane(state, found));
     } catch (thrown) {
       asked.delete(name);
@@ -220,7 +221,9 @@ export function createLoader(app, hooks) {
     for (const name of [...asked.keys()]) if (!name.startsWith('truth/')) asked.delete(name);
     try {
       const [tracks, lanes] = await Promise.all([api.tracks(review.run.id, { signal }), api.lanes(review.run.id, { signal })]);
-      store.dispatch((state) => changeReview(state, { tracks, lanes }));
+      // tracks may have grown: lanes of others are asked for when they are selected, those that are looked at, now
+      store.dispatch((state) => changeReview(state, (now) => ({ tracks, lanes, laneOf: selectedLanes(now) })));
+      for (const track of Object.keys(store.get().review?.laneOf ?? {})) void lane(review.run.id, Number(track), signal);
       sync();
     } catch (thrown) {
       fail(thrown, signal);
@@ -254,7 +257,7 @@ export function createLoader(app, hooks) {
     const signal = AbortSignal.any([current.signal, app.signal]);
     around(review, signal);
     if (review.run && review.selected) {
-      for (const track of segmentsOf(review, review.selected)) if (!review.laneOf[track]) void lane(review.run.id, track, signal);
+      for (const track of tracksBehind(review.selected, review.docs[review.selected])) if (!review.laneOf[track]) void lane(review.run.id, track, signal);
     }
   }
 

@@ -29,7 +29,9 @@ function lane(id, first, classes, read) {
     one[1].forEach((p, c) => { sums[c] += one[0] * p; });
     return sums.map((sum) => sum / weights);
   });
-  return { ...made, classes, votes, weight: read.map((one) => one && one[0]), probabilities: read.map((one) => one && one[1]), events: [{ frame: first, kind: 'born', text: `Track ${id} is born.` }] };
+  const best = read.map((one) => one && Math.max(...one[1]));
+  const top = read.map((one, i) => one && classes[one[1].indexOf(best[i] ?? 0)]);
+  return { ...made, classes, votes, top, top_probability: best, weight: read.map((one) => one && one[0]), probabilities: read.map((one) => one && one[1]), events: [{ frame: first, kind: 'born', text: `Track ${id} is born.` }] };
 }
 
 const SEVEN = lane(7, 10, [14, 13], [[1, [0.9, 0.1]], null, [3, [0.7, 0.3]], [2, [0.2, 0.8]], [2, [0.1, 0.9]]]);
@@ -81,14 +83,23 @@ test('two tracks that were merged vote together, and each frame knows whose it i
   assert.deepEqual(found?.lane.classes, [13, 5, 14]);
   assert.deepEqual(rounded(found?.lane.votes[3] ?? null), [7.8 / 12, 3.6 / 12, 0.6 / 12].map((share) => Number(share.toFixed(6))));
   assert.deepEqual(found?.lane.probabilities[2], [0.6, 0.4, 0]);
-  // a lane that has not come yet is left out
-  assert.deepEqual(documentLane('m7', cut([[9, 20, 21], [7, 13, 14]]), { 9: NINE })?.track, [9, 9]);
+  // a part is not said to be the whole
+  assert.equal(documentLane('m7', cut([[9, 20, 21], [7, 13, 14]]), { 9: NINE }), null);
+});
+
+test('what a frame was read as counts even if it is none of the classes that lead in the whole track', () => {
+  const long = lane(8, 0, [1, 2, 3, 4, 5, 6], [...Array.from({ length: 40 }, () => /** @type {[number, number[]]} */ ([1, [0.9, 0.02, 0.02, 0.02, 0.02, 0.02]])), [1, [0.02, 0.01, 0.01, 0.01, 0.01, 0]], [1, [0.02, 0.01, 0.01, 0.01, 0.01, 0]]]);
+  long.top = long.frame.map((frame) => (frame < 40 ? 1 : 33));
+  long.top_probability = long.frame.map(() => 0.9);
+  const tail = documentLane('hab', cut([[8, 40, 41]], 'hab'), { 8: long });
+  assert.deepEqual([tail?.reading?.class_id, Number(tail?.reading?.share.toFixed(6))], [33, 0.9]);
+  assert.equal(tail?.lane.probabilities[0]?.[0], 0.9);
 });
 
 test('the same lanes give the same object', () => {
   const doc = cut([[7, 10, 12]]);
   const found = documentLane('m7', doc, LANES);
-  assert.equal(documentLane('m7', { ...doc, review: 'accepted' }, { ...LANES, 8: NINE }), found);
+  assert.equal(documentLane('m7', { ...cut([[7, 10, 12]]), review: 'accepted' }, { ...LANES, 8: NINE }), found, 'as the server sends it anew');
   assert.notEqual(documentLane('m7', doc, { ...LANES, 7: { ...SEVEN } }), found);
 });
 
@@ -101,4 +112,16 @@ test('sentences are those of the frames that are left, and say where it was cut 
     [20, 'joined', 'from here on it is the engine’s track #9'],
     [20, 'born', 'born'],
   ]);
+});
+
+test('how the engine’s track ended is told in its last part', () => {
+  const died = { ...SEVEN, events: [...SEVEN.events, { frame: 15, kind: 'died', text: 'Track 7 has had no detection for 20 frames.' }] };
+  /** @param {[number, number, number][]} pieces */
+  const kinds = (pieces) => {
+    const found = documentLane('m7', cut(pieces), { 7: died });
+    return [found ? sentencesOfTrack(found).map(({ kind }) => kind).filter((kind) => kind === 'died' || kind === 'born') : [], found?.lane.events.map(({ kind }) => kind)];
+  };
+  assert.deepEqual(kinds([[7, 12, 14]]), [['died'], ['died']]);
+  assert.deepEqual(kinds([[7, 10, 12]]), [['born'], ['born']]);
+  assert.deepEqual(kinds([[7, 11, 13]]), [[], []]);
 });

@@ -92,6 +92,11 @@ test('parts say whose reasons they show', () => {
   const docs = { m2: { ...doc(2, {}), segments: [{ track: 2, first: 20, last: 25 }] }, hcd: tail };
   const entries = trackEntries(state(docs).review.tracks, docs);
   for (const key of ['m2', 'hcd']) {
-    assert.deepEqual(entries.find((entry) => entry.key === key)?.reasons, ['About #2 as the engine made it:', 'It is short: 11 frames.'], key);
+    const entry = entries.find((one) => one.key === key);
+    assert.deepEqual([entry?.whole, entry?.reasons], [false, ['About #2 as the engine made it:', 'It is short: 11 frames.']], key);
   }
+  assert.deepEqual(entries.filter((entry) => entry.whole).map((entry) => entry.key), ['m1', 'm3']);
+  const joined = { ...doc(1, {}), segments: [{ track: 1, first: 30, last: 40 }, { track: 3, first: 10, last: 20 }] };
+  const entry = trackEntries(state().review.tracks, { m1: joined })[0];
+  assert.deepEqual([entry.whole, entry.reasons], [false, []], 'there is nothing to be said about #1');
 });

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { createLoader } from '../../../static/js/review/loader.js';
-import { changeReview, seek } from '../../../static/js/store/actions/review.js';
+import { changeReview, seek, select } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 
@@ -16,6 +16,8 @@ async function create() {
   const store = createStore({ ...initialState(), route: { screen: 'review', video: 'v', run: 'r', frame: 0, track: null } });
   /** @type {{first: number, come: () => void}[]} */
   const asked = [];
+  /** Tracks whose lanes were asked for. @type {number[]} */
+  const lanes = [];
   const api = /** @type {any} */ ({
     video: async () => video,
     runs: async () => [run],
@@ -23,6 +25,7 @@ async function create() {
     tracks: async () => null,
     lanes: async () => null,
     truths: async () => [],
+    track: async (/** @type {string} */ _run, /** @type {number} */ id) => (lanes.push(id), { id, frame: [lanes.length] }),
     overlays: (/** @type {string} */ _run, /** @type {number} */ first) => new Promise((resolve) => {
       asked.push({ first, come: () => resolve([{ frame: first, detections: [], tracks: [] }]) });
     }),
@@ -36,7 +39,7 @@ async function create() {
   store.subscribe(() => loader.sync());
   loader.sync();
   for (let i = 0; i < 5; i++) await turn();
-  return { store, asked, go: async (/** @type {number} */ frame) => {
+  return { store, asked, lanes, loader, go: async (/** @type {number} */ frame) => {
     store.dispatch((state) => seek(state, frame));
     await turn();
   } };
@@ -75,4 +78,41 @@ test('overlays that had to make room are asked for again', async () => {
   store.dispatch((state) => changeReview(state, { overlays: {} }));
   await turn();
   assert.equal(asked.filter(({ first }) => first === 1920).length, 2);
+});
+
+test('lanes that had to make room are asked for again', async () => {
+  const { store, lanes } = await create();
+  const tracks = Array.from({ length: 43 }, (_, i) => i + 1);
+  for (const track of [...tracks, 1]) {
+    store.dispatch((state) => select(state, `m${track}`));
+    await turn();
+    assert.equal(store.get().review?.laneOf[track]?.id, track);
+  }
+  assert.ok(Object.keys(store.get().review?.laneOf ?? {}).length <= 40);
+  assert.deepEqual(lanes, [...tracks, 1], 'each once, and the first again');
+});
+
+test('all lanes of a track that was joined from many are there, each asked for once', async () => {
+  const { store, lanes } = await create();
+  const tracks = Array.from({ length: 45 }, (_, i) => i + 1);
+  const doc = /** @type {any} */ ({ key: 'm1', segments: tracks.map((track) => ({ track, first: track, last: track })), keys: {} });
+  store.dispatch((state) => select(changeReview(state, { docs: { m1: doc } }), 'm1'));
+  for (let i = 0; i < 5; i += 1) await turn();
+  assert.equal(Object.keys(store.get().review?.laneOf ?? {}).length, 45);
+  assert.deepEqual([...lanes].sort((a, b) => a - b), tracks);
+});
+
+test('a run that goes on brings the lane that is looked at anew, others when they are selected', async () => {
+  const { store, lanes, loader } = await create();
+  for (const track of [1, 2]) {
+    store.dispatch((state) => select(state, `m${track}`));
+    await turn();
+  }
+  await loader.refresh();
+  await turn();
+  assert.deepEqual(lanes, [1, 2, 2]);
+  assert.deepEqual(store.get().review?.laneOf, { 2: { id: 2, frame: [3] } });
+  store.dispatch((state) => select(state, 'm1'));
+  await turn();
+  assert.deepEqual(lanes, [1, 2, 2, 1]);
 });

@@ -7,10 +7,13 @@
  * @typedef {import('../../types.js').TrackDoc} TrackDoc
  * @typedef {import('../../types.js').Box} Box
  */
+import { tracksBehind } from '../../model/track_lane.js';
 import { initialReview } from '../initial.js';
 
 /** Frames around the cursor whose overlays are kept. */
 const KEPT = 1536;
+/** Lanes of tracks that are kept. */
+const MOST_LANES = 40;
 
 /**
  * @param {State} state
@@ -133,11 +136,17 @@ export function putTruth(state, boxes, first, last) {
   });
 }
 
-/** @param {State} state @param {import('../../types.js').TrackLane} lane @returns {State} */
+/** The lanes that the selected track shows, as far as they are there. @param {ReviewState} review @returns {ReviewState['laneOf']} */
+export function selectedLanes(review) {
+  const tracks = review.selected === null ? [] : tracksBehind(review.selected, review.docs[review.selected]);
+  return Object.fromEntries(tracks.filter((track) => review.laneOf[track]).map((track) => [track, review.laneOf[track]]));
+}
+
+/** Those of other tracks make room, never those of the selected one. @param {State} state @param {import('../../types.js').TrackLane} lane @returns {State} */
 export function putLane(state, lane) {
   return changeReview(state, (review) => {
-    const kept = Object.entries(review.laneOf).slice(-40);
-    return { laneOf: { ...Object.fromEntries(kept), [lane.id]: lane } };
+    const full = Object.keys(review.laneOf).length >= MOST_LANES;
+    return { laneOf: { ...(full ? selectedLanes(review) : review.laneOf), [lane.id]: lane } };
   });
 }
 

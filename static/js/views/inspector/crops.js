@@ -3,6 +3,7 @@
 
 import { placeAt } from '../../model/detail_columns.js';
 import { short } from '../../model/plain_words.js';
+import { isLoaded } from '../../model/track_lane.js';
 import { seek } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { percent, plural } from '../format.js';
@@ -69,7 +70,7 @@ export function createCrops(app, signal) {
       now = inspected;
       scroller.hidden = lane === null;
       if (lane === null) {
-        setText(total, inspected.entry.column < 0 ? 'none: a person drew this track' : 'loading…');
+        setText(total, isLoaded(inspected.entry.key, review.docs[inspected.entry.key], review.laneOf) ? 'none: the engine has no frame of this track' : 'loading…');
         return;
       }
       if (turned) {

@@ -50,15 +50,15 @@ export function createHead(app, signal) {
       const tracks = i < 0 ? null : review.tracks;
       human.hidden = !entry.relabelled && entry.track !== null;
       const whole = tracks && tracks.class_id[i] !== null ? nameOf(tracks.class_id[i]) : null;
-      setText(human, !entry.relabelled ? (tracks ? 'Cut off by a person.' : 'Made by a person.') : `Label set by a person${whole === null ? '' : `; the engine says ${whole}`}.`);
-      const read = found && !found.whole ? found.reading : readingOf(tracks, i);
+      setText(human, !entry.relabelled ? (tracks ? 'Made by a person out of the engine’s tracks.' : 'Drawn by a person.') : `Label set by a person${whole === null ? '' : `; the engine says ${whole}`}.`);
+      const read = entry.whole ? readingOf(tracks, i) : found?.reading ?? null;
       margin.hidden = votes.hidden = read === null;
       own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
       other.style.setProperty('width', `${(read?.runner_up_share ?? 0) * 100}%`);
       if (read) {
         const runner = read.runner_up === null ? '' : `; runner-up ${nameOf(read.runner_up)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
         // of a part the engine has no answer of its own: its frames' votes are counted, and may name another class
-        const whose = found && !found.whole ? `These frames alone: ${nameOf(read.class_id)}, fused probability` : entry.relabelled ? `The engine’s ${nameOf(read.class_id)}: fused probability` : 'Fused probability';
+        const whose = !entry.whole ? `These frames alone: ${nameOf(read.class_id)}, fused probability` : entry.relabelled ? `The engine’s ${nameOf(read.class_id)}: fused probability` : 'Fused probability';
         setText(votes, `${whose} ${percent(read.share)}${runner}`);
       }
       setAttribute(margin, 'aria-label', votes.textContent);

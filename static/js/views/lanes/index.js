@@ -11,7 +11,7 @@ import { whyNoTracks } from '../../model/no_tracks.js';
 import { short } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
-import { documentLane } from '../../model/track_lane.js';
+import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
 import { framesOf } from '../../store/actions/review.js';
 import { dialog, mark, seek, select, setTau, show } from '../app.js';
@@ -289,7 +289,7 @@ export function createLanes(app) {
     }
     const bar = index.barOf.get(r.selected ?? '');
     const name = bar === undefined ? '' : label(index.classId[bar]).text || 'no class';
-    const state_ = lane === null && r.selected ? (doc?.segments.length === 0 ? 'a person drew it: the engine has no values' : 'loading…') : '';
+    const state_ = lane !== null || !r.selected ? '' : isLoaded(r.selected, doc, r.laneOf) ? 'the engine has no values of it' : 'loading…';
     setText(parts.detailName, bar === undefined ? '' : `Track ${trackName(index.key[bar], r.docs[index.key[bar]])} · ${name}${state_ ? ` · ${state_}` : ''}`);
   }
 
