@@ -8,8 +8,8 @@ import { runOperation } from '../operations/registry.js';
 
 /** Keys that mean something else inside these. */
 const FIELDS = 'input, textarea, select, [contenteditable], dialog';
-/** What the space bar presses. A list does nothing with it. */
-const PRESSED = 'button, a, summary, [role="slider"], [role="tab"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
+/** What the space bar presses. A list does nothing with it, nor does a tab that is open already. */
+const PRESSED = 'button:not([aria-selected="true"]), a, summary, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
 /** Keys that a focused control uses itself. */
 const CONTROL_KEYS = new Set(['Space', 'Enter', 'Tab', 'Shift+Tab', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'Escape']);
 

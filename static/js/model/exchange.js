@@ -4,8 +4,10 @@
  *
  * @typedef {import('../types.js').TrackColumns} TrackColumns
  * @typedef {import('../types.js').TrackDoc} TrackDoc
+ * @typedef {import('./join.js').Span} Span
  */
-import { labelOf, spanOf } from './effective.js';
+import { labelOf } from './effective.js';
+import { framesIn, shownRuns } from './shown_runs.js';
 
 /** Everything but what people have rejected. */
 export const DEFAULT_STATES = /** @type {readonly string[]} */ (['open', 'accepted', 'needs_work', 'rejected']);
@@ -96,29 +98,27 @@ export function countOut(tracks, docs, { states, classes, first, last }) {
   const touched = new Set(docs.map(({ key }) => key));
   const total = { tracks: 0, boxes: 0, rejected: 0 };
 
-  /** @param {string} state @param {number|null} class_id @param {number} from @param {number} to @param {number} share */
-  function add(state, class_id, from, to, share) {
-    const begin = Math.max(from, first);
-    const end = Math.min(to, last);
-    if (begin > end || !states.includes(state)) return;
+  /** @param {string} state @param {number|null} class_id @param {readonly Span[]} runs @param {number} share   of their frames that have a box */
+  function add(state, class_id, runs, share) {
+    const boxes = framesIn(runs, first, last);
+    if (boxes === 0 || !states.includes(state)) return;
     if (classes !== null && !classes.includes(class_id ?? NO_CLASS)) return;
     if (state === 'rejected') {
       total.rejected += 1;
       return;
     }
     total.tracks += 1;
-    total.boxes += Math.round((end - begin + 1) * share);
+    total.boxes += Math.round(boxes * share);
   }
 
   tracks.id.forEach((id, place) => {
     if (touched.has(`m${id}`)) return;
     const [from, to] = [tracks.first[place], tracks.last[place]];
-    add('open', tracks.class_id[place], from, to, tracks.frames[place] / (to - from + 1));
+    add('open', tracks.class_id[place], [[from, to]], tracks.frames[place] / (to - from + 1));
   });
   for (const doc of docs) {
-    const span = spanOf(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
-    if (span === null) continue;
-    add(doc.not_a_sign ? 'rejected' : doc.review, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), span.first, span.last, 1);
+    const runs = shownRuns(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
+    add(doc.not_a_sign ? 'rejected' : doc.review, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
   }
   return total;
 }

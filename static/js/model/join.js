@@ -131,7 +131,7 @@ function same(a, b) {
  * @param {TrackDoc} doc
  * @returns {Span[]}
  */
-function spans(doc) {
+export function spans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
   const frames = keyFramesOf(doc);
@@ -157,7 +157,7 @@ function spans(doc) {
  * @param {Span[]} others
  * @returns {Span[]}
  */
-function without(parts, others) {
+export function without(parts, others) {
   for (const [low, high] of others) {
     parts = parts.flatMap(([first, last]) => {
       /** @type {Span[]} */

@@ -32,9 +32,12 @@
  * @property {number} most             of all buckets
  */
 import { packIntervals } from './interval_packing.js';
+import { shownRuns } from './shown_runs.js';
 
 export const CORRECTED = 3;
 /** @type {Record<TrackDoc['review'], number>} */
+/** @type {import('./join.js').Span[]} */
+const WHOLE = [[0, Infinity]];
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
 /** Frames between two bars of a row. */
 const GAP = 4;
@@ -72,11 +75,14 @@ export function buildLaneIndex(entries, lanes, docs) {
     index.rowStart[packed.row[place] + 1] = bar + 1;
     const doc = docs[entry.key];
     const spans = doc ? doc.segments : [{ track: entry.track ?? -1, first: entry.first, last: entry.last }];
+    const runs = doc && shownRuns(doc, () => entry.last);
     for (const span of spans) {
       for (let i = start.get(span.track) ?? 0; lanes && i < (stop.get(span.track) ?? 0); i += 1) {
         const from = Math.max(lanes.first[i], span.first);
         const to = Math.min(lanes.last[i], span.last);
-        if (from <= to) pieces.push(from, to, lanes.source[i]);
+        for (const [first, last] of runs ?? WHOLE) {
+          if (Math.max(from, first) <= Math.min(to, last)) pieces.push(Math.max(from, first), Math.min(to, last), lanes.source[i]);
+        }
       }
     }
     if (doc) addCorrections(doc, entry, pieces, keys);

@@ -14,6 +14,7 @@
  * @property {boolean} whole          all of that engine's track and nothing else: neither cut nor joined
  * @property {number} first           first frame
  * @property {number} last            last frame, inclusive
+ * @property {number} frames          how many it shows something in
  * @property {number|null} class_id   a person's label, else the engine's
  * @property {boolean} relabelled     the label is a person's
  * @property {number} doubt           0..1
@@ -25,6 +26,8 @@
  * @property {number} notes           how many
  */
 import { spanOf } from './effective.js';
+import { framesIn, shownRuns } from './shown_runs.js';
+import { piecesOfDocument } from './track_lane.js';
 import { trackName } from './track_name.js';
 
 /** What was asked for last: queue, lanes and inspector ask for the same. @type {{tracks: TrackColumns|null, docs: Record<string, TrackDoc>, entries: readonly TrackEntry[]}|null} */
@@ -83,6 +86,7 @@ function machineEntry(tracks, i, key) {
     whole: true,
     first: tracks.first[i],
     last: tracks.last[i],
+    frames: tracks.last[i] - tracks.first[i] + 1,
     class_id: tracks.class_id[i],
     relabelled: false,
     doubt: tracks.doubt[i],
@@ -105,10 +109,13 @@ function machineEntry(tracks, i, key) {
 function documentEntry(tracks, columnOf, doc, column) {
   const known = tracks !== null && column >= 0;
   const own = doc.key.startsWith('m') && column >= 0;
-  const span = spanOf(doc, (track) => {
+  /** @param {number} track */
+  const lastOf = (track) => {
     const place = columnOf.get(track);
     return place === undefined || tracks === null ? null : tracks.last[place];
-  });
+  };
+  const runs = shownRuns(doc, lastOf);
+  const span = runs.length > 0 ? { first: runs[0][0], last: runs[runs.length - 1][1] } : spanOf(doc, lastOf);
   const first = span?.first ?? (known ? tracks.first[column] : 0);
   return {
     key: doc.key,
@@ -118,6 +125,7 @@ function documentEntry(tracks, columnOf, doc, column) {
     whole: known && isWhole(tracks, column, doc),
     first,
     last: span?.last ?? first,
+    frames: framesIn(runs),
     class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
     relabelled: doc.class_id !== null,
     doubt: known ? doubtOf(tracks, column, doc) : 0,
@@ -139,19 +147,21 @@ function documentEntry(tracks, columnOf, doc, column) {
  * @param {TrackDoc} doc
  */
 function overruled(tracks, column, doc) {
-  return doc.key === `m${tracks.id[column]}` && (doc.not_a_sign || (doc.class_id !== null && doc.class_id !== tracks.class_id[column]));
+  return doc.not_a_sign || (doc.class_id !== null && doc.class_id !== tracks.class_id[column]);
 }
+
+/** @param {TrackDoc} doc */
+const isDecided = (doc) => doc.review === 'accepted' || doc.review === 'rejected';
 
 /** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
 function doubtOf(tracks, column, doc) {
-  const decided = doc.review === 'accepted' || doc.review === 'rejected';
-  return overruled(tracks, column, doc) && !decided ? 1 : tracks.doubt[column];
+  return overruled(tracks, column, doc) && !isDecided(doc) ? 1 : tracks.doubt[column];
 }
 
 /** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc @returns {string[]} */
 function reasonsOf(tracks, column, doc) {
   const found = [];
-  if (overruled(tracks, column, doc)) found.push(doc.not_a_sign ? 'A person says that it is not a sign.' : 'A person calls it something else than the engine.');
+  if (overruled(tracks, column, doc) && !isDecided(doc)) found.push(doc.not_a_sign ? 'A person says that it is not a sign.' : 'A person calls it something else than the engine.');
   const engines = tracks.reasons[column];
   if (engines.length > 0 && !isWhole(tracks, column, doc)) found.push(`About ${trackName(`m${tracks.id[column]}`)} as the engine made it:`);
   return found.concat(engines);
@@ -159,6 +169,6 @@ function reasonsOf(tracks, column, doc) {
 
 /** Whether a document still has all frames of an engine's track, and no other's. @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
 function isWhole(tracks, column, doc) {
-  const [piece, ...others] = doc.segments;
+  const [piece, ...others] = piecesOfDocument(doc);
   return piece !== undefined && others.length === 0 && piece.first <= tracks.first[column] && tracks.last[column] <= piece.last;
 }

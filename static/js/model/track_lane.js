@@ -47,6 +47,23 @@ export function tracksBehind(key, doc) {
   return key.startsWith('m') ? [Number(key.slice(1))] : [];
 }
 
+/**
+ * The pieces of engine tracks that a document is made of, in order; what was cut in two and joined again is one.
+ *
+ * @param {TrackDoc} doc
+ * @returns {import('../types.js').Segment[]}
+ */
+export function piecesOfDocument(doc) {
+  /** @type {import('../types.js').Segment[]} */
+  const found = [];
+  for (const piece of [...doc.segments].sort((a, b) => a.first - b.first || a.track - b.track)) {
+    const before = found.at(-1);
+    if (before?.track === piece.track && piece.first === before.last + 1) found[found.length - 1] = { ...before, last: piece.last };
+    else found.push(piece);
+  }
+  return found;
+}
+
 /** Whether all lanes are there that a track can show: none then means that the engine has no frame of it. @param {string} key @param {TrackDoc|undefined} doc @param {Record<number, TrackLane>} lanes */
 export const isLoaded = (key, doc, lanes) => tracksBehind(key, doc).every((track) => lanes[track] !== undefined);
 
@@ -61,9 +78,10 @@ export const isLoaded = (key, doc, lanes) => tracksBehind(key, doc).every((track
 export function documentLane(key, doc, lanes) {
   if (!isLoaded(key, doc, lanes)) return null;
   const loaded = tracksBehind(key, doc).map((track) => lanes[track]);
-  const asked = doc ? doc.segments.map(({ track, first, last }) => `${track}:${first}-${last}`).join() : key;
+  const segments = doc && piecesOfDocument(doc);
+  const asked = segments ? segments.map(({ track, first, last }) => `${track}:${first}-${last}`).join() : key;
   if (latest === null || latest.asked !== asked || latest.lanes.some((lane, i) => lane !== loaded[i])) {
-    latest = { asked, lanes: loaded, found: joined(doc ? piecesOf(doc.segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))) };
+    latest = { asked, lanes: loaded, found: joined(segments ? piecesOf(segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))) };
   }
   return latest.found;
 }
@@ -113,7 +131,7 @@ function piecesOf(segments, lanes) {
     while (to < lane.frame.length && lane.frame[to] <= last) to += 1;
     if (from < to) found.push({ lane, from, to });
   }
-  return found.sort((a, b) => a.lane.frame[a.from] - b.lane.frame[b.from]);
+  return found;
 }
 
 /** @param {Piece[]} pieces @returns {DocumentLane|null} */

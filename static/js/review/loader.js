@@ -82,7 +82,7 @@ export function createLoader(app, hooks) {
       const run = runs.find(({ id }) => id === route.run) ?? runs.find(({ id }) => id === video.latest_run) ?? runs[0] ?? null;
       store.dispatch((state) => {
         const ready = changeReview(state, {
-          timebase: createTimebase(table), run, span: { first: 0, last: Math.max(1, table.frames - 1) },
+          timebase: createTimebase(table), run, span: { first: 0, last: Math.max(1, table.frames) },
         });
         return seek(ready, route.frame ?? run?.first ?? 0);
       });

@@ -56,7 +56,7 @@ export const initialReview = (video, layers = USUAL_LAYERS) => ({
   selected: null,
   layers,
   viewport: { zoom: 0, x: 0, y: 0 },
-  span: { first: 0, last: Math.max(1, (video.frames ?? 1) - 1) },
+  span: { first: 0, last: Math.max(1, video.frames ?? 1) },
   tau: null,
   mode: 'select',
   marked: [],

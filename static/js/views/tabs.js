@@ -16,7 +16,11 @@ export function createTabs({label, name, tabs}) {
   /** @type {import('../types.js').State|null} */
   let last = null;
   const buttons = tabs.map((tab) => h('button', {
-    class: 'tab', type: 'button', role: 'tab', id: `tab-${tab.id}`, 'aria-controls': `panel-${tab.id}`, onclick: () => show(tab.id),
+    class: 'tab', type: 'button', role: 'tab', id: `tab-${tab.id}`, 'aria-controls': `panel-${tab.id}`, onclick: (/** @type {MouseEvent} */ event) => {
+      show(tab.id);
+      // a click of the mouse leaves the keys to the picture; who came by keyboard goes on from here
+      if (event.detail > 0) buttons.forEach((button) => button.blur());
+    },
   }, tab.label));
   const panels = tabs.map((tab) => h('div', {
     class: 'tab-panel', role: 'tabpanel', id: `panel-${tab.id}`, 'aria-labelledby': `tab-${tab.id}`,

@@ -75,7 +75,8 @@ test('whom a person overrules is doubtful until it is decided, and no row moves 
     [{ class_id: 2 }, 1, ['A person calls it something else than the engine.']],
     [{ not_a_sign: true }, 1, ['A person says that it is not a sign.']],
     [{ class_id: 2, review: 'needs_work' }, 1, ['A person calls it something else than the engine.']],
-    [{ class_id: 2, review: 'accepted' }, 0.1, ['A person calls it something else than the engine.']],
+    [{ class_id: 2, review: 'accepted' }, 0.1, []],
+    [{ not_a_sign: true, review: 'rejected' }, 0.1, []],
     [{ class_id: 1 }, 0.1, []],
     [{}, 0.1, []],
   ])) {

@@ -6,6 +6,7 @@
 
 import { placeAt } from '../../model/detail_columns.js';
 import { hashBits } from '../../model/hash_bits.js';
+import { personAt } from '../../model/persons_words.js';
 import { short, sourceAt, verdictAt } from '../../model/plain_words.js';
 import { fill, h, s, setText } from '../dom.js';
 import { percent } from '../format.js';
@@ -58,7 +59,9 @@ export function createExplain(app, signal) {
       const verdict = here ? verdictAt(lane, at) : null;
       button.hidden = verdict === null;
       setText(title, `Frame ${review.frame}`);
-      const lines = here ? [sourceAt(lane, at), verdict ?? 'The gate judged no prediction in this frame.', readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
+      const said = inspected.doc && personAt(inspected.doc, review.frame);
+      const engines = here ? [sourceAt(lane, at), verdict ?? 'The gate judged no prediction in this frame.', readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
+      const lines = said === null ? engines : [said, here ? 'What the engine had here:' : null, ...engines];
       // what the verdict says already is not said twice
       const events = inspected.sentences.filter(({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')));
       const all = [...lines, ...events.map(({ text }) => `${text.charAt(0).toUpperCase()}${text.slice(1)}.`)].filter((line) => line !== null);

@@ -44,8 +44,7 @@ export function createHead(app, signal) {
       picture.hidden = label === undefined;
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       setText(name, entry.not_a_sign ? 'Not a sign' : nameOf(entry.class_id));
-      const frames = entry.last - entry.first + 1;
-      setText(sub, `Track ${entry.name} · frames ${count(entry.first)}–${count(entry.last)} (${count(frames)})`);
+      setText(sub, `Track ${entry.name} · frames ${count(entry.first)}–${count(entry.last)} (${count(entry.frames)})`);
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
       human.hidden = !entry.relabelled && entry.track !== null;

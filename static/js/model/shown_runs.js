@@ -1,0 +1,32 @@
+// @ts-check
+/**
+ * In which frames a track shows something, out of its document alone. Pure.
+ *
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ * @typedef {import('./join.js').Span} Span   first and last frame, both included
+ */
+import { OPEN_END, keyFramesOf } from './documents.js';
+import { spans, without } from './join.js';
+
+/**
+ * Stretches of frames that are not out of sight. Within them the engine's track may lack single frames.
+ *
+ * @param {TrackDoc} doc
+ * @param {(track: number) => number|null} [lastOf]   last frame so far of an engine track that may still grow
+ * @returns {Span[]} disjoint, in order
+ */
+export function shownRuns(doc, lastOf) {
+  if (doc.gone) return [];
+  const segments = doc.segments.map((piece) => (piece.last < OPEN_END ? piece : { ...piece, last: Math.max(piece.first, lastOf?.(piece.track) ?? piece.first) }));
+  return without(spans({ ...doc, segments }), outOfSight(doc));
+}
+
+/** Stretches that a person took out of sight. @param {TrackDoc} doc @returns {Span[]} */
+function outOfSight(doc) {
+  const frames = keyFramesOf(doc);
+  return frames.flatMap((frame, i) => (doc.keys[frame].outside ? [/** @type {Span} */ ([frame, (frames[i + 1] ?? OPEN_END) - 1])] : []));
+}
+
+/** How many frames stretches have between two frames, both included. @param {readonly Span[]} runs @param {number} [first] @param {number} [last] */
+export const framesIn = (runs, first = 0, last = OPEN_END) =>
+  runs.reduce((sum, [a, b]) => sum + Math.max(0, Math.min(b, last) - Math.max(a, first) + 1), 0);

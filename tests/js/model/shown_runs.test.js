@@ -1,0 +1,58 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
+import { boxAt } from '../../../static/js/model/effective.js';
+import { personAt } from '../../../static/js/model/persons_words.js';
+import { framesIn, shownRuns } from '../../../static/js/model/shown_runs.js';
+
+/** @typedef {import('../../../static/js/types.js').Box} Box */
+const BOX = /** @type {Box} */ ([0, 0, 9, 9]);
+const key = (/** @type {object} */ change) => ({ box: /** @type {Box|null} */ (null), occluded: false, outside: false, interpolate: false, class_id: null, ...change });
+/** @param {[number, number][]} pieces @param {Record<string, object>} keys */
+const doc = (pieces, keys) => ({ ...blankDoc('m7'), segments: pieces.map(([first, last]) => ({ track: 7, first, last })), keys: Object.fromEntries(Object.entries(keys).map(([frame, change]) => [frame, key(change)])) });
+
+/** @type {[string, ReturnType<typeof doc>, [number, number][]][]} */
+const CASES = [
+  ['an engine’s track', doc([[10, 20]], {}), [[10, 20]]],
+  ['out of sight to the end', doc([[10, 20]], { 15: { outside: true } }), [[10, 14]]],
+  ['out of sight for a while', doc([[10, 20]], { 12: { outside: true }, 15: {} }), [[10, 11], [15, 20]]],
+  ['a box beyond its end', doc([[10, 20]], { 25: { box: BOX } }), [[10, 20], [25, 25]]],
+  ['a line beyond its end', doc([[10, 20]], { 18: { box: BOX, interpolate: true }, 25: { box: BOX } }), [[10, 25]]],
+  ['a line that ends out of sight', doc([], { 3: { box: BOX, interpolate: true }, 6: { box: BOX, interpolate: true }, 9: { outside: true } }), [[3, 6]]],
+  ['all of it out of sight', doc([[10, 20]], { 10: { outside: true } }), []],
+  ['two pieces', doc([[10, 12], [15, 20]], {}), [[10, 12], [15, 20]]],
+];
+for (const [name, given, runs] of CASES) {
+  test(`shown: ${name}`, () => {
+    assert.deepEqual(shownRuns(given), runs);
+    // the same as asking for each frame
+    const frames = Array.from({ length: 40 }, (_, frame) => frame).filter((frame) => boxAt(given, frame, () => BOX) !== null);
+    assert.deepEqual(runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)), frames);
+    assert.equal(framesIn(runs), frames.length);
+    assert.equal(framesIn(runs, 12, 15), frames.filter((frame) => frame >= 12 && frame <= 15).length);
+  });
+}
+
+test('a track that may still grow is shown as far as it has come', () => {
+  const growing = doc([[10, OPEN_END]], { 30: { outside: true } });
+  assert.deepEqual(shownRuns(growing, () => 24), [[10, 24]]);
+  assert.deepEqual(shownRuns(growing, () => 99), [[10, 29]]);
+  assert.deepEqual(shownRuns({ ...growing, gone: true }), []);
+});
+
+test('what people said of a frame is told', () => {
+  const given = doc([[0, 60]], { 10: { box: BOX, interpolate: true }, 20: { box: BOX, occluded: true }, 30: { outside: true }, 40: { occluded: true }, 50: {} });
+  for (const [frame, text] of /** @type {[number, string|null][]} */ ([
+    [5, null],
+    [10, 'A person put the box here.'],
+    [15, 'The box lies on the line between a person’s boxes in frames 10 and 20.'],
+    [20, 'A person put the box here. A person says that it is partly hidden.'],
+    [25, 'A person says that it is partly hidden.'],
+    [30, 'A person says that it is out of sight.'],
+    [33, 'A person says that it is out of sight since frame 30.'],
+    [45, 'A person says that it is partly hidden.'],
+    [55, null],
+  ])) assert.equal(personAt(given, frame), text, `frame ${frame}`);
+});
