@@ -44,3 +44,13 @@ test('at the right edge labels go to the left side', () => {
 test('what is out of sight has no label', () => {
   assert.deepEqual(placeLabels([label([820, 100, 850, 130]), label([100, -40, 130, -5])], SCREEN), [null, null]);
 });
+
+test('where every side is taken a label stands some lines away and says so', () => {
+  // three layers' boxes of one sign, between two others of which each has a label
+  const boxes = /** @type {Box[]} */ ([[400, 200, 430, 230], [401, 201, 431, 231], [399, 199, 429, 229], [402, 200, 432, 230], [400, 201, 430, 231], [401, 199, 431, 229], [400, 200, 431, 231], [399, 200, 430, 231]]);
+  const places = placeLabels(boxes.map((box) => label(box)), SCREEN);
+  const areas = places.map(areaOf);
+  areas.forEach((a, i) => areas.slice(i + 1).forEach((b) => assert.ok(!meet(a, b), `${a} lies on ${b}`)));
+  assert.equal(places[0]?.apart, undefined);
+  assert.ok(places.some((at) => at?.apart), 'some are not beside it');
+});

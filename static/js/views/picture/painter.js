@@ -118,6 +118,9 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   return counts;
 }
 
+/** @param {number} value @param {number} low @param {number} high */
+const nearest = (value, low, high) => Math.min(Math.max(value, low), high);
+
 /**
  * @param {CanvasRenderingContext2D} ctx
  * @param {Viewport} view
@@ -172,6 +175,15 @@ function createPen(ctx, view, screen, inks) {
       const places = placeLabels(texts, screen);
       ctx.font = inks.font;
       ctx.textBaseline = 'middle';
+      texts.forEach(({ layer, wide, high, box: [x1, y1, x2, y2] }, i) => {
+        const at = places[i];
+        if (!at?.apart) return;
+        const [x, y] = [nearest((x1 + x2) / 2, at.x, at.x + wide), nearest((y1 + y2) / 2, at.y, at.y + high)];
+        stroke(inks.colour(layer), inks.unit, [], () => {
+          ctx.moveTo(x, y);
+          ctx.lineTo(nearest(x, x1, x2), nearest(y, y1, y2));
+        });
+      });
       texts.forEach(({ layer, text, wide, high }, i) => {
         const at = places[i];
         if (at === null) return;
