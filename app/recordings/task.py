@@ -41,7 +41,7 @@ def record_run(task: TaskContext) -> None:
         stop=options["stop"],
         video=path if there else None,
         table=unpack(video.frame_table) if there and video.frame_table else None,
-        known=there and is_untouched(video, path),
+        known=is_untouched(video, path),
         corrected=corrected_rows(task.settings.home / run.folder, documents),
         truth=truth,
         focus_frame=options.get("frame"),

@@ -160,3 +160,6 @@ export function nudged(box, dx, dy, picture) {
 
 /** @param {number} value */
 const round = (value) => Math.round(value * 10) / 10;
+
+/** @param {number} value @param {number} low @param {number} high   >= low */
+export const clamp = (value, low, high) => Math.min(Math.max(value, low), high);

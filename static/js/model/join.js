@@ -135,12 +135,19 @@ export function spans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
   const frames = keyFramesOf(doc);
-  frames.forEach((frame, position) => {
-    const key = doc.keys[frame];
-    if (key.box !== null && !key.outside) found.push([frame, frame]);
-    const next = frames[position + 1];
-    if (next !== undefined && lineAt(doc, next - 1) !== null) found.push([frame, next - 1]);
-  });
+  // what `lineAt` says just before the next key frame, in one pass from the end: tracks may have thousands of them
+  let begun = frames.findIndex((frame) => doc.keys[frame].box !== null);
+  if (begun < 0) begun = Infinity;
+  /** @type {KeyFrame|null} */
+  let end = null;
+  for (let i = frames.length - 1; i >= 0; i -= 1) {
+    const key = doc.keys[frames[i]];
+    if (!key.outside) {
+      if (key.box !== null) found.push([frames[i], frames[i]]);
+      if (key.interpolate && i >= begun && end?.box) found.push([frames[i], frames[i + 1] - 1]);
+    }
+    if (key.box !== null || key.outside) end = key;
+  }
   /** @type {Span[]} */
   const joined = [];
   for (const [first, last] of found.sort((a, b) => a[0] - b[0] || a[1] - b[1])) {

@@ -31,13 +31,11 @@
  * @property {Float32Array[]} doubt    by level: largest doubt in a bucket
  * @property {number} most             of all buckets
  */
+import { clamp } from './geometry.js';
 import { packIntervals } from './interval_packing.js';
-import { shownRuns } from './shown_runs.js';
 
 export const CORRECTED = 3;
 /** @type {Record<TrackDoc['review'], number>} */
-/** @type {import('./join.js').Span[]} */
-const WHOLE = [[0, Infinity]];
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
 /** Frames between two bars of a row. */
 const GAP = 4;
@@ -75,12 +73,11 @@ export function buildLaneIndex(entries, lanes, docs) {
     index.rowStart[packed.row[place] + 1] = bar + 1;
     const doc = docs[entry.key];
     const spans = doc ? doc.segments : [{ track: entry.track ?? -1, first: entry.first, last: entry.last }];
-    const runs = doc && shownRuns(doc, () => entry.last);
     for (const span of spans) {
       for (let i = start.get(span.track) ?? 0; lanes && i < (stop.get(span.track) ?? 0); i += 1) {
         const from = Math.max(lanes.first[i], span.first);
         const to = Math.min(lanes.last[i], span.last);
-        for (const [first, last] of runs ?? WHOLE) {
+        for (const [first, last] of entry.runs) {
           if (Math.max(from, first) <= Math.min(to, last)) pieces.push(Math.max(from, first), Math.min(to, last), lanes.source[i]);
         }
       }
@@ -294,9 +291,4 @@ function blank(count, rows) {
     keyStart: new Int32Array(count + 1),
     keyFrame: new Int32Array(0),
   };
-}
-
-/** @param {number} value @param {number} low @param {number} high */
-function clamp(value, low, high) {
-  return value < low ? low : value > high ? high : value;
 }

@@ -8,17 +8,25 @@
 import { OPEN_END, keyFramesOf } from './documents.js';
 import { spans, without } from './join.js';
 
+/** Documents are replaced, never changed: after an edit only the new ones are looked at. @type {WeakMap<TrackDoc, Span[]>} */
+const known = new WeakMap();
+
 /**
  * Stretches of frames that are not out of sight. Within them the engine's track may lack single frames.
  *
  * @param {TrackDoc} doc
  * @param {(track: number) => number|null} [lastOf]   last frame so far of an engine track that may still grow
- * @returns {Span[]} disjoint, in order
+ * @returns {readonly Span[]} disjoint, in order
  */
 export function shownRuns(doc, lastOf) {
   if (doc.gone) return [];
-  const segments = doc.segments.map((piece) => (piece.last < OPEN_END ? piece : { ...piece, last: Math.max(piece.first, lastOf?.(piece.track) ?? piece.first) }));
-  return without(spans({ ...doc, segments }), outOfSight(doc));
+  if (doc.segments.some(({ last }) => last >= OPEN_END)) {
+    const segments = doc.segments.map((piece) => (piece.last < OPEN_END ? piece : { ...piece, last: Math.max(piece.first, lastOf?.(piece.track) ?? piece.first) }));
+    return without(spans({ ...doc, segments }), outOfSight(doc));
+  }
+  const found = known.get(doc) ?? without(spans(doc), outOfSight(doc));
+  known.set(doc, found);
+  return found;
 }
 
 /** Stretches that a person took out of sight. @param {TrackDoc} doc @returns {Span[]} */

@@ -14,7 +14,7 @@
  * @property {boolean} whole          all of that engine's track and nothing else: neither cut nor joined
  * @property {number} first           first frame
  * @property {number} last            last frame, inclusive
- * @property {number} frames          how many it shows something in
+ * @property {readonly import('./join.js').Span[]} runs   stretches of frames that it shows something in
  * @property {number|null} class_id   a person's label, else the engine's
  * @property {boolean} relabelled     the label is a person's
  * @property {number} doubt           0..1
@@ -26,7 +26,7 @@
  * @property {number} notes           how many
  */
 import { spanOf } from './effective.js';
-import { framesIn, shownRuns } from './shown_runs.js';
+import { shownRuns } from './shown_runs.js';
 import { piecesOfDocument } from './track_lane.js';
 import { trackName } from './track_name.js';
 
@@ -86,7 +86,7 @@ function machineEntry(tracks, i, key) {
     whole: true,
     first: tracks.first[i],
     last: tracks.last[i],
-    frames: tracks.last[i] - tracks.first[i] + 1,
+    runs: [[tracks.first[i], tracks.last[i]]],
     class_id: tracks.class_id[i],
     relabelled: false,
     doubt: tracks.doubt[i],
@@ -125,7 +125,7 @@ function documentEntry(tracks, columnOf, doc, column) {
     whole: known && isWhole(tracks, column, doc),
     first,
     last: span?.last ?? first,
-    frames: framesIn(runs),
+    runs,
     class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
     relabelled: doc.class_id !== null,
     doubt: known ? doubtOf(tracks, column, doc) : 0,

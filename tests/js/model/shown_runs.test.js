@@ -6,6 +6,7 @@ import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
 import { boxAt } from '../../../static/js/model/effective.js';
 import { personAt } from '../../../static/js/model/persons_words.js';
 import { framesIn, shownRuns } from '../../../static/js/model/shown_runs.js';
+import { random } from '../harness/synthetic.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 const BOX = /** @type {Box} */ ([0, 0, 9, 9]);
@@ -34,6 +35,22 @@ for (const [name, given, runs] of CASES) {
     assert.equal(framesIn(runs, 12, 15), frames.filter((frame) => frame >= 12 && frame <= 15).length);
   });
 }
+
+test('shown: whatever people have said, the same as asking for each frame', () => {
+  const next = random(11);
+  for (let round = 0; round < 400; round += 1) {
+    /** @type {Record<string, object>} */
+    const keys = {};
+    for (let frame = 0; frame < 30; frame += 1) {
+      if (next() < 0.25) keys[frame] = { box: next() < 0.6 ? BOX : null, outside: next() < 0.25, interpolate: next() < 0.6 };
+    }
+    const given = doc(next() < 0.5 ? [[5, 12], [15, 22]] : [], keys);
+    const frames = Array.from({ length: 40 }, (_, frame) => frame).filter((frame) => boxAt(given, frame, () => BOX) !== null);
+    const runs = shownRuns(given);
+    assert.deepEqual(runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)), frames, JSON.stringify(given));
+    assert.equal(shownRuns(given), runs, 'the same list for the same document');
+  }
+});
 
 test('a track that may still grow is shown as far as it has come', () => {
   const growing = doc([[10, OPEN_END]], { 30: { outside: true } });

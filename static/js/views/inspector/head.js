@@ -1,6 +1,7 @@
 // @ts-check
 /** Label, probability, runner-up and review state of the selected track. */
 
+import { framesIn } from '../../model/shown_runs.js';
 import { edit } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent } from '../format.js';
@@ -44,7 +45,7 @@ export function createHead(app, signal) {
       picture.hidden = label === undefined;
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       setText(name, entry.not_a_sign ? 'Not a sign' : nameOf(entry.class_id));
-      setText(sub, `Track ${entry.name} · frames ${count(entry.first)}–${count(entry.last)} (${count(entry.frames)})`);
+      setText(sub, `Track ${entry.name} · frames ${count(entry.first)}–${count(entry.last)} (${count(framesIn(entry.runs))})`);
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
       human.hidden = !entry.relabelled && entry.track !== null;

@@ -9,7 +9,7 @@
  * @typedef {import('../../model/geometry.js').Viewport} Viewport
  * @typedef {import('../../model/geometry.js').Size} Size
  */
-import { handlesOf, toScreen } from '../../model/geometry.js';
+import { clamp, handlesOf, toScreen } from '../../model/geometry.js';
 import { placeLabels } from '../../model/label_places.js';
 import { shownTracks } from '../../review/shown_tracks.js';
 
@@ -118,9 +118,6 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   return counts;
 }
 
-/** @param {number} value @param {number} low @param {number} high */
-const nearest = (value, low, high) => Math.min(Math.max(value, low), high);
-
 /**
  * @param {CanvasRenderingContext2D} ctx
  * @param {Viewport} view
@@ -178,10 +175,10 @@ function createPen(ctx, view, screen, inks) {
       texts.forEach(({ layer, wide, high, box: [x1, y1, x2, y2] }, i) => {
         const at = places[i];
         if (!at?.apart) return;
-        const [x, y] = [nearest((x1 + x2) / 2, at.x, at.x + wide), nearest((y1 + y2) / 2, at.y, at.y + high)];
+        const [x, y] = [clamp((x1 + x2) / 2, at.x, at.x + wide), clamp((y1 + y2) / 2, at.y, at.y + high)];
         stroke(inks.colour(layer), inks.unit, [], () => {
           ctx.moveTo(x, y);
-          ctx.lineTo(nearest(x, x1, x2), nearest(y, y1, y2));
+          ctx.lineTo(clamp(x, x1, x2), clamp(y, y1, y2));
         });
       });
       texts.forEach(({ layer, text, wide, high }, i) => {
