@@ -44,7 +44,7 @@ export function sentencesOf(lane) {
 export function verdictAt(lane, i) {
   const likelihood = lane.l_positive[i];
   if (lane.confident[i] === null || likelihood === null) return null;
-  const relation = lane.confident[i] ? '<' : '≥';
+  const relation = lane.confident[i] ? '<' : above(likelihood, lane.tau);
   const verdict = lane.confident[i] ? 'Prediction confident' : 'Prediction rejected';
   const factors = [lane.symmetry[i], lane.hash_distance[i], lane.position_distance[i]];
   const names = ['symmetry', 'bits of its look', 'position'];
@@ -55,6 +55,9 @@ export function verdictAt(lane, i) {
   const sum = whole ? `${known.join(' × ')} = ${short(likelihood)}` : short(likelihood);
   return `${verdict}: L = ${sum} ${relation} ${short(lane.tau)}${whole || known.length === 0 ? '' : `, from ${known.join(', ')}`}.`;
 }
+
+/** How a rejected L stands to tau; in the engine's own sentences too. @param {number|null} likelihood @param {number} tau */
+const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
 
 /**
  * Where the box of a frame comes from.
@@ -77,7 +80,7 @@ export function sourceAt(lane, i) {
  * @param {number} i
  */
 function rejection(lane, i) {
-  const reason = `L = ${short(lane.l_positive[i])} ≥ ${short(lane.tau)}, ${worst(lane, i)}`;
+  const reason = `L = ${short(lane.l_positive[i])} ${above(lane.l_positive[i], lane.tau)} ${short(lane.tau)}, ${worst(lane, i)}`;
   const probability = lane.probability[i];
   if (lane.source[i] === 2) {
     const sure = probability === null ? '' : ` (probability ${short(probability)})`;

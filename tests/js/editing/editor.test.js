@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
+import { correctedKeys } from '../../../static/js/editing/revisions.js';
 import { named } from '../../../static/js/editing/words.js';
 import { select } from '../../../static/js/store/actions/review.js';
 import { RUN, createServer, createWorld, setBox } from './world.js';
@@ -17,6 +18,26 @@ test('an edit shows at once and counts as unsaved until the server has answered'
   assert.equal(review().unsaved.length, 0);
   assert.equal(review().docs.m1.revision, 1);
   assert.deepEqual(await outbox.load(RUN), []);
+});
+
+test('what was said of tracks is told from what nobody has said anything of', async () => {
+  const { editor, review } = await createWorld();
+  assert.deepEqual(correctedKeys(review()), []);
+  assert.ok(editor.edit({ name: 'add_note', key: 'm1', note_id: 'n'.repeat(32), frame: 5, text: 'Odd.' }));
+  assert.ok(editor.edit({ name: 'set_review', key: 'm1', review: 'needs_work' }));
+  assert.deepEqual(correctedKeys(review()), []);
+  editor.edit(setBox('m1', 5, 20));
+  assert.deepEqual(correctedKeys(review()), ['m1']);
+  editor.edit({ name: 'set_review', key: 'm2', review: 'accepted' });
+  assert.deepEqual(correctedKeys(review()).sort(), ['m1', 'm2']);
+  await editor.settled();
+});
+
+test('a split is a correction of the half that stays, too', async () => {
+  const { editor, review } = await createWorld();
+  editor.edit({ name: 'split', key: 'm2', frame: 100, new_key: `h${'0'.repeat(31)}1` });
+  assert.equal(correctedKeys(review()).length, 2);
+  await editor.settled();
 });
 
 test('many edits of one track in a row are all stored, each on what the one before left', async () => {

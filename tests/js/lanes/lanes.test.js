@@ -157,7 +157,7 @@ test('events are sentences without the track that the inspector names already', 
   assert.equal(told[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
   assert.equal(told[2].text, 'no detection for 3 frames; a window like it is 6 px left');
   assert.equal(told[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
-  assert.equal(told[3].text, 'prediction rejected, L = 40 ≥ 15, symmetry 0.2 is low; nothing better was found near it');
+  assert.equal(told[3].text, 'prediction rejected, L = 40 > 15, symmetry 0.2 is low; nothing better was found near it');
   assert.equal(short(1e9), 'very large');
   assert.equal(short(null), '–');
 });
@@ -184,7 +184,7 @@ test('a frame says where its box comes from, and its verdict with all factors', 
   assert.equal(sourceAt(lane, 2), 'Detected with score 4: raw 4.5, less 0.5 by the prior.');
   assert.equal(sourceAt(lane, 1), 'Relocalised by the online detector: f = 0.5, probability 0.63.');
   assert.equal(verdictAt(lane, 0), null);
-  assert.equal(verdictAt(lane, 1), 'Prediction rejected: L = 1.67 (symmetry) × 20 (bits of its look) × 0.547 (position) = 18.2 ≥ 15.');
+  assert.equal(verdictAt(lane, 1), 'Prediction rejected: L = 1.67 (symmetry) × 20 (bits of its look) × 0.547 (position) = 18.2 > 15.');
   assert.equal(verdictAt(lane, 2), 'Prediction confident: L = 9 < 15, from 2 (symmetry), 4 (bits of its look), 0.5 (position).');
 });
 

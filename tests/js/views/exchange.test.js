@@ -2,7 +2,8 @@
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
 import {content, facts, partOf, skipped} from '../../../static/js/views/artefact-words.js';
-import {rangeAround} from '../../../static/js/views/dialogs/frame-range.js';
+import {expectedWords} from '../../../static/js/views/dialogs/bundle.js';
+import {rangeAround, rangeWords} from '../../../static/js/views/dialogs/frame-range.js';
 import {lineage, modelProgress} from '../../../static/js/views/model-words.js';
 
 /** @param {object} [more] */
@@ -27,6 +28,16 @@ test('progress is a share, where it is known', () => {
   assert.equal(partOf({state: 'running', done: 5, total: null}), null);
   assert.equal(partOf({state: 'running', done: 5, total: 4}), 1);
   assert.equal(partOf({state: 'complete', done: 0, total: 0}), 1);
+});
+
+test('a range says why it is offered, and what the replay will be held against', () => {
+  assert.match(rangeWords('#2', false), /^Around track #2/);
+  assert.match(rangeWords('#2', true), /^All frames of the run: track #2/);
+  assert.equal(rangeWords(null, true), 'All frames of the run.');
+  assert.match(rangeWords(null, false), /select a track first/);
+  assert.match(expectedWords(0), /No track is corrected yet/);
+  assert.match(expectedWords(1), /what you said of 1 track, as far as these frames show it/);
+  assert.match(expectedWords(3), /3 tracks.*show them/);
 });
 
 test('a range lies around the track, else around the cursor, and within the run', () => {

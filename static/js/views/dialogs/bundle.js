@@ -2,9 +2,11 @@
 /** Report a bug: pack what is needed to see it again into one file. */
 
 import {sentence} from '../../api/errors.js';
+import {correctedKeys} from '../../editing/revisions.js';
 import {trackName} from '../../model/track_name.js';
 import {putArtefact} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
+import {plural} from '../format.js';
 import {icon} from '../icons.js';
 import {toast} from '../toasts.js';
 import {createFrameRange} from './frame-range.js';
@@ -12,6 +14,16 @@ import {field, tick} from './fields.js';
 
 const OFFERED = 150;
 const MOST = 3000;
+
+/**
+ * What the replay will be held against.
+ *
+ * @param {number} corrected   tracks that people accepted, rejected or corrected
+ */
+export function expectedWords(corrected) {
+  if (!corrected) return 'No track is corrected yet. Correct what is wrong first: the replay is held against what you corrected.';
+  return `The replay is held against what you said of ${plural(corrected, 'track')}, as far as these frames show ${corrected === 1 ? 'it' : 'them'}.`;
+}
 
 /**
  * @param {import('./layer.js').Setup} setup
@@ -52,7 +64,7 @@ export function bundleDialog({app, close, signal}) {
     body: h('div', {class: 'stack'},
       h('p', {class: 'muted'}, 'The clip of these frames, the parameters and models, what the engine gave and what you corrected, in one ZIP. Whoever gets it runs ', h('code', {class: 'mono'}, 'tsr replay FILE'), ' and sees whether it is fixed.'),
       field('What is wrong', note), range.element, only?.element,
-      h('p', {class: 'field-hint'}, 'Correct the tracks first: what you corrected is what the replay expects. The file holds pictures of the drive; send it only to people who may see them.')),
+      h('p', {class: 'field-hint'}, `${expectedWords(review ? correctedKeys(review).length : 0)} The file holds pictures of the drive; send it only to people who may see them.`)),
     footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
   };
 }

@@ -30,6 +30,17 @@ export function rangeAround({frame, span, first, last, most}) {
 }
 
 /**
+ * Why these frames are offered.
+ *
+ * @param {string|null} track   name of the selected track; null: none is
+ * @param {boolean} whole       the frames are those of the whole run
+ */
+export function rangeWords(track, whole) {
+  if (whole) return track === null ? 'All frames of the run.' : `All frames of the run: track ${track}, which is selected, and ${MARGIN} frames around it take that many.`;
+  return track === null ? 'Around the frame on screen; select a track first to get the frames around it.' : `Around track ${track}, which is selected.`;
+}
+
+/**
  * @param {import('../../types.js').ReviewState|null} review
  * @param {{id: string, begin: number, most: number, changed: (wrong: string) => void}} options   begin: frames that are offered; most: that may be
  */
@@ -63,7 +74,7 @@ export function createFrameRange(review, {id, begin, most, changed}) {
     changed('error' in found ? found.error : '');
   }
 
-  const words = doc && review?.selected ? `Around track ${trackName(review.selected, doc)}, which is selected.` : 'Around the frame on screen; select a track first to get the frames around it.';
-  const element = h('div', {class: 'stack'}, h('div', {class: 'export-pair'}, field('First frame', from), field('Last frame', to)), h('p', {class: 'row'}, h('span', {class: 'field-hint grow'}, words), length));
+  const whole = offered.first === first && offered.last === last;
+  const element = h('div', {class: 'stack'}, h('div', {class: 'export-pair'}, field('First frame', from), field('Last frame', to)), h('p', {class: 'row'}, h('span', {class: 'field-hint grow'}, rangeWords(doc && review?.selected ? trackName(review.selected, doc) : null, whole)), length));
   return {element, value, tell, focus: from};
 }

@@ -18,8 +18,14 @@ export function createCrops(app, signal) {
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   /** @type {Int32Array} */ let frames = new Int32Array(0);
   /** @type {readonly import('../../types.js').Label[]} */ let labels = [];
+  /** @type {import('../../model/track_entries.js').TrackEntry['runs']} */ let visible = [];
   let current = -1;
   let scheduled = false;
+
+  /** Whether the track shows something in a frame, or people took it out of sight. @param {number} frame */
+  const isShown = (frame) => visible.some(([first, last]) => first <= frame && frame <= last);
+  /** @param {HTMLElement} cell @param {number} frame */
+  const mark = (cell, frame) => cell.classList.toggle('crop-hidden', !isShown(frame));
 
   const later = () => {
     if (scheduled) return;
@@ -53,6 +59,7 @@ export function createCrops(app, signal) {
         cell = createCell(found.lane, i, labels, app.api.cropUrl(run.id, found.track[i], frames[i], 96));
         cell.style.setProperty('transform', `translateX(${i * step}px)`);
         cell.addEventListener('click', () => seek(app, frames[i]));
+        mark(cell, frames[i]);
         shown.set(i, cell);
         cells.append(cell);
       }
@@ -77,7 +84,13 @@ export function createCrops(app, signal) {
         for (const cell of shown.values()) cell.remove();
         shown.clear();
         frames = Int32Array.from(lane.frame);
-        setText(total, plural(frames.length, 'frame'));
+      }
+      const { runs } = inspected.entry;
+      if (turned || runs !== visible) {
+        visible = runs;
+        for (const [i, cell] of shown) mark(cell, frames[i]);
+        const hidden = frames.length - frames.filter(isShown).length;
+        setText(total, `${plural(frames.length, 'frame')}${hidden ? `, ${hidden} out of sight` : ''}`);
       }
       const at = placeAt(frames, review.frame);
       const place = at >= 0 && frames[at] === review.frame ? at : -1;

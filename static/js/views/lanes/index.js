@@ -54,6 +54,7 @@ export function createLanes(app) {
   let gutter = 0;
   /** @type {number|null} */ let hovered = null;
   let scheduled = 0;
+  /** A selected track whose row has not come into view yet. @type {string|null} */ let awaited = null;
   /** @type {Map<number, {text: string, width: number}>} */ const names = new Map();
   const nothing = { text: '', width: 0 };
   const dirty = { overview: true, tracks: true, detail: true };
@@ -169,7 +170,10 @@ export function createLanes(app) {
     const plotBox = parts.tracksPlot.getBoundingClientRect();
     gutter = plotBox.left - parts.body.getBoundingClientRect().left;
     width = Math.max(0, Math.floor(parts.tracksPane.getBoundingClientRect().left + parts.tracksPane.clientLeft + parts.tracksPane.clientWidth - plotBox.left));
+    const before = tracksHeight;
     tracksHeight = parts.tracksPane.clientHeight;
+    if (tracksHeight < before && isInView(review()?.selected, before)) awaited = review()?.selected ?? null;
+    comeIntoView();
     parts.element.style.setProperty('--lanes-plot-width', `${width}px`);
     dirty.overview = dirty.tracks = dirty.detail = true;
     later();
@@ -284,20 +288,30 @@ export function createLanes(app) {
     parts.detailHead.hidden = r.selected === null;
     if (!old || old.selected !== r.selected) {
       dirty.tracks = true;
-      const bar = index.barOf.get(r.selected ?? '');
-      if (bar !== undefined) scrollTo(index.row[bar]);
+      awaited = r.selected;
     }
+    comeIntoView();
     const bar = index.barOf.get(r.selected ?? '');
     const name = bar === undefined ? '' : label(index.classId[bar]).text || 'no class';
     const state_ = lane !== null || !r.selected ? '' : isLoaded(r.selected, doc, r.laneOf) ? 'the engine has no values of it' : 'loading…';
     setText(parts.detailName, bar === undefined ? '' : `Track ${trackName(index.key[bar], r.docs[index.key[bar]])} · ${name}${state_ ? ` · ${state_}` : ''}`);
   }
 
-  /** @param {number} row */
-  function scrollTo(row) {
-    const top = row * rowHeight();
+  /** @param {string|null|undefined} key @param {number} height   of the pane, px */
+  function isInView(key, height) {
+    const bar = index.barOf.get(key ?? '');
+    if (bar === undefined) return false;
+    const top = index.row[bar] * rowHeight() - parts.tracksPane.scrollTop;
+    return top >= 0 && top + rowHeight() <= height;
+  }
+
+  /** Bring the row of the awaited track into view, once it and the pane are there. */
+  function comeIntoView() {
+    const bar = index.barOf.get(awaited ?? '');
     const pane = parts.tracksPane;
-    if (top < pane.scrollTop || top + rowHeight() > pane.scrollTop + pane.clientHeight) pane.scrollTop = top - pane.clientHeight / 2;
+    if (bar === undefined || pane.clientHeight === 0) return;
+    if (!isInView(awaited, pane.clientHeight)) pane.scrollTop = index.row[bar] * rowHeight() - pane.clientHeight / 2;
+    awaited = null;
   }
 
   return {
