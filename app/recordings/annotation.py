@@ -44,7 +44,9 @@ def _called(key: str, documents: Mapping[str, TrackDoc]) -> str:
     if key.startswith("m"):
         return f"#{key[1:]}"
     doc = documents.get(key)
-    return f"#{doc.segments[0].track} from {doc.segments[0].first}" if doc and doc.segments else "drawn"
+    if doc is not None and doc.segments:
+        return f"#{doc.segments[0].track} from {doc.segments[0].first}"
+    return f"drawn at {doc.frames()[0]}" if doc is not None and doc.keys else "made by hand"
 
 
 def truth_of(session: Session, video_id: str, truth_id: str | None) -> BoxRows | None:

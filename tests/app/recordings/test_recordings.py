@@ -14,6 +14,8 @@ from import_now import work_off
 from toy_server import Server
 
 from app.cli.main import run as command
+from app.edits.documents import KeyFrame, Segment, TrackDoc
+from app.recordings.annotation import corrected_rows
 
 FIRST, STOP = 3, 40
 
@@ -35,6 +37,22 @@ def record(server: Server, run_id: str, **order: Any) -> dict[str, Any]:
     work_off(server.context, "recording")
     made: dict[str, Any] = server.client.get(f"/api/artefacts/{answer.json()['id']}").json()
     return made
+
+
+def test_tracks_are_called_as_on_the_page(server: Server, home: Any) -> None:
+    place = server.context.evidence.place(home.run_id)
+    with server.context.evidence.reading(place) as reader:
+        track = next(iter(reader.tracks()))
+    middle = (track.first_frame + track.last_frame) // 2
+    drawn = {"12": KeyFrame(box=(1, 1, 30, 30)), "7": KeyFrame(box=(1, 1, 30, 30))}
+    half = Segment(track=track.track_id, first=middle, last=track.last_frame)
+    made = (TrackDoc(key="h000001", keys=drawn), TrackDoc(key="h000002", segments=(half,)))
+    documents = {doc.key: doc for doc in made}
+    rows = corrected_rows(place.folder, documents)
+    assert rows is not None
+    labels = set(rows.labels)
+    for name in ("drawn at 7 ", f"#{track.track_id} from {middle} "):
+        assert any(label.startswith(name) for label in labels), labels
 
 
 def test_a_recording_becomes_a_file_with_corrections_and_truth(server: Server, home: Any) -> None:
