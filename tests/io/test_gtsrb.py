@@ -8,7 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tsr_engine.errors import InputError
-from tsr_engine.io.gtsrb import CropItem, read_items, read_picture, read_table, split_by_track, tracks_of
+from tsr_engine.io.gtsrb import (
+    CropItem,
+    folds_by_track,
+    read_items,
+    read_picture,
+    read_table,
+    split_by_track,
+    tracks_of,
+)
 
 HEADER = "Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId"
 
@@ -126,6 +134,28 @@ def test_no_track_is_on_both_sides_and_small_classes_are_on_both(tracks: Any, sh
         else:
             assert on_the_other_side == 0
     assert split_by_track(items, share, seed) == (training, held)
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.dictionaries(st.integers(0, 42), st.integers(4, 12), min_size=1, max_size=6),
+    st.integers(2, 4),
+    st.integers(0, 9),
+)
+def test_each_track_is_in_one_of_the_parts_and_each_class_in_all(tracks: Any, count: int, seed: int) -> None:
+    items = made(tracks)
+    parts = folds_by_track(items, count, seed)
+    assert sorted((i for part in parts for i in part), key=items.index) == items
+    assert parts[0] == split_by_track(items, 1 / count, seed)[1]
+    for class_id, tracks_of_class in tracks.items():
+        held = [{i.track for i in part if i.class_id == class_id} for part in parts]
+        assert sum(map(len, held)) == tracks_of_class
+        assert all(abs(len(part) - tracks_of_class / count) < 2 and part for part in held)
+
+
+def test_one_part_is_no_split() -> None:
+    with pytest.raises(ValueError, match="at least 2"):
+        folds_by_track(made({1: 4}), 1, 0)
 
 
 def test_tracks_run_from_far_to_near() -> None:

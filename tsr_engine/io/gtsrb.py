@@ -186,6 +186,29 @@ def split_by_track(items: Sequence[CropItem], share: float, seed: int) -> tuple[
     return [i for i in items if i.track not in held], [i for i in items if i.track in held]
 
 
+def folds_by_track(items: Sequence[CropItem], count: int, seed: int) -> list[list[CropItem]]:
+    """Parts of about equal size, stratified by class, with each track in one of them.
+
+    The first part is what :func:`split_by_track` holds out at a share of ``1 / count``.
+
+    Args:
+        items: items with a known track.
+        count: number of parts, >= 2.
+        seed: of the draw.
+
+    Raises:
+        ValueError: fewer than two parts.
+        InputError: an item without a track.
+    """
+    if count < 2:
+        raise ValueError(f"count must be at least 2. Got {count} instead.")
+    parts = []
+    for left in range(count, 1, -1):
+        items, part = split_by_track(items, 1 / left, seed)
+        parts.append(part)
+    return [*parts, list(items)]
+
+
 def tracks_of(items: Iterable[CropItem]) -> dict[tuple[int, int], list[CropItem]]:
     """Items by track, far to near.
 

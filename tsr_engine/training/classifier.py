@@ -89,12 +89,11 @@ def train_classifier(
     training, held = split_by_track(items, settings.held_out, seed)
     crops = load_all(training, report, "read training pictures")
     held_crops = load_all(held, report, "read held-out pictures")
-    arrays = fit_arrays(crops, settings, seed, report, "train on the split")
-    trial = SignClassifier.from_component(_component(arrays, 1.0))
-    temperature, figures = held_out_figures(trial, held_crops, seed)
+    component = train_on_split(crops, held_crops, settings, seed, report)
+    figures = component.figures
     if settings.refit_steps:
-        arrays = refit_arrays(arrays, crops + held_crops, settings, seed, report, "train on all tracks")
-    component = _component(arrays, temperature)
+        arrays = refit_arrays(component.arrays, crops + held_crops, settings, seed, report, "train on all tracks")
+        component = _component(arrays, float(component.params["temperature"]))
     return replace(
         component,
         data={
@@ -109,6 +108,28 @@ def train_classifier(
         seed=seed,
         params={**component.params, "training": asdict(settings)},
     )
+
+
+def train_on_split(
+    crops: Sequence[LoadedCrop],
+    held: Sequence[LoadedCrop],
+    settings: ClassifierSettings,
+    seed: int,
+    report: Progress | None = None,
+) -> Component:
+    """Train on some tracks only; the others give temperature and figures.
+
+    Args:
+        crops: what is learned.
+        held: crops of other tracks.
+        settings: ``held_out`` and ``refit_steps`` are not used.
+        seed: of weights and views.
+        report: called as the work proceeds.
+    """
+    arrays = fit_arrays(crops, settings, seed, report or (lambda stage, done, total: None), "train on the split")
+    trial = SignClassifier.from_component(_component(arrays, 1.0))
+    temperature, figures = held_out_figures(trial, held, seed)
+    return replace(_component(arrays, temperature), figures=figures, seed=seed)
 
 
 def _require_all_classes(items: Sequence[CropItem], folder: Path) -> None:
