@@ -148,8 +148,16 @@ def _version(name: str) -> str:
 
 
 def _commit() -> str:
+    """The commit, with ``-dirty`` where the code is not as it says; what experiments have written does not count."""
+    written = [f":(top,exclude){ROOT.name}/{name}" for name in ("results", "figures", "REPORT.md")]
+    commit = _git("describe", "--always")
+    changed = _git("status", "--porcelain", "--untracked-files=no", "--", ":(top)", *written)
+    return f"{commit}-dirty" if commit and changed else commit
+
+
+def _git(*arguments: str) -> str:
     try:
-        found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)  # noqa: S607
+        found = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)  # noqa: S603, S607
     except OSError:
         return ""
     return found.stdout.strip()

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import benchmarks.__main__ as runner
+from benchmarks import experiment
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments import EXPERIMENTS
 from benchmarks.page import write_report
@@ -90,6 +91,29 @@ def test_a_second_run_in_one_scratch_folder_is_refused_in_a_sentence(
 def test_the_committed_report_is_that_of_the_committed_results(tmp_path: Path) -> None:
     write_report(EXPERIMENTS, ROOT / "results", tmp_path / "figures", tmp_path / "REPORT.md")
     assert (tmp_path / "REPORT.md").read_text() == (ROOT / "REPORT.md").read_text()
+
+
+def test_results_of_other_experiments_do_not_make_the_code_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def git(*arguments: str) -> None:
+        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", *arguments], cwd=tmp_path, check=True)
+
+    folder = tmp_path / ROOT.name
+    (folder / "results").mkdir(parents=True)
+    for name in ("code.py", "REPORT.md", "results/one.json"):
+        (folder / name).write_text("before")
+    git("init", "--quiet")
+    git("add", "--all")
+    git("commit", "--quiet", "--message", "All.")
+    monkeypatch.setattr(experiment, "ROOT", folder)
+    clean = machine()["commit"]
+    assert clean
+    (folder / "results" / "one.json").write_text("after")
+    (folder / "REPORT.md").write_text("after")
+    assert machine()["commit"] == clean
+    (folder / "code.py").write_text("after")
+    assert machine()["commit"] == f"{clean}-dirty"
 
 
 def test_tables() -> None:
