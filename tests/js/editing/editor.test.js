@@ -24,11 +24,11 @@ test('what was said of tracks is told from what nobody has said anything of', as
   const { editor, review } = await createWorld();
   assert.deepEqual(correctedKeys(review()), []);
   assert.ok(editor.edit({ name: 'add_note', key: 'm1', note_id: 'n'.repeat(32), frame: 5, text: 'Odd.' }));
-  assert.ok(editor.edit({ name: 'set_review', key: 'm1', review: 'needs_work' }));
+  assert.ok(editor.edit({ name: 'set_review', key: 'm1', frame: 0, review: 'needs_work' }));
   assert.deepEqual(correctedKeys(review()), []);
   editor.edit(setBox('m1', 5, 20));
   assert.deepEqual(correctedKeys(review()), ['m1']);
-  editor.edit({ name: 'set_review', key: 'm2', review: 'accepted' });
+  editor.edit({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' });
   assert.deepEqual(correctedKeys(review()).sort(), ['m1', 'm2']);
   await editor.settled();
 });
