@@ -6,7 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
 import { touchedKeys } from '../model/commands.js';
-import { OPEN_END, emptyDoc } from '../model/documents.js';
+import { emptyDoc } from '../model/documents.js';
 
 /**
  * The document of a track, also of one that has none yet; null: there is no such track.
@@ -22,35 +22,6 @@ export function docOf(review, key) {
   const at = review.tracks.id.indexOf(id);
   if (at < 0) return null;
   return emptyDoc({ track: id, first: review.tracks.first[at], last: review.tracks.last[at] }, review.run?.state !== 'complete');
-}
-
-/**
- * Tracks of which people have said what should have come out: accepted, rejected or corrected; notes alone say nothing.
- * @param {ReviewState} review
- * @returns {string[]}
- */
-export function correctedKeys(review) {
-  return Object.values(review.docs).filter((doc) => isCorrected(doc, docOf({ ...review, docs: {} }, doc.key))).map((doc) => doc.key);
-}
-
-/**
- * @param {TrackDoc} doc
- * @param {TrackDoc|null} fresh   as the engine has it; null: a person's own track
- * @returns {boolean}
- */
-function isCorrected(doc, fresh) {
-  if (doc.gone) return doc.merged_into === null && fresh !== null;
-  const judged = doc.not_a_sign || doc.class_id !== null || doc.review === 'accepted' || doc.review === 'rejected';
-  return judged || Object.keys(doc.keys).length > 0 || !sameSegments(doc.segments, fresh?.segments ?? []);
-}
-
-/**
- * @param {TrackDoc['segments']} a
- * @param {TrackDoc['segments']} b   of the engine's track, which may have grown since
- * @returns {boolean}
- */
-function sameSegments(a, b) {
-  return a.length === b.length && a.every((piece, i) => piece.track === b[i].track && piece.first === b[i].first && (piece.last === b[i].last || piece.last >= OPEN_END));
 }
 
 /**

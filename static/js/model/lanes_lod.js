@@ -15,7 +15,7 @@
  * @property {Int32Array} first
  * @property {Int32Array} last
  * @property {Int32Array} row
- * @property {Int16Array} classId      -1: none
+ * @property {Int16Array} classId      `NO_CLASS`: none, `NOT_A_SIGN`: a person says so
  * @property {Uint8Array} review       0 open, 1 accepted, 2 rejected, 3 needs work
  * @property {Int32Array} rowStart     bars of row r: rowStart[r] .. rowStart[r + 1]
  * @property {Int32Array} pieceStart   pieces of bar b: pieceStart[b] .. pieceStart[b + 1]
@@ -37,8 +37,14 @@ import { packIntervals } from './interval_packing.js';
 export const CORRECTED = 3;
 /** @type {Record<TrackDoc['review'], number>} */
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
+/** In place of a class: there is none, or a person says that it is no sign. */
+export const NO_CLASS = -1;
+export const NOT_A_SIGN = -2;
 /** Frames between two bars of a row. */
 const GAP = 4;
+
+/** @param {TrackEntry} entry */
+const classIdOf = (entry) => (entry.not_a_sign ? NOT_A_SIGN : entry.class_id ?? NO_CLASS);
 
 /**
  * @param {readonly TrackEntry[]} entries
@@ -68,7 +74,7 @@ export function buildLaneIndex(entries, lanes, docs) {
     index.first[bar] = entry.first;
     index.last[bar] = entry.last;
     index.row[bar] = packed.row[place];
-    index.classId[bar] = entry.class_id ?? -1;
+    index.classId[bar] = classIdOf(entry);
     index.review[bar] = REVIEW[entry.review];
     index.rowStart[packed.row[place] + 1] = bar + 1;
     const doc = docs[entry.key];
@@ -125,7 +131,7 @@ export function judgedLaneIndex(index, entries, before, docs) {
     if (!changed.has(entry.key)) continue;
     const bar = /** @type {number} */ (index.barOf.get(entry.key));
     review[bar] = REVIEW[entry.review];
-    classId[bar] = entry.class_id ?? -1;
+    classId[bar] = classIdOf(entry);
   }
   return { ...index, review, classId };
 }

@@ -11,6 +11,7 @@
  * @property {'engine'|'corrected'|'interpolated'} origin
  * @property {boolean} occluded
  * @property {number|null} class_id
+ * @property {boolean} not_a_sign      a person says so
  * @property {boolean} edited          a person has changed where or what it is; a verdict or a note alone changes neither
  * @property {import('../types.js').OverlayTrack|null} engine
  */
@@ -33,13 +34,13 @@ export function shownTracks(review, frame = review.frame) {
     const key = `m${track.id}`;
     // a track that is confirmed later is shown from its first frame on
     if (review.docs[key] || !(classes.has(track.id) || track.state === 'confirmed')) continue;
-    shown.push({ key, box: track.box, origin: 'engine', occluded: false, class_id: classes.get(track.id) ?? track.class_id, edited: false, engine: track });
+    shown.push({ key, box: track.box, origin: 'engine', occluded: false, class_id: classes.get(track.id) ?? track.class_id, not_a_sign: false, edited: false, engine: track });
   }
   for (const doc of Object.values(review.docs)) {
     const at = boxAt(doc, frame, machineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
-    shown.push({ key: doc.key, ...at, edited: isCorrected(doc, review.tracks), engine: (segment && engine.get(segment.track)) ?? null });
+    shown.push({ key: doc.key, ...at, not_a_sign: doc.not_a_sign, edited: isCorrected(doc, review.tracks), engine: (segment && engine.get(segment.track)) ?? null });
   }
   return shown;
 }
@@ -56,6 +57,15 @@ export function isCorrected(doc, tracks) {
     && piece.track === tracks.id[at] && piece.first <= tracks.first[at] && piece.last >= tracks.last[at];
   return !whole || doc.gone || doc.class_id !== null || doc.not_a_sign || Object.keys(doc.keys).length > 0;
 }
+
+/**
+ * Tracks of which people have said what should have come out: accepted, rejected or corrected; notes alone say nothing.
+ * @param {ReviewState} review
+ * @returns {string[]}
+ */
+export const correctedKeys = (review) => Object.values(review.docs).filter((doc) => doc.merged_into === null
+  && (doc.key.startsWith('m') || !doc.gone)
+  && (doc.review === 'accepted' || doc.review === 'rejected' || isCorrected(doc, review.tracks))).map(({ key }) => key);
 
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;

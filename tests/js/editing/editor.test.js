@@ -3,8 +3,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
-import { correctedKeys } from '../../../static/js/editing/revisions.js';
 import { named } from '../../../static/js/editing/words.js';
+import { correctedKeys } from '../../../static/js/review/shown_tracks.js';
 import { select } from '../../../static/js/store/actions/review.js';
 import { RUN, createServer, createWorld, setBox } from './world.js';
 

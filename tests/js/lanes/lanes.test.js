@@ -5,7 +5,7 @@ import { detailColumns, placeAt } from '../../../static/js/model/detail_columns.
 import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/model/gate_lane.js';
 import { hashBits } from '../../../static/js/model/hash_bits.js';
 import { packIntervals } from '../../../static/js/model/interval_packing.js';
-import { CORRECTED, barAt, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
+import { CORRECTED, NOT_A_SIGN, barAt, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
 import { sentencesOf, short, sourceAt, verdictAt } from '../../../static/js/model/plain_words.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
@@ -46,6 +46,11 @@ test('pieces of a bar cover it without a gap', () => {
 });
 
 test('key frames of a document are diamonds, and their boxes corrected pieces up to the next', () => {
+  const none = { m1: { ...accepted.m1, not_a_sign: true } };
+  const refused = judgedLaneIndex(once, entriesOf(none), accepted, none);
+  assert.equal(refused?.classId[refused.barOf.get('m1') ?? -1], NOT_A_SIGN);
+  assert.deepEqual(refused, buildLaneIndex(entriesOf(none), lanes, none));
+
   const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
   const first = tracks.first[0];
   const doc = { ...emptyDoc({ track: 1, first, last: tracks.last[0] }), keys: { [first + 2]: key, [first + 8]: key } };

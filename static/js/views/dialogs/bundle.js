@@ -2,8 +2,8 @@
 /** Report a bug: pack what is needed to see it again into one file. */
 
 import {sentence} from '../../api/errors.js';
-import {correctedKeys} from '../../editing/revisions.js';
 import {trackName} from '../../model/track_name.js';
+import {correctedKeys} from '../../review/shown_tracks.js';
 import {putArtefact} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
 import {plural} from '../format.js';

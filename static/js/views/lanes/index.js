@@ -6,7 +6,7 @@
  */
 import { countFlips } from '../../model/gate_lane.js';
 import { detailColumns, placeAt } from '../../model/detail_columns.js';
-import { barAt, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
+import { NOT_A_SIGN, NO_CLASS, barAt, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
 import { whyNoTracks } from '../../model/no_tracks.js';
 import { short } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
@@ -71,11 +71,11 @@ export function createLanes(app) {
 
   /** @param {number} classId */
   const label = (classId) => {
-    if (classId < 0) return nothing;
+    if (classId === NO_CLASS) return nothing;
     let found = names.get(classId);
     if (found === undefined) {
       const ctx = parts.tracks.getContext('2d');
-      const text = state?.labels.find((one) => one.id === classId)?.name ?? `class ${classId}`;
+      const text = classId === NOT_A_SIGN ? 'not a sign' : state?.labels.find((one) => one.id === classId)?.name ?? `class ${classId}`;
       if (ctx) ctx.font = palette.smallFont;
       found = { text, width: ctx ? ctx.measureText(text).width : 0 };
       names.set(classId, found);

@@ -165,7 +165,7 @@ export function createPicture(app) {
     }
     setText(hint, text);
     if (hint.title !== text) hint.title = text;
-    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
+    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.not_a_sign ? 'not a sign' : shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
     if (words !== said) setText(spoken, (said = words));
   }
 

@@ -105,7 +105,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const gate = shown.engine?.gate;
     const gateText = gate ? ` L ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
     const weight = review.selected === shown.key ? 2 : 1;
-    pen.box(layer, box, `${nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`, { where: 'above', weight, thin: shown.origin === 'interpolated' });
+    pen.box(layer, box, `${shown.not_a_sign ? 'not a sign' : nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`, { where: 'above', weight, thin: shown.origin === 'interpolated' });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (review.selected === shown.key && review.mode !== 'merge') pen.handles(layer, box);
