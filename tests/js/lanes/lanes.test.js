@@ -46,11 +46,6 @@ test('pieces of a bar cover it without a gap', () => {
 });
 
 test('key frames of a document are diamonds, and their boxes corrected pieces up to the next', () => {
-  const none = { m1: { ...accepted.m1, not_a_sign: true } };
-  const refused = judgedLaneIndex(once, entriesOf(none), accepted, none);
-  assert.equal(refused?.classId[refused.barOf.get('m1') ?? -1], NOT_A_SIGN);
-  assert.deepEqual(refused, buildLaneIndex(entriesOf(none), lanes, none));
-
   const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
   const first = tracks.first[0];
   const doc = { ...emptyDoc({ track: 1, first, last: tracks.last[0] }), keys: { [first + 2]: key, [first + 8]: key } };
@@ -72,6 +67,11 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
   assert.ok(once);
   assert.notDeepEqual(once.review, index.review); // the old one is not written to
   assert.deepEqual(judgedLaneIndex(once, entriesOf(relabelled), accepted, relabelled), buildLaneIndex(entriesOf(relabelled), lanes, relabelled));
+
+  const none = { m1: { ...accepted.m1, not_a_sign: true } };
+  const refused = judgedLaneIndex(once, entriesOf(none), accepted, none);
+  assert.equal(refused?.classId[refused.barOf.get('m1') ?? -1], NOT_A_SIGN);
+  assert.deepEqual(refused, buildLaneIndex(entriesOf(none), lanes, none));
 
   const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
   for (const other of /** @type {any[]} */ ([
