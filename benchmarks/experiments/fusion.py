@@ -112,8 +112,17 @@ def _tell_folds(folds: dict[str, Any]) -> str:
         rows.append([str(number), str(part["tracks"]), f"{part['single']:.4f}", f"{part['fused']:.4f}"])
     rates = {mode: folds["rates"][mode][-1] for mode in MODES}
     rows.append(["all", str(folds["tracks"]), f"{folds['single']:.4f}", f"{rates['scale']:.4f}"])
-    worse = [n for i, n in enumerate(folds["frames"]) if folds["rates"]["scale"][i] < folds["rates"]["equal"][i]]
-    weights = "nowhere worse than" if not worse else f"worse at {', '.join(map(str, worse))} frames than"
+    lost = {
+        n: round(folds["tracks"] * (folds["rates"]["equal"][i] - folds["rates"]["scale"][i]))
+        for i, n in enumerate(folds["frames"])
+    }
+    worse = [n for n, signs in lost.items() if signs > 0]
+    most = max(lost.values())
+    weights = (
+        f"worse at {', '.join(map(str, worse))} frames, by {most} {'sign' if most == 1 else 'signs'} at most, than"
+        if worse
+        else "nowhere worse than"
+    )
     wrong = round(folds["tracks"] * (1 - rates["scale"]))
     return (
         f"Each of the {folds['tracks']} signs held out once, by weights that have not seen it (part 0 is the split "
