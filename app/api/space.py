@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import secrets
 from typing import Annotated
 
@@ -11,12 +10,13 @@ from pydantic import Field
 
 from app.api.responses import failures
 from app.api.runs import RunId
+from app.artefacts.names import file_stem
 from app.artefacts.view import ArtefactView, artefact_view
 from app.context import ContextDep
 from app.shapes import PLAIN, Model
 from app.space.colours import Colouring
 from app.space.wish import MODES, Mode
-from app.storage.models import Run
+from app.storage.models import Run, Video
 
 __all__ = ["router"]
 
@@ -101,7 +101,8 @@ def export_scene(run_id: RunId, wanted: NewScene, context: ContextDep) -> Artefa
     options = wanted.model_dump(mode="json", exclude={"name"})
     with context.database.write() as session:
         run = session.get_one(Run, run_id)
-        stem = re.sub(r"[^\w.-]+", "_", wanted.name or f"{run.name or 'run'}_{wanted.mode}").strip("._") or "scene"
-        file = stem if stem.endswith(".html") else f"{stem[:100]}.html"
+        video = session.get_one(Video, run.video_id)
+        usual = f"{file_stem(video.name, 'video')}_{file_stem(run.name, 'run')}_{wanted.mode}"
+        file = f"{file_stem(wanted.name or '', usual)}.html"
         artefact = context.artefacts.queue(session, "scene", run_id, file, options, "scene")
         return artefact_view(artefact)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from app.artefacts.names import file_stem
 from app.artefacts.service import ArtefactService
 from app.artefacts.view import ArtefactView, artefact_view
 from app.errors import Conflict, Invalid, NotFound
@@ -17,7 +17,6 @@ from tsr_engine.bundle.layout import MOST_FRAMES
 __all__ = ["JOB", "BundleService"]
 
 JOB = "bundle"
-_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
 
 class BundleService:
@@ -87,6 +86,5 @@ class BundleService:
                 "tracks": sorted(set(tracks)),
                 "max_eq7": max_eq7,
             }
-            stem = _UNSAFE.sub("-", video.name.rsplit(".", 1)[0]).strip("-.")[:60] or "video"
-            name = f"{stem}_{first}-{stop - 1}_bug.zip"
+            name = f"{file_stem(video.name, 'video')}_{first}-{stop - 1}_bug.zip"
             return artefact_view(self._artefacts.queue(session, "bundle", run_id, name, options, JOB))

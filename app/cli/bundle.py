@@ -25,7 +25,7 @@ def bundle(
     ] = None,
     note: Annotated[str, typer.Option("--note", metavar="TEXT", help="What is wrong, in your words.")] = "",
     tracks: Annotated[
-        list[str], typer.Option("--track", metavar="KEY", help="A track that it is about, for example m7; repeatable.")
+        list[str], typer.Option("--track", metavar="KEY", help="A track that it is about, for example 7; repeatable.")
     ] = [],  # noqa: B006 - typer copies it
     expect: Annotated[
         Path | None,
@@ -65,7 +65,7 @@ def bundle(
       tsr bundle run1 --video drive.mp4 --frames 400:460 --expect expectation.json --out bug.zip
     """
     from app.bundles.request import bundle_request, report_summary
-    from app.exchange.named import as_command_error, named_sources
+    from app.exchange.named import as_command_error, named_sources, track_key
     from tsr_engine.bundle import make_bundle
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
@@ -80,7 +80,7 @@ def bundle(
             first if frames is not None else source.first,
             source.stop if stop is None else stop,
             note=note,
-            tracks=tracks,
+            tracks=[track_key(track) for track in tracks],
             video=given,
             expectation=expect,
             models=[] if models is None else [existing(models, "model folder")],

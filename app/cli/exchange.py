@@ -78,7 +78,8 @@ def export(
     ] = None,
     frames: Annotated[str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1.")] = None,
     split: Annotated[
-        str | None, typer.Option("--split", metavar="TRAIN,VAL[,TEST]", help="Shares, for example 0.8,0.1,0.1.")
+        str | None,
+        typer.Option("--split", metavar="TRAIN,VAL[,TEST]", help="Shares, such as 0.8,0.1,0.1; scaled to a sum of 1."),
     ] = None,
     split_by: Annotated[
         str, typer.Option("--split-by", metavar="sign|video", help="What stays on one side of the split.")
@@ -146,10 +147,10 @@ def export(
         return
     counts = summary["counts"]
     console = out_console()
-    rejected = f" and {counts['negatives']} rejected ones" if counts["negatives"] else ""
+    rejected = f", {_count(counts['negatives'], 'rejected track')}" if counts["negatives"] else ""
     console.print(
-        f"{out}: {counts['tracks']} tracks{rejected}, {counts['boxes']} boxes, {counts['pictures']} pictures in "
-        f"{summary['files'] + 1} files ({summary['title']}).",
+        f"{out}: {_count(counts['tracks'], 'track')}{rejected}, {_count(counts['boxes'], 'box', 'boxes')}, "
+        f"{_count(counts['pictures'], 'picture')} in {_count(summary['files'] + 1, 'file')} ({summary['title']}).",
         soft_wrap=True,
     )
     _print_lines([f"Left out: {item['what']}. {item['reason']}" for item in manifest.skipped])
@@ -228,12 +229,15 @@ def import_file(
         print_json(result.model_dump(mode="json"))
         return
     console = out_console()
-    same = f"; {result.same} tracks were so already" if result.same else ""
-    console.print(
-        f"{result.tracks} tracks with {result.boxes} boxes became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True
-    )
+    same = f"; {_count(result.same, 'track')} {'was' if result.same == 1 else 'were'} so already" if result.same else ""
+    brought = f"{_count(result.tracks, 'track')} with {_count(result.boxes, 'box', 'boxes')}"
+    console.print(f"{brought} became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True)
     _print_lines([f"Put right: {sentence}" for sentence in result.repaired])
     _print_lines([f"Left out: {item.what}. {item.reason}" for item in result.skipped])
+
+
+def _count(number: int, one: str, many: str = "") -> str:
+    return f"{number} {one if number == 1 else many or one + 's'}"
 
 
 _NOUN = {"annotation": "corrections of run", "truth": "ground truth", "run": "run"}

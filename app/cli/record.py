@@ -38,7 +38,7 @@ def record(
         bool, typer.Option("--exact", help="Take the video's own packets over, however many bytes they are.")
     ] = False,
     frame: Annotated[int | None, typer.Option("--at", metavar="FRAME", min=0, help="The frame it is about.")] = None,
-    track: Annotated[int | None, typer.Option("--track", metavar="N", min=0, help="The track it is about.")] = None,
+    track: Annotated[str | None, typer.Option("--track", metavar="N", help="The track it is about.")] = None,
     json: JsonOption = False,
 ) -> None:
     """Write a recording of some frames: picture, boxes, gate, votes and events, for the Rerun viewer.
@@ -61,6 +61,7 @@ def record(
 
     source = named_sources([name], home, None if video is None else existing(video, "video"))[0]
     refuse_inputs([out], [p for p in (source.video.path, source.folder / "evidence.sqlite") if p is not None])
+    focus = _focus(source, first, stop, frame, track)
     corrected, truth = _annotated(source)
     request = RecordingRequest(
         evidence=source.folder,
@@ -73,7 +74,7 @@ def record(
         corrected=corrected,
         truth=truth,
         focus_frame=frame,
-        focus_track=track,
+        focus_track=focus,
     )
     with progress_bar("recording", "steps") as show, stop_on_interrupt() as stopped:
 
@@ -98,6 +99,28 @@ def record(
         soft_wrap=True,
     )
     console.print(f"Picture: {report.picture}", soft_wrap=True, markup=False)
+
+
+def _focus(source: Source, first: int, stop: int | None, frame: int | None, track: str | None) -> int | None:
+    """The number of the track that it is about.
+
+    Raises:
+        UsageError: the run has no such track, or the frame is none of those that are recorded.
+    """
+    from app.exchange.named import track_key
+    from tsr_engine.evidence import EvidenceReader
+
+    low, behind = max(first, source.first), source.stop if stop is None else min(stop, source.stop)
+    if frame is not None and not low <= frame < behind:
+        raise UsageError(f"--at must be one of the frames that are recorded, {low} to {behind - 1}. Got {frame}.")
+    if track is None:
+        return None
+    key = track_key(track)
+    with EvidenceReader(source.folder) as reader:
+        known = {f"m{one.track_id}": one.track_id for one in reader.tracks() if one.confirmed}
+    if key not in known:
+        raise UsageError(f"--track must be the number of one of the run's {len(known)} tracks. Got '{track}'.")
+    return known[key]
 
 
 def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:

@@ -67,7 +67,7 @@ def named_video(session: Session, name: str) -> Video:
 
 
 def run_named(session: Session, name: str) -> str:
-    """A run's id, or the newest complete run of a video that :func:`named_video` finds.
+    """A run's id, or the newest complete run of a video that :func:`named_video` finds, imported ones last.
 
     Raises:
         InputError: there is none.
@@ -76,7 +76,8 @@ def run_named(session: Session, name: str) -> str:
         return name
     video = named_video(session, name)
     query = select(Run.id).where(Run.video_id == video.id, Run.state == "complete", Run.kind != "whatif")
-    newest = session.scalars(query.order_by(Run.created.desc()).limit(1)).first()
+    # somebody else's tracks are asked for by the run's own name
+    newest = session.scalars(query.order_by((Run.kind == "engine").desc(), Run.created.desc()).limit(1)).first()
     if newest is None:
         raise InputError(f"{video.name} has no complete run. Start one in 'tsr review', and wait for its end.")
     return newest

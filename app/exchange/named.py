@@ -12,7 +12,7 @@ from app.exchange.dataset import Source, evidence_source
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["RUN_ID", "as_command_error", "named_sources"]
+__all__ = ["RUN_ID", "as_command_error", "named_sources", "track_key"]
 
 RUN_ID = re.compile("[0-9a-f]{32}")
 """A run's name in the data folder."""
@@ -55,6 +55,12 @@ def named_sources(names: Sequence[str], home: Path | None, video: Path | None) -
         with as_command_error():
             sources.append(evidence_source(folder, video) if folder is not None else _stored(name, home))
     return sources
+
+
+def track_key(text: str) -> str:
+    """A track as people write it, ``7``, ``#7`` or ``m7``, or the key of a drawn one, as its key."""
+    number = text.strip().removeprefix("#")
+    return f"m{number}" if number.isdecimal() else text.strip()
 
 
 def _stored(name: str, home: Path | None) -> Source:

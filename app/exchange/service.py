@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-
+from app.artefacts.names import file_stem
 from app.artefacts.service import ArtefactService
 from app.errors import Invalid
 from app.exchange.export import ExportRequest, check_request
@@ -14,8 +13,6 @@ from app.storage.models import Artefact, Run, Video
 from tsr_engine.errors import ExportError, UsageError
 
 __all__ = ["ExportService"]
-
-_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 
 
 class ExportService:
@@ -56,6 +53,5 @@ class ExportService:
 def _file_name(request: ExportRequest, videos: list[str]) -> str:
     if request.name.strip():
         return request.name.strip().removesuffix(".zip")
-    stem = _UNSAFE.sub("-", videos[0].rsplit(".", 1)[0]).strip("-.")[:60] or "video"
     more = f"-and-{len(videos) - 1}-more" if len(videos) > 1 else ""
-    return f"{stem}{more}-{request.format}"
+    return f"{file_stem(videos[0], 'video')}{more}-{request.format}"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-
+from app.artefacts.names import file_stem
 from app.artefacts.service import ArtefactService
 from app.artefacts.view import ArtefactView, artefact_view
 from app.errors import Conflict, Invalid, NotFound
@@ -76,5 +75,4 @@ class RecordingService:
 
 
 def _file_name(name: str, first: int, stop: int) -> str:
-    stem = re.sub(r"[^\w.-]+", "_", name.rsplit(".", 1)[0])[:60].strip("._") or "recording"
-    return f"{stem}_{first}-{stop - 1}.rrd"
+    return f"{file_stem(name, 'recording')}_{first}-{stop - 1}.rrd"

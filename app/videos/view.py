@@ -68,7 +68,7 @@ def _views(session: Session, videos: Sequence[Video]) -> list[VideoView]:
     ids = [video.id for video in videos]
     counts: Counter[str] = Counter()
     latest: dict[str, tuple[str, int]] = {}
-    order = (Run.state == "complete").asc(), Run.created.asc()
+    order = (Run.state == "complete").asc(), (Run.kind == "engine").asc(), Run.created.asc()
     runs = select(Run.id, Run.video_id, Run.kind, Run.tracks).where(Run.video_id.in_(ids)).order_by(*order)
     for run_id, video_id, kind, tracks in session.execute(runs):  # the one that counts comes last
         counts[video_id] += 1

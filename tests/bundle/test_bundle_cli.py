@@ -34,7 +34,10 @@ def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None
     path = drive.bundle(tmp_path / "bug.zip", expectation=expectation(signs=signs, expected=expected)).path
     assert run(["replay", str(path)]) == 20
     text = capfd.readouterr().out
-    assert "STILL BROKEN: Nothing is tracked at h1 (frames 48 to 59): there is no sign." in text
+    assert (
+        "STILL BROKEN: Nothing is tracked where the box marked in frame 48 lies (frames 48 to 59): there is no sign."
+        in text
+    )
     assert "All 24 frames are bit by bit those of the run." in text
     assert text.strip().splitlines()[-1] == "still broken"
     rows = tmp_path / "rows.csv"

@@ -91,7 +91,8 @@ def heard(page: Page, kind: str) -> list[dict[str, Any]]:
 
 
 def press(page: Page, key: str) -> None:
-    """A key for the viewer."""
+    """A key for the viewer, by somebody who has the pointer there."""
+    page.locator(".recording-stage").hover()
     page.frame_locator(".recording-stage").locator("#viewer").press(key, timeout=PATIENCE * 1000)
 
 
@@ -106,6 +107,8 @@ def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: P
     wait(page, "() => heard.some(({type}) => type === 'opened' || type === 'failed')", 120)
     assert heard(page, "failed") == []
     wait(page, "() => document.querySelector('.recording-veil') === null")
+    page.wait_for_timeout(1500)
+    assert page.evaluate("() => document.activeElement.tagName") != "IFRAME", "the viewer has taken the keyboard"
 
     # The viewer is where the page is: one frame on from there is the next one.
     press(page, "ArrowRight")

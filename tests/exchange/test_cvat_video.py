@@ -164,8 +164,25 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
         found = {a.text for a in root.iter("attribute") if a.get("name") == "uid" and a.text}
         assert found == {uid for (video, uid), on in split.items() if on == side and video == "a" * 64}
     foreign = a_video(name="elsewhere.mp4", sha="c" * 64)
-    with pytest.raises(ImportFormatError, match="none in a folder called elsewhere"):
+    with pytest.raises(
+        ImportFormatError, match=r"two.zip: is an export of drive.mp4, night drive.mp4, not of elsewhere"
+    ):
         read_dataset(tmp_path / "two.zip", target_of(Dataset(CLASS_NAMES, (foreign,))))
+    export_dataset(data, FORMATS["cvat-video"], tmp_path / "loose", zipped=False)
+    (tmp_path / "loose" / "manifest.json").unlink()
+    with pytest.raises(ImportFormatError, match="none in a folder called elsewhere"):
+        read_dataset(tmp_path / "loose", target_of(Dataset(CLASS_NAMES, (foreign,))))
+
+
+@pytest.mark.parametrize("name", ["coco", "cvat-video", "mot", "tracks-json", "yolo"])
+def test_an_export_of_another_video_is_laid_onto_none(tmp_path: Path, name: str) -> None:
+    """Tracks go by name, and every run has an m1: its corrections would be overwritten."""
+    export_dataset(a_dataset(a_track("m1")), FORMATS[name], tmp_path / "one.zip", zipped=True)
+    foreign = target_of(Dataset(CLASS_NAMES, (a_video(name="elsewhere.mp4", sha="c" * 64),)))
+    with pytest.raises(ImportFormatError, match=r"one.zip: is an export of drive.mp4, not of elsewhere.mp4"):
+        read_dataset(tmp_path / "one.zip", foreign)
+    again = target_of(Dataset(CLASS_NAMES, (a_video(name="drive.mp4", sha="c" * 64),)))  # the same drive, coded anew
+    assert len(tracks_of(read_dataset(tmp_path / "one.zip", again))) == 1
 
 
 def test_only_key_frames_count_and_the_last_row_says_where_the_track_ends(read: Read) -> None:

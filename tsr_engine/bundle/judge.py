@@ -70,17 +70,30 @@ def sentence(one: Expected, expectation: Expectation) -> str:
     bounds = expectation.bounds
     sign = expectation.signs[one.sign]
     span = f"frame {sign.frames[0]}" if len(sign.frames) == 1 else f"frames {sign.frames[0]} to {sign.frames[-1]}"
+    called = _called(one.sign, sign)
     if one.kind == "found":
-        return f"The sign {one.sign} ({span}) is found in at least {bounds.share:.0%} of its frames."
+        return f"The sign {called} ({span}) is found in at least {bounds.share:.0%} of its frames."
     if one.kind == "label":
-        return f"The sign {one.sign} ({span}) is labelled {class_name(one.class_id)}."
+        return f"The sign {called} ({span}) is labelled {class_name(one.class_id)}."
     if one.kind == "boxes":
-        return f"A box within Eq. 7 <= {bounds.eq7:g} lies on the sign {one.sign} in {_frames(one.frames)}."
+        return (
+            f"A box lies on the sign {called} in {_frames(one.frames)}; at most {bounds.eq7:g} of the two areas lies "
+            "outside of their overlap (Eq. 7)."
+        )
     if one.kind == "absent":
-        return f"Nothing is tracked at {one.sign} ({span}): there is no sign."
+        return f"Nothing is tracked where the box {called} lies ({span}): there is no sign."
     if one.kind == "one":
-        return f"The sign {one.sign} ({span}) is one track."
-    return f"The signs {one.sign} and {one.other} are two tracks."
+        return f"The sign {called} ({span}) is one track."
+    assert one.other is not None
+    return f"The sign {called} and the sign {_called(one.other, expectation.signs[one.other])} are two tracks."
+
+
+def _called(key: str, sign: ExpectedSign) -> str:
+    """The engine's tracks by their number, as the tool has them; those that people made by where they begin."""
+    track = key.split()[0]  # a part that was cut off has a word behind its track
+    if track.startswith("m") and track[1:].isdecimal():
+        return f"#{track[1:]}"
+    return f"marked in frame {sign.frames[0]}" if track.startswith("h") else key
 
 
 def class_name(class_id: int | None) -> str:
@@ -117,7 +130,8 @@ def _boxes(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output
     wrong = [frame for frame, error in errors.items() if error > whole.bounds.eq7]
     text = f"The largest Eq. 7 is {errors[worst]:.2f}, in frame {worst}."
     if wrong:
-        text = f"{len(wrong)} of {len(errors)} boxes are off. {text}"
+        off = "The box is off." if len(errors) == 1 else f"{len(wrong)} of {len(errors)} boxes are off."
+        text = f"{off} {text}"
     return not wrong, text, worst
 
 

@@ -51,8 +51,8 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         ),
         _text(
             "--json prints all of it for a program, --set NAME=VALUE tries other settings, and --bundled-models uses "
-            "the models in this bundle instead of yours, if there are any. In the tool (`tsr review`), 'Import a "
-            "bundle' shows the clip, the output and the corrections."
+            "the models in this bundle instead of yours, if there are any. In the tool (`tsr review`), 'Open bug "
+            "bundle' in the library shows the clip, the output and the corrections."
         ),
         _title("What is inside"),
         _items(

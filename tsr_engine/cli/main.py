@@ -23,7 +23,8 @@ EXIT_BROKEN_PIPE = 141
 
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
-    "6 disk, 7 an export that its format cannot hold, 130 interrupted, 1 anything unexpected."
+    "6 disk, 7 an export that its format cannot hold, 20 and 21 a replayed bug that is still broken or came out "
+    "differently, 130 interrupted, 1 anything unexpected."
 )
 
 

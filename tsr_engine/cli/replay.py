@@ -171,7 +171,8 @@ def print_report(report: ReplayReport, changed: list[str]) -> None:
         console.print(track_table(report.tracks))
     diff = report.diff
     if not diff:
-        console.print("The same tracks as in the run.")
+        same = report.identical == report.frames
+        console.print(f"The same tracks as in the run{'' if same else ', in other frames or with other boxes'}.")
         return
     for title, ids in (("Gained", diff.gained), ("Lost", diff.lost)):
         if ids:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
-from tsr_engine.exchange.beside import told_beside
+from tsr_engine.exchange.beside import Told, told_beside
 from tsr_engine.exchange.checks import check_track
 from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset
@@ -94,13 +94,25 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     if chosen.read is None:
         raise UsageError(f"{chosen.title} is written only, not read. Choose another format.")
     target = replace(target, switches=switches_of(chosen, dict(target.switches), reading=True))
-    dataset = chosen.read(place, target)
     told = told_beside(place) if place.is_dir() else None
     entry = None if told is None else told.entry(target.video)
+    if told is not None and told.videos and entry is None:
+        raise ImportFormatError(_of_others(name, told, target))
+    dataset = chosen.read(place, target)
     if entry is not None and len(dataset.videos) == 1:
         dataset = with_negatives(dataset, entry, target, MANIFEST)
     _check(dataset, target, name)
     return dataset
+
+
+def _of_others(name: str, told: Told, target: ImportTarget) -> str:
+    """Boxes of another video would replace those of tracks that happen to have the same name."""
+    videos = [str(entry.get("name", "another video")) for entry in told.videos]
+    more = f" and {len(videos) - 3} more" if len(videos) > 3 else ""
+    return (
+        f"{name}: is an export of {', '.join(videos[:3])}{more}, not of {target.video.name}. Import it onto that "
+        f"video. If it shall be laid onto this one, take its annotations without {MANIFEST}."
+    )
 
 
 def _check(dataset: Dataset, target: ImportTarget, name: str) -> None:

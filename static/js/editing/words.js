@@ -4,7 +4,7 @@
 import { trackName } from '../model/track_name.js';
 
 /** They are about a whole track: the frame in which they were given says nothing. */
-const WHOLE = new Set(['relabel_track', 'delete_track', 'merge', 'set_not_a_sign', 'set_review']);
+const WHOLE = new Set(['relabel_track', 'delete_track', 'merge', 'set_not_a_sign', 'set_review', 'import', 'import_bundle', 'adopt']);
 
 /** @type {Record<string, string>} */
 const NAMES = {
@@ -26,6 +26,9 @@ const NAMES = {
   add_note: 'Note pinned',
   edit_note: 'Note changed',
   remove_note: 'Note removed',
+  import: 'Import',
+  import_bundle: 'Bug bundle opened',
+  adopt: 'Track taken over',
   undo: 'Undo',
   redo: 'Redo',
 };

@@ -113,6 +113,11 @@ def test_an_import_becomes_truth_run_and_annotation(
         assert (twin.state, twin.notes) == (wanted.state, wanted.notes)
     assert tsr([*onto, "truth", "--name", "again"]) == 0
     assert "became ground truth" in capsys.readouterr().out
+    # a video still means the engine's run, also where somebody else's came later
+    answer(capsys, "export", "drive.mp4", "--home", str(home), "--format", "coco", "--out", str(tmp_path / "b"))
+    content = json.loads((tmp_path / "b" / "manifest.json").read_text())
+    assert [video["provenance"]["run"]["id"] for video in content["videos"]] == [desk.run_id]
+    assert next(v for v in desk.get("/api/videos")["videos"] if v["id"] == desk.video_id)["latest_run"] == desk.run_id
 
 
 @pytest.mark.parametrize(

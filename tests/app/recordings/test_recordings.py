@@ -152,6 +152,15 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     assert "no picture" in capsys.readouterr().err
     assert command(["record", str(bare), "--video", str(home.video), *frames, "--at", "9", "--track", "1"]) == 0
     assert "not encoded anew" in capsys.readouterr().out
+    for wrong, told in (
+        (["--at", "40"], "one of the frames that are recorded, 3 to 39"),
+        (["--track", "99"], "number of one of the run's"),
+        (["--track", "seven"], "number of one of the run's"),
+    ):
+        assert command(["record", str(bare), *frames, *wrong]) == 2
+        assert told in " ".join(capsys.readouterr().err.split())
+    assert command(["record", str(bare), *frames, "--no-picture", "--track", "m1"]) == 0
+    capsys.readouterr()
     assert command(["record", str(bare), "--out", str(tmp_path / "a.mp4")]) == 2
     assert "must end with .rrd" in capsys.readouterr().err
     assert command(["record", str(bare), "--frames", "3:9999", "--out", str(out)]) == 2

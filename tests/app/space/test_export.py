@@ -28,7 +28,7 @@ def make(desk: Desk, **wanted: object) -> tuple[dict[str, object], str]:
 @pytest.mark.parametrize("mode", MODES)
 def test_a_scene_is_one_page_that_asks_for_nothing(desk: Desk, mode: str) -> None:
     view, page = make(desk, mode=mode, frame=20)
-    assert view["name"] == f"Run_1_{mode}.html"
+    assert view["name"] == f"drive_Run_1_{mode}.html"
     assert view["summary"]["mode"] == mode
     assert page.lstrip().lower().startswith("<!doctype html>")
     assert page.rstrip().endswith("</html>")

@@ -40,6 +40,15 @@ export function bundleDialog({app, close, signal}) {
   }});
   const only = review?.selected ? tick('checkbox', {}, `It is about track ${trackName(review.selected, review.docs[review.selected])} alone`) : null;
 
+  const expected = h('p', {class: 'field-hint'});
+  const sayExpected = () => {
+    const corrected = review ? correctedKeys(review) : [];
+    const meant = only?.input.checked ? corrected.filter((key) => key === review?.selected) : corrected;
+    setText(expected, `${expectedWords(meant.length)} The file holds pictures of the drive; send it only to people who may see them.`);
+  };
+  only?.input.addEventListener('change', sayExpected, {signal});
+  sayExpected();
+
   async function submit() {
     const found = range.value();
     if ('error' in found || !review?.run) return;
@@ -64,7 +73,7 @@ export function bundleDialog({app, close, signal}) {
     body: h('div', {class: 'stack'},
       h('p', {class: 'muted'}, 'The clip of these frames, the parameters and models, what the engine gave and what you corrected, in one ZIP. Whoever gets it runs ', h('code', {class: 'mono'}, 'tsr replay FILE'), ' and sees whether it is fixed.'),
       field('What is wrong', note), range.element, only?.element,
-      h('p', {class: 'field-hint'}, `${expectedWords(review ? correctedKeys(review).length : 0)} The file holds pictures of the drive; send it only to people who may see them.`)),
+      expected),
     footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
   };
 }

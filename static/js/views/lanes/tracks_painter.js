@@ -16,6 +16,8 @@ import { lowerBound } from '../../model/lanes_lod.js';
 
 /** Where the reviewed part of a bar is marked, by state: nothing, accepted, rejected, needs work. */
 const MARKS = ['', '✓', '✕', '!'];
+/** Half the height of a diamond, as a share of the row. */
+const DIAMOND = 0.34;
 
 /**
  * @param {CanvasRenderingContext2D} ctx
@@ -97,7 +99,7 @@ function paintOutlines(ctx, index, view, palette, chosen, firstRow, lastRow, lab
       if (to - from < 5) continue;
       ctx.rect(from + 0.5, top + 0.5, to - from - 1, tall - 1);
       const name = label(index.classId[b]);
-      const at = Math.max(from, 0) + 4 * unit;
+      const at = pastDiamond(index, b, Math.max(from, 0) + 4 * unit, (frame) => (frame + 0.5 - span.first) * scale, rowHeight * DIAMOND, unit);
       if (Math.min(to, width) - at < name.width + 4 * unit) continue;
       ctx.fillStyle = 'rgb(255 255 255 / 0.72)';
       ctx.fillRect(at - 2 * unit, top + 1, name.width + 4 * unit, tall - 2);
@@ -115,6 +117,22 @@ function paintOutlines(ctx, index, view, palette, chosen, firstRow, lastRow, lab
   ctx.strokeStyle = colour.accent;
   ctx.lineWidth = 2 * unit;
   ctx.strokeRect(from, index.row[chosen] * rowHeight - scroll + pad - 0.5, to - from, tall + 1);
+}
+
+/**
+ * Where the label of a bar begins: behind the diamond of its first key frame, where that would lie on it.
+ *
+ * @param {import('../../model/lanes_lod.js').LaneIndex} index
+ * @param {number} b
+ * @param {number} at        where it would begin, px
+ * @param {(frame: number) => number} toX
+ * @param {number} radius    of a diamond, px
+ * @param {number} unit
+ */
+function pastDiamond(index, b, at, toX, radius, unit) {
+  if (index.keyStart[b] === index.keyStart[b + 1]) return at;
+  const x = toX(index.keyFrame[index.keyStart[b]]);
+  return x + radius > at - 2 * unit && x - radius < at + 6 * unit ? x + radius + 3 * unit : at;
 }
 
 /**
@@ -141,7 +159,7 @@ function paintKeys(ctx, index, view, palette, firstRow, lastRow) {
       for (let k = index.keyStart[b]; k < index.keyStart[b + 1]; k += 1) {
         const x = (index.keyFrame[k] + 0.5 - span.first) * scale;
         if (x < -8 || x > width + 8 || x - drawn < 2) continue;
-        diamond(ctx, x, middle, rowHeight * 0.34);
+        diamond(ctx, x, middle, rowHeight * DIAMOND);
         drawn = x;
       }
     }

@@ -16,6 +16,10 @@ import {readMessage} from './messages.js';
 
 /** Between two seeks while the cursor moves, ms; the newest counts. */
 const PAUSE = 60;
+/** How long after it has opened the viewer still reaches for the keyboard, ms. */
+const SETTLES = 3000;
+/** Between Tab and the focus that it brings, ms. */
+const BY_TAB = 200;
 const HEARD = ['ready', 'opened', 'time', 'selected', 'refused', 'failed'];
 
 /**
@@ -41,6 +45,10 @@ export function createStage({version, url, theme, frame, opened, moved, selected
   let entity = null;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
+  /** What had the keyboard before. @type {EventTarget|null} */
+  let held = document.activeElement;
+  let tabbed = -BY_TAB;
+  let settled = Infinity;
 
   /** @param {ToFrame} message */
   const post = (message) => element.contentWindow?.postMessage(message, location.origin);
@@ -59,6 +67,7 @@ export function createStage({version, url, theme, frame, opened, moved, selected
       post({type: 'start', version, theme, url});
     } else if (message.type === 'opened') {
       open = true;
+      settled = performance.now() + SETTLES;
       flush();
       if (entity !== null) post({type: 'select', entity});
       opened();
@@ -73,6 +82,20 @@ export function createStage({version, url, theme, frame, opened, moved, selected
       failed(message.message);
     }
   }
+
+  // The viewer takes the keyboard when it starts. Until a person goes there, by pointer or by Tab, it is the page's.
+  document.addEventListener('focusin', ({target}) => {
+    if (target !== element) held = target;
+  }, {signal: ended.signal});
+  document.addEventListener('keydown', ({key}) => {
+    if (key === 'Tab') tabbed = performance.now();
+  }, {signal: ended.signal, capture: true});
+  addEventListener('blur', () => setTimeout(() => {
+    const theirs = element.matches(':hover') || performance.now() - tabbed < BY_TAB;
+    if (performance.now() > settled || document.activeElement !== element || theirs) return;
+    if (held instanceof HTMLElement && held !== document.body && held.isConnected) held.focus({preventScroll: true});
+    else element.blur();
+  }), {signal: ended.signal});
 
   addEventListener('message', (event) => {
     if (event.origin !== location.origin || event.source !== element.contentWindow) return;
