@@ -37,6 +37,9 @@ export function count(value) {
   return value === null || value === undefined ? '–' : value.toLocaleString('en-GB');
 }
 
+/** @param {number} first @param {number} last   both included @returns {string} `20`, `20–34` */
+export const frameSpan = (first, last) => (first === last ? count(first) : `${count(first)}–${count(last)}`);
+
 /** @param {number} value @param {string} one @param {string} [many] @returns {string} `1 run`, `3 runs` */
 export function plural(value, one, many = `${one}s`) {
   return `${count(value)} ${value === 1 ? one : many}`;

@@ -7,7 +7,7 @@ import {runOfSide} from '../../../static/js/views/compare-places.js';
 import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
 import {findLabels} from '../../../static/js/views/dialogs/relabel.js';
-import {bytes, clock, figure, percent, timeLeft} from '../../../static/js/views/format.js';
+import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/views/format.js';
 import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
 import {changedFrames, changesOf} from '../../../static/js/views/whatif.js';
 
@@ -127,6 +127,7 @@ test('what a replay changed is said in words, with the frame to open', () => {
 });
 
 test('numbers read as people write them', () => {
+  assert.deepEqual([frameSpan(20, 20), frameSpan(20, 1034)], ['20', '20–1,034']);
   assert.deepEqual([bytes(0), bytes(999), bytes(1500), bytes(3_700_000), bytes(250e9)], ['0 bytes', '999 bytes', '1.5 kB', '3.7 MB', '250 GB']);
   assert.deepEqual([clock(0), clock(12.4), clock(3723), clock(null)], ['0:00', '0:12', '1:02:03', '–']);
   assert.deepEqual([timeLeft(3), timeLeft(24), timeLeft(130), timeLeft(7200)], ['a few seconds left', 'about 25 s left', 'about 2 min left', 'about 2.0 h left']);

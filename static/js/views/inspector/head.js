@@ -4,7 +4,7 @@
 import { framesIn } from '../../model/shown_runs.js';
 import { edit } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { count, percent } from '../format.js';
+import { count, frameSpan, percent } from '../format.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
@@ -45,7 +45,7 @@ export function createHead(app, signal) {
       picture.hidden = label === undefined;
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       setText(name, entry.not_a_sign ? 'Not a sign' : nameOf(entry.class_id));
-      setText(sub, `Track ${entry.name} · frames ${count(entry.first)}–${count(entry.last)} (${count(framesIn(entry.runs))})`);
+      setText(sub, `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`);
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
       human.hidden = !entry.relabelled && entry.track !== null;

@@ -2,7 +2,7 @@
 /** One row of the queue. */
 
 import { h, setAttribute, setText } from '../dom.js';
-import { count, percent } from '../format.js';
+import { frameSpan, percent } from '../format.js';
 
 const STATES = {
   open: { text: 'Open', tone: '' },
@@ -56,7 +56,7 @@ export function createRow(key) {
       reasons[0].classList.toggle('truncate', others.length > 0);
       reasons[1].hidden = others.length === 0;
       element.title = entry.reasons.join('\n');
-      setText(span, `${count(entry.first)}–${count(entry.last)}`);
+      setText(span, frameSpan(entry.first, entry.last));
       setText(doubtText, `doubt ${percent(entry.doubt)}`);
       /** @type {HTMLElement} */ (doubt.firstElementChild).style.setProperty('width', `${entry.doubt * 100}%`);
     },
