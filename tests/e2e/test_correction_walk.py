@@ -114,6 +114,19 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     page.mouse.up()
     assert saved(page)["docs"] == before["docs"]
 
+    # a box in the hand holds its frame: no key steps, plays or undoes below it
+    page.mouse.down()
+    page.mouse.move(*on_screen(page, centre(pulled)[0] + 3, centre(pulled)[1]), steps=3)
+    for pressed in ("f", " ", "Control+z", "Delete"):
+        page.keyboard.press(pressed)
+    page.mouse.move(*on_screen(page, *centre(pulled)), steps=3)
+    held = state(page)
+    assert (held["frame"], held["docs"]) == (now["frame"], before["docs"])
+    assert page.evaluate("tsr.store.get().review.playing") is False
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    assert saved(page)["docs"] == before["docs"]
+
     # relabel by typing, whole track
     page.keyboard.press("l")
     choose_label(page, "keep right")

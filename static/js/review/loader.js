@@ -17,6 +17,9 @@ import { changeReview, closeReview, openReview, putLane, putOverlays, putTruth, 
 const CHUNK = 128;
 /** After this a chunk that is on its way no longer holds up the one of where the cursor is by now, ms. */
 const PATIENCE = 1000;
+/** After a request has failed, ms: the first pause and the longest. */
+const SHORTEST_REST = 500;
+const LONGEST_REST = 30_000;
 /** Shortest time between two looks at a run that is going on, ms. */
 const FOLLOW = 1500;
 
@@ -51,6 +54,8 @@ export function createLoader(app, hooks) {
   /** The request for the cursor's chunk that is on its way: for what was open, and since when. @type {{of: AbortController|null, since: number}|null} */
   let fetching = null;
   let followed = 0;
+  /** What failed rests for a while, longer each time, and for good where there is no such thing. @type {Map<string, {until: number, pause: number}>} */
+  const resting = new Map();
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
 
@@ -60,12 +65,28 @@ export function createLoader(app, hooks) {
     store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }));
   }
 
+  /** @param {string} name */
+  const rests = (name) => (resting.get(name)?.until ?? 0) > Date.now();
+
+  /** A request has failed. What says so changes the state, and each change asks for what is missing: so it rests first. @param {string} name @param {unknown} thrown @param {AbortSignal} signal */
+  function rest(name, thrown, signal) {
+    asked.delete(name);
+    if (!signal.aborted) {
+      const gone = thrown instanceof ApiError && thrown.status === 404;
+      const pause = gone ? Infinity : Math.min(LONGEST_REST, 2 * (resting.get(name)?.pause ?? SHORTEST_REST / 2));
+      resting.set(name, { until: Date.now() + pause, pause });
+      if (!gone) setTimeout(() => signal.aborted || sync(), pause);
+    }
+    fail(thrown, signal);
+  }
+
   /** @param {Extract<State['route'], {screen: 'review'}>} route */
   async function open(route) {
     current?.abort();
     current = new AbortController();
     const signal = AbortSignal.any([current.signal, app.signal]);
     asked = new Map();
+    resting.clear();
     truth = null;
     hooks.closed();
     try {
@@ -149,7 +170,7 @@ export function createLoader(app, hooks) {
       if (run && !held(review, slot, run, first)) asks.push(() => overlays(run, slot, first, end, signal));
     }
     const id = truth;
-    if (id !== null && review.layers.truth && !asked.has(`truth/${id}/${first}`)) asks.push(() => boxes(id, first, end, signal));
+    if (id !== null && review.layers.truth && !asked.has(`truth/${id}/${first}`) && !rests(`truth/${id}/${first}`)) asks.push(() => boxes(id, first, end, signal));
     return asks;
   }
 
@@ -162,7 +183,7 @@ export function createLoader(app, hooks) {
    */
   function held(review, slot, run, first) {
     const came = asked.get(`${slot}/${run}/${first}`);
-    return came === null || (came !== undefined && Boolean(review[slot][came]));
+    return came === null || rests(`${slot}/${run}/${first}`) || (came !== undefined && Boolean(review[slot][came]));
   }
 
   /**
@@ -180,9 +201,9 @@ export function createLoader(app, hooks) {
       store.dispatch((state) => putOverlays(state, slot, found));
       // where the run has not got to yet is asked again by `refresh`
       if (found.length) asked.set(name, found[0].frame);
+      resting.delete(name);
     } catch (thrown) {
-      asked.delete(name);
-      fail(thrown, signal);
+      rest(name, thrown, signal);
     }
   }
 
@@ -193,24 +214,24 @@ export function createLoader(app, hooks) {
     try {
       const found = await api.truthBoxes(id, first, last, { signal });
       store.dispatch((state) => putTruth(state, found, first, last));
+      resting.delete(name);
     } catch (thrown) {
-      asked.delete(name);
-      fail(thrown, signal);
+      rest(name, thrown, signal);
     }
   }
 
   /** @param {string} run @param {number} track @param {AbortSignal} signal */
   async function lane(run, track, signal) {
     const name = `lane/${run}/${track}`;
-    if (asked.has(name)) return;
+    if (asked.has(name) || rests(name)) return;
     asked.set(name, null);
     try {
       const found = await api.track(run, track, { signal });
       asked.delete(name); // it may have to make room later, and is then asked for again
+      resting.delete(name);
       store.dispatch((state) => putLane(state, found));
     } catch (thrown) {
-      asked.delete(name);
-      fail(thrown, signal);
+      rest(name, thrown, signal);
     }
   }
 
@@ -219,6 +240,7 @@ export function createLoader(app, hooks) {
     if (!review?.run || !current) return;
     const signal = AbortSignal.any([current.signal, app.signal]);
     for (const name of [...asked.keys()]) if (!name.startsWith('truth/')) asked.delete(name);
+    resting.clear();
     try {
       const [tracks, lanes] = await Promise.all([api.tracks(review.run.id, { signal }), api.lanes(review.run.id, { signal })]);
       // tracks may have grown: lanes of others are asked for when they are selected, those that are looked at, now

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
+import { ApiError } from '../../../static/js/api/errors.js';
 import { createLoader } from '../../../static/js/review/loader.js';
 import { changeReview, seek, select } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
@@ -18,6 +19,8 @@ async function create() {
   const asked = [];
   /** Tracks whose lanes were asked for. @type {number[]} */
   const lanes = [];
+  /** What requests for lanes end with. @type {{thrown: Error|null}} */
+  const failure = { thrown: null };
   const api = /** @type {any} */ ({
     video: async () => video,
     runs: async () => [run],
@@ -25,7 +28,11 @@ async function create() {
     tracks: async () => null,
     lanes: async () => null,
     truths: async () => [],
-    track: async (/** @type {string} */ _run, /** @type {number} */ id) => (lanes.push(id), { id, frame: [lanes.length] }),
+    track: async (/** @type {string} */ _run, /** @type {number} */ id) => {
+      lanes.push(id);
+      if (failure.thrown) throw failure.thrown;
+      return { id, frame: [lanes.length] };
+    },
     overlays: (/** @type {string} */ _run, /** @type {number} */ first) => new Promise((resolve) => {
       asked.push({ first, come: () => resolve([{ frame: first, detections: [], tracks: [] }]) });
     }),
@@ -39,7 +46,7 @@ async function create() {
   store.subscribe(() => loader.sync());
   loader.sync();
   for (let i = 0; i < 5; i++) await turn();
-  return { store, asked, lanes, loader, go: async (/** @type {number} */ frame) => {
+  return { store, asked, lanes, failure, loader, go: async (/** @type {number} */ frame) => {
     store.dispatch((state) => seek(state, frame));
     await turn();
   } };
@@ -115,4 +122,24 @@ test('a run that goes on brings the lane that is looked at anew, others when the
   store.dispatch((state) => select(state, 'm1'));
   await turn();
   assert.deepEqual(lanes, [1, 2, 2, 1]);
+});
+
+test('what fails rests before it is asked for again, and what is not there is not asked for again', async () => {
+  const { store, lanes, failure } = await create();
+  failure.thrown = new ApiError(0, 'offline', 'No answer.');
+  store.dispatch((state) => select(state, 'm7'));
+  await turn();
+  for (let i = 0; i < 20; i++) store.dispatch((state) => seek(state, i)); // each change asks for what is missing
+  await turn();
+  assert.deepEqual(lanes, [7]);
+  failure.thrown = null;
+  await new Promise((resolve) => setTimeout(resolve, 650));
+  assert.deepEqual(lanes, [7, 7]);
+  assert.ok(store.get().review?.laneOf[7]);
+
+  failure.thrown = new ApiError(404, 'not_found', 'There is no such run.');
+  store.dispatch((state) => select(state, 'm8'));
+  await new Promise((resolve) => setTimeout(resolve, 650));
+  for (let i = 0; i < 20; i++) store.dispatch((state) => seek(state, i));
+  assert.deepEqual(lanes, [7, 7, 8]);
 });

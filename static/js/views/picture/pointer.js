@@ -25,7 +25,7 @@ const CLICK = 3;
  * @param {AbortSignal} signal
  */
 export function listenToPointer(app, element, screen, signal) {
-  /** @type {null|{kind: 'pan'|'change'|'draw', x: number, y: number, moved: boolean, view: import('../../model/geometry.js').Viewport, box: Box, key: string, handle: Handle, correct: boolean, under: string[]}} */
+  /** @type {null|{kind: 'pan'|'change'|'draw', x: number, y: number, moved: boolean, view: import('../../model/geometry.js').Viewport, frame: number, box: Box, key: string, handle: Handle, correct: boolean, under: string[]}} */
   let drag = null;
 
   const review = () => app.store.get().review;
@@ -68,7 +68,7 @@ export function listenToPointer(app, element, screen, signal) {
     if (!now || now.viewport.zoom === 0 || drag) return;
     const [sx, sy] = at(event);
     const [x, y] = toPicture(now.viewport, screen(), sx, sy);
-    const base = { x: sx, y: sy, moved: false, view: now.viewport, box: /** @type {Box} */ ([x, y, x, y]), key: '', handle: /** @type {Handle} */ ('move'), correct: event.shiftKey, under: /** @type {string[]} */ ([]) };
+    const base = { x: sx, y: sy, moved: false, view: now.viewport, frame: now.frame, box: /** @type {Box} */ ([x, y, x, y]), key: '', handle: /** @type {Handle} */ ('move'), correct: event.shiftKey, under: /** @type {string[]} */ ([]) };
     element.setPointerCapture(event.pointerId);
     if (event.button === 1 || event.button === 2) {
       drag = { ...base, kind: 'pan' };
@@ -133,11 +133,11 @@ export function listenToPointer(app, element, screen, signal) {
     if (!ended || !now) return;
     const box = now.drag?.box ?? null;
     if (now.drag) app.store.dispatch((state) => setDrag(state, null));
-    if (!keep) return;
+    if (!keep || (ended.kind !== 'pan' && now.frame !== ended.frame)) return; // a box belongs to the frame in which it was taken hold of
     if (ended.kind === 'draw') {
       if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, ended.correct);
     } else if (ended.kind === 'change') {
-      if (ended.moved && box) app.edit({ name: 'set_box', frame: now.frame, key: ended.key, box });
+      if (ended.moved && box) app.edit({ name: 'set_box', frame: ended.frame, key: ended.key, box });
       else if (!ended.moved && ended.under.length > 1) {
         // a second click goes through what lies on top of each other
         const next = ended.under[(ended.under.indexOf(ended.key) + 1) % ended.under.length];
@@ -151,10 +151,11 @@ export function listenToPointer(app, element, screen, signal) {
   element.addEventListener('pointercancel', () => end(false), { signal });
   element.addEventListener('contextmenu', (event) => event.preventDefault(), { signal });
   document.addEventListener('keydown', (event) => {
-    if (event.key === 'Escape' && drag) {
-      event.preventDefault();
-      end(false);
-    }
+    if (!drag || (event.key !== 'Escape' && drag.kind === 'pan')) return;
+    event.preventDefault();
+    // a box in the hand holds its frame: no key steps, plays or undoes below it
+    event.stopImmediatePropagation();
+    if (event.key === 'Escape') end(false);
   }, { signal, capture: true });
 }
 
