@@ -115,6 +115,7 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     assert saved(page)["docs"] == before["docs"]
 
     # a box in the hand holds its frame: no key steps, plays or undoes below it
+    page.mouse.move(*on_screen(page, *centre(pulled)))
     page.mouse.down()
     page.mouse.move(*on_screen(page, centre(pulled)[0] + 3, centre(pulled)[1]), steps=3)
     for pressed in ("f", " ", "Control+z", "Delete"):
