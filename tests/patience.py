@@ -11,9 +11,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["until", "within"]
+__all__ = ["TIMES", "until", "within"]
 
 TIMES = float(os.environ.get("TSR_TIMES", "8"))
+"""How many times its goal a wait may take."""
 
 
 def within(seconds: float) -> float:

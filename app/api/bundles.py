@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path as FilePath
 from typing import Annotated
 
 import anyio.to_thread
 from fastapi import APIRouter, Query, Request
 from pydantic import Field
 
-from app.api.receiving import RAW_BODY, receive
+from app.api.receiving import RAW_BODY, received
 from app.api.responses import failures
 from app.api.runs import RunId
 from app.artefacts.view import ArtefactView
@@ -48,21 +46,12 @@ def bundle_run(run_id: RunId, order: BundleOrder, context: ContextDep) -> Artefa
 async def import_bundle(
     request: Request,
     context: ContextDep,
+    name: Annotated[str, Query(min_length=1, max_length=255, description="what the file is called")] = "bundle.zip",
     author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
 ) -> BundleImport:
     """Take a bundle into the library: its clip as a video, its run, its corrections; all of it, or nothing."""
-    part = await anyio.to_thread.run_sync(context.imports.new_part)
-    try:
-        path = part / "bundle.zip"
-        await receive(request, path, context.settings.upload_max_mb * 2**20)
-        work = part / "work"
+    async with received(request, context, name) as path:
+        work = path.parent / "work"
         work.mkdir()
-        name = author or context.settings.author
-        return await anyio.to_thread.run_sync(context.bundle_imports.bring_in, path, work, name)
-    finally:
-        with anyio.CancelScope(shield=True):
-            await anyio.to_thread.run_sync(_remove, part)
-
-
-def _remove(folder: FilePath) -> None:
-    shutil.rmtree(folder, ignore_errors=True)
+        person = author or context.settings.author
+        return await anyio.to_thread.run_sync(context.bundle_imports.bring_in, path, work, person)

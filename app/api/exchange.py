@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import errno
-import re
-import shutil
-from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 import anyio.to_thread
 from fastapi import APIRouter, Query, Request
 from pydantic import TypeAdapter, ValidationError
-from starlette.requests import ClientDisconnect
 
+from app.api.receiving import RAW_BODY, received
 from app.api.responses import failures
 from app.api.runs import VideoId
 from app.artefacts.view import ArtefactView, artefact_view
 from app.context import Context, ContextDep
-from app.errors import Invalid, StorageFull, TooLarge
+from app.errors import Invalid
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
 from app.exchange.imports import ImportKind, ImportResult, Incoming
@@ -29,13 +25,6 @@ __all__ = ["router"]
 
 router = APIRouter(tags=["exchange"])
 
-_BODY = {
-    "requestBody": {
-        "required": True,
-        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
-    }
-}
-_UNSAFE = re.compile(r"[^\w .()+-]+")
 _SWITCHES = TypeAdapter(dict[str, str])
 _LABELS = TypeAdapter(dict[str, int])
 
@@ -63,7 +52,7 @@ def start_export(wanted: ExportRequest, context: ContextDep) -> ArtefactView:
     operation_id="import_file",
     status_code=201,
     responses=failures(404, 409),
-    openapi_extra=_BODY,
+    openapi_extra=RAW_BODY,
 )
 async def import_file(
     video_id: VideoId,
@@ -88,10 +77,7 @@ async def import_file(
     back.
     """
     said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
-    part = await anyio.to_thread.run_sync(context.imports.new_part)
-    try:
-        path = part / (_UNSAFE.sub("_", file or name).strip(" .")[:100] or "import")
-        await _receive(request, path, context)
+    async with received(request, context, file or name) as path:
         incoming = Incoming(
             path=path,
             name=name,
@@ -99,12 +85,9 @@ async def import_file(
             switches=said[0],
             label_map=said[1],
             author=author or context.settings.author,
-            scratch=part,
+            scratch=path.parent,
         )
         return await anyio.to_thread.run_sync(_bring_in, context, video_id, incoming, kind, run)
-    finally:
-        with anyio.CancelScope(shield=True):
-            await anyio.to_thread.run_sync(_remove, part)
 
 
 def _bring_in(context: Context, video_id: str, incoming: Incoming, kind: ImportKind, run: str | None) -> ImportResult:
@@ -114,43 +97,9 @@ def _bring_in(context: Context, video_id: str, incoming: Incoming, kind: ImportK
         raise Invalid(f"{error} Nothing was imported.", field="body", code="bad_file") from None
 
 
-async def _receive(request: Request, path: FilePath, context: Context) -> None:
-    """Write the body to a file as it comes.
-
-    Raises:
-        TooLarge: over the limit of uploads.
-        Invalid: empty, or broken off.
-        StorageFull: the disk is full.
-    """
-    most = context.settings.upload_max_mb * 2**20
-    length = request.headers.get("content-length", "0")
-    if length.isascii() and length.isdigit() and int(length) > most:
-        raise TooLarge(f"The file has {length} bytes, allowed are {most}.")
-    size = 0
-    try:
-        with path.open("xb") as file:
-            async for chunk in request.stream():
-                size += len(chunk)
-                if size > most:
-                    raise TooLarge(f"The file has more than {most} bytes.")
-                await anyio.to_thread.run_sync(file.write, chunk)
-    except ClientDisconnect:
-        raise Invalid("The upload broke off. Nothing was imported.", field="body", code="broken_off") from None
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            raise StorageFull("The disk is full: nothing was imported. Free some space and try again.") from None
-        raise
-    if not size:
-        raise Invalid("The file is empty. Nothing was imported.", field="body")
-
-
 def _json(shape: TypeAdapter[Any], text: str, field: str) -> Any:
     try:
         return shape.validate_json(text, strict=True)
     except (ValidationError, ValueError):
         wanted = '{"option": "value"}' if field == "switches" else '{"name": 14}'
         raise Invalid(f"{field} must be a JSON object like {wanted}. Got {text[:80]!r}.", field=field) from None
-
-
-def _remove(folder: FilePath) -> None:
-    shutil.rmtree(folder, ignore_errors=True)

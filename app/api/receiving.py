@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import errno
+import os
+import re
+import shutil
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, BinaryIO, Final
 
 import anyio.to_thread
 from fastapi import Request
 from starlette.requests import ClientDisconnect
 
+from app.context import Context
 from app.errors import Invalid, StorageFull, TooLarge
 
-__all__ = ["RAW_BODY", "receive"]
+__all__ = ["RAW_BODY", "receive", "received"]
 
 RAW_BODY: Final[dict[str, Any]] = {
     "requestBody": {
@@ -21,15 +27,39 @@ RAW_BODY: Final[dict[str, Any]] = {
     }
 }
 """For the OpenAPI document."""
+_UNSAFE = re.compile(r"[^\w .()+-]+")
 
 
-async def receive(request: Request, path: Path, most: int) -> None:
-    """Write the body of a request to a new file.
+@asynccontextmanager
+async def received(request: Request, context: Context, name: str) -> AsyncIterator[Path]:
+    """The body of a request as a file in a fresh folder, which goes when the block ends.
+
+    Args:
+        request: its body has not been read.
+        context: knows the limit of uploads.
+        name: what the person calls the file; messages of readers call it so.
+
+    Raises:
+        TooLarge, Invalid, StorageFull: see :func:`receive`.
+    """
+    part = await anyio.to_thread.run_sync(context.imports.new_part)
+    try:
+        path = part / (_UNSAFE.sub("_", name).strip(" .")[:100] or "import")
+        await receive(request, path, context.settings.upload_max_mb * 2**20)
+        yield path
+    finally:
+        with anyio.CancelScope(shield=True):
+            await anyio.to_thread.run_sync(_remove, part)
+
+
+async def receive(request: Request, path: Path, most: int, look: Callable[[bytes], None] | None = None) -> None:
+    """Write the body of a request to a new file, safe on the disk when this returns.
 
     Args:
         request: its body has not been read.
         path: the file.
         most: bytes at most.
+        look: called with each piece before it is written; may raise.
 
     Raises:
         TooLarge: over the limit.
@@ -37,8 +67,9 @@ async def receive(request: Request, path: Path, most: int) -> None:
         StorageFull: the disk is full.
     """
     length = request.headers.get("content-length", "0")
-    if length.isascii() and length.isdigit() and int(length) > most:
-        raise TooLarge(f"The file has {length} bytes, allowed are {most}.")
+    announced = int(length) if length.isascii() and length.isdigit() else 0
+    if announced > most:
+        raise TooLarge(f"The file has {announced} bytes, allowed are {most}.")
     size = 0
     try:
         with path.open("xb") as file:
@@ -46,7 +77,10 @@ async def receive(request: Request, path: Path, most: int) -> None:
                 size += len(chunk)
                 if size > most:
                     raise TooLarge(f"The file has more than {most} bytes.")
+                if look is not None:
+                    look(chunk)
                 await anyio.to_thread.run_sync(file.write, chunk)
+            await anyio.to_thread.run_sync(_settle, file)
     except ClientDisconnect:
         raise Invalid("The upload broke off. Nothing was imported.", field="body", code="broken_off") from None
     except OSError as error:
@@ -55,3 +89,14 @@ async def receive(request: Request, path: Path, most: int) -> None:
         raise
     if not size:
         raise Invalid("The file is empty. Nothing was imported.", field="body")
+    if 0 < announced != size:
+        raise Invalid(f"The upload broke off: {size} of {announced} bytes came.", field="body", code="broken_off")
+
+
+def _settle(file: BinaryIO) -> None:
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def _remove(folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import errno
 import hashlib
-import os
 from typing import Annotated
 
 import anyio.to_thread
 from fastapi import APIRouter, Path, Query, Request
 from fastapi.responses import FileResponse
 from pydantic import Field
-from starlette.requests import ClientDisconnect
 
+from app.api.receiving import RAW_BODY, receive
 from app.api.responses import PICTURE, failures
 from app.api.runs import VideoId
 from app.context import ContextDep
-from app.errors import Invalid, NotFound, StorageFull, TooLarge, UnsupportedMedia
+from app.errors import Invalid, NotFound, UnsupportedMedia
 from app.shapes import Model
 from app.videos.paths import SUFFIXES, list_folder
 from app.videos.table import TableAnswer, page_table
@@ -121,16 +119,7 @@ def browse(
 
 
 @router.put(
-    "/uploads/{name}",
-    operation_id="upload_video",
-    status_code=201,
-    responses=failures(415),
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
-        }
-    },
+    "/uploads/{name}", operation_id="upload_video", status_code=201, responses=failures(415), openapi_extra=RAW_BODY
 )
 async def upload_video(
     name: Annotated[str, Path(min_length=1, max_length=255)], request: Request, context: ContextDep
@@ -140,39 +129,19 @@ async def upload_video(
         raise UnsupportedMedia(f"{name!r} is not named like a video ({', '.join(SUFFIXES)}).")
     if "/" in name or "\\" in name or not name.isprintable() or name.startswith("."):
         raise Invalid("The name of an upload is a plain file name.", field="name")
-    most = context.settings.upload_max_mb * 2**20
-    length = request.headers.get("content-length", "0")
-    if length.isascii() and length.isdigit() and int(length) > most:
-        raise TooLarge(f"The file has {length} bytes, allowed are {most}.")
-    part = context.videos.new_part()
     digest = hashlib.sha256()
-    size = 0
+    began = False
+
+    def look(chunk: bytes) -> None:
+        nonlocal began
+        if not began and len(chunk) >= VIDEO_HEAD and not is_video_head(chunk[:VIDEO_HEAD]):
+            raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.")
+        began = True
+        digest.update(chunk)
+
+    part = context.videos.new_part()
     try:
-        with part.open("xb") as file:
-            async for chunk in request.stream():
-                if not size and len(chunk) >= VIDEO_HEAD and not is_video_head(chunk[:VIDEO_HEAD]):
-                    raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.")
-                size += len(chunk)
-                if size > most:
-                    raise TooLarge(f"The file has more than {most} bytes.")
-                await anyio.to_thread.run_sync(file.write, chunk)
-                digest.update(chunk)
-            await anyio.to_thread.run_sync(_settle, file)
-        if not size:
-            raise Invalid("The upload is empty.", field="body")
-        if length.isdigit() and 0 < int(length) != size:
-            raise Invalid(f"The upload broke off: {size} of {length} bytes came.", field="body")
+        await receive(request, part, context.settings.upload_max_mb * 2**20, look)
         return await anyio.to_thread.run_sync(context.videos.add_upload, part, name, digest.hexdigest())
-    except ClientDisconnect:
-        raise Invalid("The upload broke off.", field="body", code="broken_off") from None
-    except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            raise StorageFull("The disk is full: the upload was dropped. Free some space and try again.") from None
-        raise
     finally:
         part.unlink(missing_ok=True)
-
-
-def _settle(file: object) -> None:
-    file.flush()  # type: ignore[attr-defined]
-    os.fsync(file.fileno())  # type: ignore[attr-defined]

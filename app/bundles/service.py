@@ -9,9 +9,11 @@ from app.artefacts.names import file_stem
 from app.artefacts.service import ArtefactService
 from app.artefacts.view import ArtefactView, artefact_view
 from app.errors import Conflict, Invalid, NotFound
+from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
+from app.videos.words import in_words
 from tsr_engine.bundle.layout import MOST_FRAMES
 
 __all__ = ["JOB", "BundleService"]
@@ -52,16 +54,7 @@ class BundleService:
             Conflict: the run still goes on, was imported, or its video is gone.
             Invalid: the range is empty, too long, or not within the run; or no such track.
         """
-        if not first < stop <= first + MOST_FRAMES:
-            raise Invalid(f"A bundle has 1 to {MOST_FRAMES} frames. Got {first} to {stop}.", field="stop")
-        stored = self._evidence.stored_frames(run_id)
-        if stored is None:
-            raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
-        if first < stored[0] or stop > stored[1] + 1:
-            raise Invalid(
-                f"The run has the frames {stored[0]} to {stored[1]}. Got {first} to {stop - 1}.",
-                field="first" if first < stored[0] else "stop",
-            )
+        check_frames(self._evidence, run_id, first, stop, "bundle", MOST_FRAMES)
         with self._database.write() as session:
             run = session.get(Run, run_id)
             if run is None:
@@ -74,7 +67,8 @@ class BundleService:
                 raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
             video = session.get_one(Video, run.video_id)
             if not Path(video.path).is_file():
-                raise Conflict(f"{video.path} is not there any more. Put the video back.", code="video_missing")
+                missing = in_words(video, f"{video.path} is not there any more. Put the video back.")
+                raise Conflict(missing, code="video_missing")
             for key in tracks:
                 known = session.get(TrackDocument, (run_id, key)) is not None
                 if not known and (not key.startswith("m") or self._evidence.span(run_id, int(key[1:])) is None):

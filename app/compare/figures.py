@@ -40,6 +40,8 @@ class Figure(Model):
     partners: list[str | None]
     places: int
     """Number of places, also where the lists are cut."""
+    errors: list[float] | None = None
+    """How large the error is in each place, where the places are in its order."""
 
 
 class Cell(Model):
@@ -280,7 +282,8 @@ def _worst(reference: BoxTable, found: Matching) -> Figure:
         for f, t in zip(reference.frame[rows].tolist(), reference.track[rows].tolist(), strict=True)
     ]
     value = float(found.error.mean()) if len(found.error) else None
-    return _figure(value, None, places, len(differing))
+    made = _figure(value, None, places, len(differing))
+    return made.model_copy(update={"errors": found.error[worst].tolist()})
 
 
 def _stretches(table: BoxTable, rows: IntColumn) -> list[_Place]:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from app.compare.annotation import corrected_boxes
 from app.compare.figures import Confusion, Figure, confusion, figures
 from app.compare.matching import match
 from app.edits.service import EditService
+from app.edits.track_name import track_name
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
 from app.shapes import Model
 from app.storage.database import Database
-from app.storage.models import Run
+from app.storage.models import Run, Video
 from app.truths.service import TruthService
 
 __all__ = ["CompareService", "Comparison", "Side"]
@@ -30,6 +31,10 @@ class SideView(Model):
     kind: str
     tracks: int
     boxes: int
+    names: dict[str, str]
+    """What tracks that people have made are called, by key; the engine's are called by their number."""
+    edited: bool
+    """A run, compared as the engine left it, on which people have said something."""
 
 
 class Comparison(Model):
@@ -56,6 +61,8 @@ class Side:
     boxes: BoxTable
     first: int
     last: int
+    names: dict[str, str] = field(default_factory=dict)
+    edited: bool = False
 
 
 class CompareService:
@@ -87,7 +94,9 @@ class CompareService:
             raise Invalid(
                 f"{ours.name} and {theirs.name} have no frame in common. Choose two that overlap.", field="candidate"
             )
-        a, b = ours.boxes.within(first, last), theirs.boxes.within(first, last)
+        width, height = self._picture(ours.video_id)
+        # the engine's boxes may reach over the picture's edge; what people draw and other tools hold does not
+        a, b = (side.boxes.within(first, last).inside(width, height) for side in (ours, theirs))
         found = match(a, b, MATCH_IOU)
         return Comparison(
             video_id=ours.video_id,
@@ -99,6 +108,14 @@ class CompareService:
             figures=figures(a, b, found),
             confusion=confusion(a, b, found),
         )
+
+    def _picture(self, video_id: str) -> tuple[int, int]:
+        """Width and height of a video's picture, px; both are known of what has a run or a ground truth."""
+        with self._database.read() as session:
+            video = session.get_one(Video, video_id)
+            assert video.width is not None
+            assert video.height is not None
+            return video.width, video.height
 
     def _side(self, name: str, field: str) -> Side:
         kind, _, identity = name.partition(":")
@@ -114,12 +131,14 @@ class CompareService:
         if span is None:
             raise Conflict(f"{title} has stored nothing yet. Wait for its first frames.", code="no_evidence")
         table = self._evidence.boxes(place.id)
-        if kind == "annotation":
-            table = corrected_boxes(table, self._edits.documents(place.id))
-            title = f"{title}, corrected"
-        return Side(kind, place.video_id, title, table, *span)
+        documents = self._edits.documents(place.id)
+        if kind == "run":
+            return Side(kind, place.video_id, title, table, *span, edited=bool(documents))
+        names = {key: track_name(key, doc) for key, doc in documents.items() if key.startswith("h")}
+        return Side(kind, place.video_id, f"{title}, corrected", corrected_boxes(table, documents), *span, names)
 
 
 def _view(side: Side, boxes: BoxTable) -> SideView:
     tracks = len(set(boxes.track.tolist()))
-    return SideView(name=side.name, kind=side.kind, tracks=tracks, boxes=len(boxes))
+    about = {"name": side.name, "kind": side.kind, "names": side.names, "edited": side.edited}
+    return SideView(**about, tracks=tracks, boxes=len(boxes))

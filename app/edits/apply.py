@@ -20,7 +20,7 @@ class CommandError(ValueError):
 
 def touched_keys(command: Any) -> list[str]:
     """Keys of the tracks that a command reads or changes."""
-    others = list(command.others) if isinstance(command, c.Merge) else []
+    others = list(command.others) if isinstance(command, c.Merge | c.ReviewTracks) else []
     new = [command.new_key] if isinstance(command, c.Split) else []
     return list(dict.fromkeys([command.key, *others, *new]))
 
@@ -47,18 +47,48 @@ def apply_command(docs: Docs, command: Any, author: str = "", time: str = "") ->
             raise CommandError("A new track has a key that starts with h.")
         first = KeyFrame(box=command.box, interpolate=True)
         return {command.key: TrackDoc(key=command.key, class_id=command.class_id, keys={str(command.frame): first})}
-    doc = docs.get(command.key)
-    if doc is None:
-        raise CommandError(f"There is no track {command.key}.")
-    if doc.gone:
-        raise CommandError(f"Track {command.key} is deleted. Undo that first.")
+    if isinstance(command, c.RestoreTrack):
+        return {command.key: _restore(_present(docs, command.key))}
+    doc = _alive(docs, command.key)
     if isinstance(command, c.Merge):
         return _merge(docs, doc, command)
+    if isinstance(command, c.ReviewTracks):
+        return {key: _set_review(_alive(docs, key), command) for key in touched_keys(command)}
     if isinstance(command, c.Split):
         return _split(docs, doc, command)
     if isinstance(command, c.AddNote):
         return {doc.key: _add_note(doc, command, author, time)}
     return {doc.key: _ALONE[type(command)](doc, command)}
+
+
+def _present(docs: Docs, key: str) -> TrackDoc:
+    doc = docs.get(key)
+    if doc is None:
+        raise CommandError(f"There is no track {key}.")
+    return doc
+
+
+def _alive(docs: Docs, key: str) -> TrackDoc:
+    doc = _present(docs, key)
+    if doc.gone:
+        raise CommandError(_why_gone(doc))
+    return doc
+
+
+def _why_gone(doc: TrackDoc) -> str:
+    if doc.merged_into is not None:
+        return f"Track {doc.key} was merged into track {doc.merged_into}. Change that one, or undo the merge."
+    return f"Track {doc.key} is deleted. Restore it first."
+
+
+def _restore(doc: TrackDoc) -> TrackDoc:
+    if not doc.gone:
+        raise CommandError(f"Track {doc.key} is not deleted.")
+    if doc.merged_into is not None:
+        raise CommandError(_why_gone(doc))
+    if doc.empty():
+        raise CommandError(f"Nothing is left of track {doc.key}: what made it was undone.")
+    return doc.model_copy(update={"gone": False})
 
 
 def _with_key(doc: TrackDoc, frame: int, **changes: Any) -> TrackDoc:
@@ -101,7 +131,7 @@ def _delete_from(doc: TrackDoc, command: Any) -> TrackDoc:
             "keys": {k: key for k, key in doc.keys.items() if int(k) < command.frame},
         }
     )
-    return kept.model_copy(update={"gone": True}) if kept.empty() else kept
+    return _delete_track(doc, command) if kept.empty() else kept
 
 
 def _delete_track(doc: TrackDoc, command: Any) -> TrackDoc:

@@ -76,6 +76,12 @@ class DeleteTrack(_OnTrack):
     name: Literal["delete_track"]
 
 
+class RestoreTrack(_OnTrack):
+    """A deleted track is there again, as it was."""
+
+    name: Literal["restore_track"]
+
+
 class AddKey(_OnTrack):
     """Make this frame a key frame with the box on screen."""
 
@@ -128,6 +134,14 @@ class SetReview(_OnTrack):
     review: Review
 
 
+class ReviewTracks(_OnTrack):
+    """The same verdict on the track and on others: one operation, so that one undo takes it back."""
+
+    name: Literal["review_tracks"]
+    others: Annotated[list[Key], Field(max_length=499)]
+    review: Review
+
+
 class AddNote(_OnTrack):
     """A remark pinned to this frame."""
 
@@ -174,6 +188,7 @@ Command = Annotated[
     | Split
     | DeleteFrom
     | DeleteTrack
+    | RestoreTrack
     | AddKey
     | RemoveKey
     | Interpolate
@@ -181,6 +196,7 @@ Command = Annotated[
     | SetOutside
     | SetNotASign
     | SetReview
+    | ReviewTracks
     | AddNote
     | EditNote
     | RemoveNote,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from sqlalchemy import select
@@ -12,9 +12,11 @@ from app.edits.documents import TrackDoc
 from app.shapes import Model
 from app.storage.models import Edit
 
-__all__ = ["Target", "adopted_keys", "targets"]
+__all__ = ["Last", "Target", "adopted_keys", "last_said", "targets"]
 
 _PAGE = 8
+_PASSED = 100
+"""Operations that somebody else has changed since; beyond them nothing is looked for."""
 
 
 class Target(Model):
@@ -26,17 +28,28 @@ class Target(Model):
     keys: list[str]
 
 
-def targets(session: Session, run_id: str, author: str) -> tuple[Target | None, Target | None]:
+def targets(
+    session: Session, run_id: str, author: str, fits: Callable[[Mapping[str, Any]], bool] | None = None
+) -> tuple[Target | None, Target | None]:
     """What ``author`` can undo and redo next.
 
     Operations are taken back from the newest one on and brought back in the opposite order, and a new one ends what
     could be brought back. So the next to undo is the newest that does not stand as undone, and the next to redo is the
     last undone one since the newest operation. The log is read backwards, only as far as that takes.
+
+    Args:
+        session: reads the log.
+        run_id: the run.
+        author: whose operations.
+        fits: whether tracks still are as an operation left them (key -> document). One that does not fit is passed
+            over, so that what somebody else has changed does not bar the way to all that came before; at most
+            ``_PASSED`` are. Unset: none is.
     """
     undoable: str | None = None
     stands: dict[str, str] = {}
     reverts_since: list[tuple[str, str]] = []
     fresh = True
+    passed = 0
     for op_id, kind, reverted in _backwards(session, run_id, author):
         if reverted is not None:
             stands.setdefault(reverted, kind)
@@ -44,8 +57,13 @@ def targets(session: Session, run_id: str, author: str) -> tuple[Target | None, 
                 reverts_since.append((kind, reverted))
         else:
             fresh = False
-            if stands.get(op_id) != "undo":
+            if stands.get(op_id) == "undo":
+                continue
+            if fits is None or fits(session.scalars(select(Edit.after).where(Edit.op_id == op_id)).one()):
                 undoable = op_id
+                break
+            passed += 1
+            if passed > _PASSED:
                 break
     undone: list[str] = []
     for kind, reverted in reversed(reverts_since):
@@ -80,6 +98,36 @@ def _target(session: Session, op_id: str | None) -> Target | None:
     columns = select(Edit.kind, Edit.frame, Edit.after).where(Edit.op_id == op_id)
     kind, frame, after = session.execute(columns).one()
     return Target(op_id=op_id, name=kind, frame=frame, keys=sorted(after))
+
+
+class Last(Model):
+    """The newest operation on a track."""
+
+    author: str
+    time: str
+    """ISO 8601, UTC."""
+    name: str
+    frame: int | None
+
+
+def last_said(session: Session, run_id: str, author: str, seen: Mapping[str, int]) -> dict[str, Last]:
+    """The newest operation on each of some tracks since somebody saw them: another person's, else their own.
+
+    Args:
+        session: reads the log.
+        run_id: the run.
+        author: who saw them.
+        seen: revision of each track then, by key.
+    """
+    found: dict[str, Last] = {}
+    for key, revision in seen.items():
+        touched = Edit.run_id == run_id, Edit.after[key, "revision"].as_integer() > revision
+        query = select(Edit.author, Edit.created, Edit.kind, Edit.frame).where(*touched)
+        row = session.execute(query.order_by((Edit.author != author).desc(), Edit.seq.desc()).limit(1)).first()
+        if row is not None:
+            time = row.created.isoformat(timespec="seconds")
+            found[key] = Last(author=row.author, time=time, name=row.kind, frame=row.frame)
+    return found
 
 
 def adopted_keys(session: Session, run_id: str, from_run: str, present: Mapping[str, TrackDoc]) -> set[str]:

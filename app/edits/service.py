@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -16,11 +15,12 @@ from app.edits.adopt import MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Redo, Undo
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
-from app.edits.history import Target, adopted_keys, targets
+from app.edits.history import Target, adopted_keys, last_said, targets
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
+from app.edits.revisions import check_revisions
 from app.edits.stored import doc_of, documents_of
 from app.edits.views import AdoptConflict, Adopted, Annotation, EditAnswer, LogEntry, adopted, log_entry
-from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
+from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
@@ -112,7 +112,7 @@ class EditService:
             if edit is None:  # the newest operation is the next to undo, and nothing is left to redo
                 own = Target(op_id=op_id, name=row.kind, frame=row.frame, keys=sorted(saved))
                 return EditAnswer(seq=row.seq, docs=docs, undo=own, redo=None, op_id=op_id)
-            undo, redo = targets(session, run_id, author)
+            undo, redo = self._targets(session, run, author)
             return EditAnswer(seq=row.seq, docs=docs, undo=undo, redo=redo, op_id=op_id)
 
     def _change(
@@ -121,7 +121,7 @@ class EditService:
         """Documents before and after a command."""
         keys = touched_keys(command)
         present = self._load(session, run, keys)
-        self._check(present, keys, expected, command)
+        check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         try:
             after = apply_command(present, command, author, now)
@@ -257,11 +257,12 @@ class EditService:
         answer = self._annotated(session, run_id, author, docs)
         return EditAnswer(**{**answer.model_dump(), "op_id": edit.op_id})
 
-    def _load(self, session: Session, run: Run, keys: Sequence[str]) -> dict[str, TrackDoc]:
+    def _load(self, session: Session, run: Run, keys: Sequence[str], *, change: bool = True) -> dict[str, TrackDoc]:
         """Documents of the tracks that exist; engine tracks that nobody touched get a fresh one."""
-        query = select(TrackDocument).where(TrackDocument.run_id == run.id, TrackDocument.key.in_(keys))
-        rows = session.scalars(query.with_for_update()).all()
-        session.info["documents"] = rows  # kept alive, so that _save finds them without asking again
+        query = _documents(run.id).where(TrackDocument.key.in_(keys))
+        rows = session.scalars(query.with_for_update() if change else query).all()
+        if change:
+            session.info["documents"] = rows  # kept alive, so that _save finds them without asking again
         found = {row.key: self._closed(run, doc_of(row)) for row in rows}
         for key in keys:
             if key in found or not key.startswith("m"):
@@ -289,33 +290,14 @@ class EditService:
             return None
         return engine_doc(int(key[1:]), span[0], span[1] if run.state == "complete" else OPEN_END)
 
-    def _check(
-        self, present: Mapping[str, TrackDoc], keys: Sequence[str], expected: Mapping[str, int] | None, command: Any
-    ) -> None:
-        """Each touched track must be as the page knew it."""
-        missing = [key for key in keys if key in present and (expected is None or key not in expected)]
-        if missing:
-            raise PreconditionRequired(
-                f'Say which revision the edit was made for: If-Match: "{missing[0]}:{present[missing[0]].revision}".'
-            )
-        stale = [
-            key for key in keys if key in present and expected is not None and expected[key] != present[key].revision
-        ]
-        if stale:
-            yours: list[Any] = []
-            with contextlib.suppress(CommandError):
-                yours = [doc.model_dump(mode="json") for doc in apply_command(present, command).values()]
-            raise Conflict(
-                f"Track {stale[0]} has been changed since you saw it. Look at both versions and decide.",
-                code="stale",
-                details={"current": [present[key].model_dump(mode="json") for key in stale], "yours": yours},
-            )
-
     def _revert(
         self, session: Session, run: Run, author: str, command: Undo | Redo
     ) -> tuple[dict[str, TrackDoc | None], dict[str, TrackDoc], Edit]:
         """Documents before and after an undo or redo, and the operation that it is about."""
+        # a page that has not heard of somebody else's change asks for what that bars; the answer tells it
         undo, redo = targets(session, run.id, author)
+        if isinstance(command, Undo) and undo is not None and undo.op_id != command.op_id:
+            undo = self._targets(session, run, author)[0]
         following = undo if isinstance(command, Undo) else redo
         if following is None or following.op_id != command.op_id:
             raise Conflict(
@@ -328,8 +310,11 @@ class EditService:
         for key, expected in start.items():
             left = None if expected is None else self._closed(run, TrackDoc.model_validate(expected))
             if not _same(present.get(key), left):
+                seen = {key: 0 if expected is None else int(expected["revision"])}
+                others = last_said(session, run.id, author, seen).get(key)
+                who = f"{others.author} has changed track {key}" if others else f"Track {key} has been changed"
                 raise Conflict(
-                    f"Track {key} has been changed since. {command.name.capitalize()} would lose that.",
+                    f"{who} since. {command.name.capitalize()} would lose that.",
                     code="stale",
                     details={
                         "current": [] if key not in present else [present[key].model_dump(mode="json")],
@@ -338,12 +323,22 @@ class EditService:
                 )
         after: dict[str, TrackDoc] = {}
         for key, wanted in goal.items():
-            if wanted is None:  # there was no document: the engine's track, or what is left of a person's, a gone one
-                fresh = self._fresh(run, key)
-                after[key] = present[key].model_copy(update={"gone": True}) if fresh is None else fresh
+            if wanted is None:  # there was no document: the engine's track, or of a person's nothing is left
+                after[key] = self._fresh(run, key) or TrackDoc(key=key, gone=True)
             else:
                 after[key] = TrackDoc.model_validate(wanted)
         return {key: present.get(key) for key in start}, after, edit
+
+    def _targets(self, session: Session, run: Run, author: str) -> tuple[Target | None, Target | None]:
+        """What the author can undo and redo next; what others have changed since cannot be undone."""
+
+        def fits(left: Mapping[str, Any]) -> bool:
+            present = self._load(session, run, list(left), change=False)
+            return all(
+                _same(present.get(key), self._closed(run, TrackDoc.model_validate(doc))) for key, doc in left.items()
+            )
+
+        return targets(session, run.id, author, fits)
 
     def _save(
         self, session: Session, run_id: str, before: Mapping[str, TrackDoc | None], after: Mapping[str, TrackDoc]
@@ -361,7 +356,7 @@ class EditService:
         return saved
 
     def _annotated(self, session: Session, run_id: str, author: str, docs: list[TrackDoc]) -> Annotation:
-        undo, redo = targets(session, run_id, author)
+        undo, redo = self._targets(session, _require_run(session, run_id), author)
         seq = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
         return Annotation(seq=seq, docs=docs, undo=undo, redo=redo)
 

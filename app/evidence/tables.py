@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.geometry.boxes import area, clip
 
 __all__ = ["SOURCES", "BoxTable", "FloatColumn", "IntColumn", "columns", "confirmed_boxes", "tau_of"]
 
@@ -48,7 +49,14 @@ class BoxTable:
 
     def within(self, first: int, last: int) -> BoxTable:
         """The rows of ``first <= frame <= last``."""
-        keep = slice(*np.searchsorted(self.frame, [first, last + 1]))
+        return self._rows(slice(*np.searchsorted(self.frame, [first, last + 1])))
+
+    def inside(self, width: int, height: int) -> BoxTable:
+        """What lies in a picture of that size, px: boxes are cut at its edges, those beyond are left out."""
+        cut = replace(self, boxes=clip(self.boxes, width, height))
+        return cut._rows(area(cut.boxes) > 0)
+
+    def _rows(self, keep: slice | NDArray[np.bool_]) -> BoxTable:
         return BoxTable(
             self.frame[keep],
             self.track[keep],

@@ -77,21 +77,22 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         "FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
     )
     table = columns(rows, 9)
-    whole = np.where(np.isnan(table), -1, table).astype(np.int64)
-    ids, n = whole[0], len(rows)
+    counts = table[[0, 1, 2, 3, 4, 7]]
+    ids, first, last, frames, detected, class_id = np.where(np.isnan(counts), -1, counts).astype(np.int64)
+    n = len(rows)
     tau = tau_of(reader)
-    gates = _gates(reader, ids, whole[2], tau)
+    gates = _gates(reader, ids, last, tau)
     sources = _sources(reader, ids)
     runner_up, runner_up_share = _runners_up(reader, n, ids)
     return TrackFacts(
         id=ids,
-        first=whole[1],
-        last=whole[2],
-        frames=whole[3],
-        detected=whole[4],
+        first=first,
+        last=last,
+        frames=frames,
+        detected=detected,
         score=table[5],
         side=table[6],
-        class_id=whole[7],
+        class_id=class_id,
         share=table[8],
         runner_up=runner_up,
         runner_up_share=runner_up_share,

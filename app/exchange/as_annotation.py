@@ -1,8 +1,9 @@
 """Tracks of a data set as documents of a run: what somebody has drawn in another tool becomes people's word here.
 
-A track whose name is one of the run's (our exports carry names), or that lies on one, says what that track shall show;
-where it shows that already, nothing happens. Every other track becomes a new one. Tracks that the file does not have
-stay as they are.
+A track that is one of the run's says what that track shall show; where it shows that already, nothing happens. In an
+export of the same run it is the one of the same name. In every other file names are somebody else's (each run has an
+``m1``), so boxes have to agree. Every other track becomes a new one. Tracks that the file does not have stay as they
+are.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from app.edits.documents import KeyFrame, TrackDoc
 from app.exchange.marks import REVIEWS, new_notes
-from app.exchange.same_sign import lying_on
+from app.exchange.same_sign import lying_on, touching
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import part_of
 from tsr_engine.exchange.thinning import key_frames, runs_of
@@ -27,6 +28,8 @@ THIN_PX = 0.5
 """Tracks with a box of their own in every frame are thinned so that no edge moves by more, px."""
 _WRITTEN_PX = 0.06
 """What formats with two decimals or percents of the picture lose, px."""
+_WHOLE_PX = 0.51
+"""What formats with whole pixels lose, px."""
 _DRAWN_PX = 1.0
 """By how much interpolated boxes may differ from ours: what thinning lost on the way out and what rounding adds, px."""
 
@@ -60,6 +63,7 @@ def annotate(
     present: Mapping[str, TrackDoc],
     author: str,
     size: tuple[int, int],
+    exported: bool = False,
 ) -> Annotated:
     """The documents that make a run show what the tracks say.
 
@@ -69,11 +73,12 @@ def annotate(
         present: its documents, by key.
         author: for notes.
         size: width and height of the picture, px; imports are cut at its edges.
+        exported: the file is an export of this run, so that names alone say which track is which.
     """
     found = Annotated()
     thinned = 0
     counted, ignored = _counted(tracks)
-    for track, own in zip(counted, _own(counted, shown, present), strict=True):
+    for track, own in zip(counted, _own(counted, shown, present, exported), strict=True):
         known = own is not None
         if own is not None and own in shown and _same(track, shown[own], size):
             found.same += 1
@@ -81,16 +86,19 @@ def annotate(
         key = _fresh() if own is None else own
         dense = len(track.frames) > 2 and bool(track.key.all())
         keep = key_frames(replace(track, key=np.zeros_like(track.key)) if dense else track, THIN_PX)
+        document = _document(key, track, keep, present.get(key), author)
+        if key in present and present[key].same(document):  # brought in before
+            found.same += 1
+            continue
+        found.documents[key] = document
         thinned += dense and not keep.all()
-        found.documents[key] = _document(key, track, keep, present.get(key), author)
         found.boxes += len(track.frames)
         found.changed += known
         found.made += not known
     if thinned:
-        found.repaired.append(
-            f"{thinned} tracks with a box of their own in every frame were thinned to key frames; no edge moves by "
-            f"more than {THIN_PX} px."
-        )
+        one = "1 track with a box of its own in every frame was"
+        dense_ones = one if thinned == 1 else f"{thinned} tracks with a box of their own in every frame were"
+        found.repaired.append(f"{dense_ones} thinned to key frames; no edge moves by more than {THIN_PX} px.")
     if ignored:
         found.skipped.append(Skipped(f"{ignored} boxes that are to be ignored", "an annotation has no such regions"))
     return found
@@ -110,12 +118,17 @@ def _counted(tracks: Iterable[Track]) -> tuple[list[Track], int]:
     return kept, ignored
 
 
-def _own(tracks: list[Track], shown: Mapping[str, Track], present: Mapping[str, TrackDoc]) -> list[str | None]:
+def _own(
+    tracks: list[Track], shown: Mapping[str, Track], present: Mapping[str, TrackDoc], exported: bool
+) -> list[str | None]:
     """The run's track that each track is about: by name, else by where it lies; None: a new one."""
     names: list[str | None] = []
     used: set[str] = set()
     for track in tracks:
-        mine = track.uid if (track.uid in shown or track.uid in present) and track.uid not in used else None
+        ours = track.uid in shown or track.uid in present
+        if ours and not exported:
+            ours = track.uid in shown and touching(track, shown[track.uid])
+        mine = track.uid if ours and track.uid not in used else None
         names.append(mine)
         used |= set() if mine is None else {mine}
     strangers = [i for i, name in enumerate(names) if name is None]
@@ -141,7 +154,8 @@ def _same(track: Track, shown: Track, size: tuple[int, int]) -> bool:
     if track.state in REVIEWS and track.state not in ("open", shown.state):
         return False
     far = np.abs(track.boxes - shown.boxes).max(axis=1)
-    return bool((far[track.key] <= _WRITTEN_PX).all() and (far <= _DRAWN_PX).all())
+    written = _WHOLE_PX if np.array_equal(track.boxes, np.rint(track.boxes)) else _WRITTEN_PX
+    return bool((far[track.key] <= written).all() and (far <= _DRAWN_PX).all())
 
 
 def _labels(track: Track) -> NDArray[np.int64]:

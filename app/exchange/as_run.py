@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from app.exchange.as_truth import track_numbers
 from app.exchange.dataset import VideoFacts
 from tsr_engine.evidence.encode import TableEntry
 from tsr_engine.evidence.header import RunHeader, VideoIdentity
 from tsr_engine.evidence.writer import EvidenceWriter
 from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.params import Params
 from tsr_engine.recognition.catalogue import CLASS_COUNT
@@ -63,7 +63,7 @@ def write_run(
         tell: told the number of frames done.
     """
     listed = list(tracks)
-    numbers = track_numbers(track.uid for track in listed)
+    numbers = track_numbers((track.uid for track in listed), least=0)
     frames: dict[int, list[_Box]] = defaultdict(list)
     events: dict[int, list[Event]] = defaultdict(list)
     for track in listed:

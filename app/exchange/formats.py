@@ -26,6 +26,8 @@ class FormatView(Model):
     can_export: bool
     can_import: bool
     needs_pictures: bool
+    key_frames: bool
+    """It marks key frames: the bound of thinning matters."""
     export_switches: list[SwitchView]
     import_switches: list[SwitchView]
     docs: str
@@ -40,6 +42,7 @@ def format_view(format: Format) -> FormatView:
         can_export=format.write is not None,
         can_import=format.read is not None,
         needs_pictures=format.needs_pictures,
+        key_frames=format.key_frames,
         export_switches=[_switch(switch) for switch in format.export_switches],
         import_switches=[_switch(switch) for switch in format.import_switches],
         docs=format.docs,

@@ -11,6 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.exchange.named import RUN_ID
+from app.runs.latest import latest_last
 from app.settings import DATABASE_FILE, Settings, load_settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
@@ -76,8 +77,7 @@ def run_named(session: Session, name: str) -> str:
         return name
     video = named_video(session, name)
     query = select(Run.id).where(Run.video_id == video.id, Run.state == "complete", Run.kind != "whatif")
-    # somebody else's tracks are asked for by the run's own name
-    newest = session.scalars(query.order_by((Run.kind == "engine").desc(), Run.created.desc()).limit(1)).first()
-    if newest is None:
+    runs = session.scalars(query.order_by(*latest_last())).all()
+    if not runs:
         raise InputError(f"{video.name} has no complete run. Start one in 'tsr review', and wait for its end.")
-    return newest
+    return runs[-1]

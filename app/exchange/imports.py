@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import uuid
 import zipfile
@@ -21,7 +22,7 @@ from app.errors import Invalid, NotFound
 from app.events import EventBus
 from app.exchange.as_annotation import Annotated, annotate
 from app.exchange.as_run import write_run
-from app.exchange.as_truth import track_numbers, truth_rows
+from app.exchange.as_truth import truth_rows
 from app.exchange.dataset import LABELS, Source, VideoFacts
 from app.exchange.marks import marks
 from app.exchange.stored import home_source, video_facts
@@ -33,11 +34,14 @@ from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.truths.service import TruthService
 from app.videos.table import unpack
+from tsr_engine.bundle.layout import FRAMES, OUTPUT
+from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.locks import is_locked
@@ -230,7 +234,7 @@ class ImportService:
                 finished=now,
             )
             author = incoming.author or self._settings.author
-            said = marks(tracks, track_numbers(track.uid for track in tracks), author)
+            said = marks(tracks, track_numbers((track.uid for track in tracks), least=0), author)
             edit = None
             with placing(home, run_id) as work, self._database.write() as session:
                 if session.get(Video, video_id) is None:
@@ -254,6 +258,7 @@ class ImportService:
         author = incoming.author or self._settings.author
         before = {track.uid: track for track in source.tracks()}
         found = Annotated()
+        exported = dataset.videos[0].provenance.get("run", {}).get("id") == run_id
 
         def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
             nonlocal found
@@ -262,7 +267,7 @@ class ImportService:
                 frames = source.video.frames
                 passed = run_tracks(source.folder, present, source.first, source.stop, frames, source.origin)
                 shown = {track.uid: track for track in passed}
-            found = annotate(tracks, shown, present, author, size)
+            found = annotate(tracks, shown, present, author, size, exported)
             return found.documents
 
         seq, stored = self._edits.put_documents(run_id, author, _command(incoming), make)
@@ -277,15 +282,25 @@ def _read(incoming: Incoming, onto: _Onto) -> Dataset:
     if chosen is None and incoming.switches:
         raise Invalid("Options belong to a format: name it with format=.", field="switches")
     switches = {} if chosen is None else switches_of(chosen, dict(incoming.switches), reading=True)
-    _whole_archive(incoming.path)
+    _no_annotations(incoming.path)
     video = onto.facts.without_tracks()
     target = ImportTarget(video, LABELS, switches, dict(incoming.label_map))
     return read_dataset(incoming.path, target, chosen, scratch=incoming.scratch)
 
 
-def _whole_archive(path: Path) -> None:
-    """Refuse the beginning of an archive: what would be said of it otherwise is that it is of no known format."""
-    if not path.is_file() or zipfile.is_zipfile(path):
+def _no_annotations(path: Path) -> None:
+    """Refuse what would be told to be of no known format: the beginning of an archive, and a bug bundle."""
+    if not path.is_file():
+        return
+    if zipfile.is_zipfile(path):
+        names: set[str] = set()
+        with contextlib.suppress(zipfile.BadZipFile, OSError), zipfile.ZipFile(path) as archive:  # told when it is read
+            names.update(archive.namelist())
+        if {BUNDLE_MANIFEST, FRAMES, OUTPUT} <= names:
+            raise ImportFormatError(
+                f"{path.name}: is a bug bundle, no annotations. Replay it with 'tsr replay {path.name}', or open it "
+                "with 'Open bug bundle' in the library."
+            )
         return
     with path.open("rb") as file:
         begins = file.read(4)

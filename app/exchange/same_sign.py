@@ -1,4 +1,4 @@
-"""Tracks without a name of ours that lie on a track of the run: the same sign, seen by somebody else."""
+"""Whether a track that somebody else has made is one of the run's: the same sign."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.evidence.overlap import box_pairs
 from app.evidence.tables import BoxTable
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["lying_on"]
+__all__ = ["lying_on", "touching"]
 
 _IOU = 0.5
 _SHARE = 0.5
@@ -38,6 +38,19 @@ def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, s
             found[a] = names[b]
             taken.add(b)
     return found
+
+
+def touching(track: Track, other: Track) -> bool:
+    """Whether two tracks of one name can be one sign: in half of their common frames, if any, their boxes touch.
+
+    It takes little, because a person may have drawn every box anew; two signs do not even come that close.
+    """
+    _, a, b = np.intersect1d(track.frames, other.frames, assume_unique=True, return_indices=True)
+    if not len(a):
+        return False
+    mine, theirs = track.boxes[a], other.boxes[b]
+    apart = np.maximum(mine[:, :2], theirs[:, :2]) >= np.minimum(mine[:, 2:], theirs[:, 2:])
+    return bool((~apart.any(axis=1)).mean() >= _SHARE)
 
 
 def _table(tracks: Sequence[Track]) -> BoxTable:

@@ -16,6 +16,7 @@ from app.runs.view import publish_run
 from app.storage.models import Artefact, Job, ModelVersion, Run, Video
 from app.training.view import publish_model
 from app.videos.view import publish_video
+from app.videos.words import in_words
 
 __all__ = ["give_back", "report_failure", "settle_subject", "take_back"]
 
@@ -35,12 +36,14 @@ def settle_subject(session: Session, events: EventBus, job: Job, state: str, err
             return  # it stays what it is: being imported
         video = session.get(Video, job.subject)
         if video is not None and video.state == "importing":
-            video.state, video.error = "failed", error or "The import was stopped. Add the video again."
+            video.state = "failed"
+            video.error = in_words(video, error or "The import was stopped. Add the video again.")
             publish_video(session, events, video)
         return
     run = session.get(Run, job.subject)
     if run is not None:
-        run.state, run.error = state, error
+        video = session.get_one(Video, run.video_id)
+        run.state, run.error = state, None if error is None else in_words(video, error)
         publish_run(session, events, run)
     artefact = session.get(Artefact, job.subject)
     if artefact is not None:

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session, undefer
 
 from app.compare.annotation import corrected_boxes
 from app.edits.documents import TrackDoc
+from app.edits.track_name import track_name
 from app.evidence.tables import confirmed_boxes
 from app.storage.models import Truth
 from app.truths.rows import unpack
@@ -32,21 +33,12 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc]) -> BoxRows
 
     with EvidenceReader(evidence) as reader:
         table = corrected_boxes(confirmed_boxes(reader), documents)
+    docs = {key: documents.get(key) for key in table.keys}
     labels = tuple(
-        f"{_called(table.keys[track], documents)} {_class(label)}{_review(documents.get(table.keys[track]))}"
-        for track, label in zip(table.track.tolist(), table.class_id.tolist(), strict=True)
+        f"{track_name(key, docs[key])} {_class(label)}{_review(docs[key])}"
+        for key, label in zip((table.keys[k] for k in table.track.tolist()), table.class_id.tolist(), strict=True)
     )
     return BoxRows(table.frame, table.boxes, table.class_id, labels)
-
-
-def _called(key: str, documents: Mapping[str, TrackDoc]) -> str:
-    """A track as the page calls it: the engine's by its number, others by where they come from."""
-    if key.startswith("m"):
-        return f"#{key[1:]}"
-    doc = documents.get(key)
-    if doc is not None and doc.segments:
-        return f"#{doc.segments[0].track} from {doc.segments[0].first}"
-    return f"drawn at {doc.frames()[0]}" if doc is not None and doc.keys else "made by hand"
 
 
 def truth_of(session: Session, video_id: str, truth_id: str | None) -> BoxRows | None:

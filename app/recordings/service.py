@@ -5,7 +5,8 @@ from __future__ import annotations
 from app.artefacts.names import file_stem
 from app.artefacts.service import ArtefactService
 from app.artefacts.view import ArtefactView, artefact_view
-from app.errors import Conflict, Invalid, NotFound
+from app.errors import NotFound
+from app.evidence.frame_range import check_frames
 from app.evidence.service import EvidenceService
 from app.storage.database import Database
 from app.storage.models import Run, Video
@@ -52,16 +53,7 @@ class RecordingService:
             Conflict: the run has stored nothing.
             Invalid: the range is empty, too long, or not within the frames of the run.
         """
-        if not first < stop <= first + MOST_FRAMES:
-            raise Invalid(f"A recording has 1 to {MOST_FRAMES} frames. Got {first} to {stop}.", field="stop")
-        stored = self._evidence.stored_frames(run_id)
-        if stored is None:
-            raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
-        if first < stored[0] or stop > stored[1] + 1:
-            raise Invalid(
-                f"The run has the frames {stored[0]} to {stored[1]}. Got {first} to {stop - 1}.",
-                field="first" if first < stored[0] else "stop",
-            )
+        check_frames(self._evidence, run_id, first, stop, "recording", MOST_FRAMES)
         with self._database.write() as session:
             run = session.get(Run, run_id)
             if run is None:

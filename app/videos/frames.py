@@ -21,6 +21,7 @@ from app.videos.glance import glance_path
 from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
 from app.videos.same_file import is_same
 from app.videos.table import unpack
+from app.videos.words import in_words
 from tsr_engine.errors import TsrError
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.records import Picture
@@ -168,18 +169,16 @@ class FrameService:
         path = Path(row.path)
         status = _status(path)
         if status is None:
-            raise NotFound(
-                f"{path} is not there any more. Put it back, or add the video from where it lies now.", code="missing"
-            )
+            there = "Upload it again." if row.owned else "Put it back, or add the video from where it lies now."
+            raise NotFound(in_words(row, f"{path} is not there any more. {there}"), code="missing")
         try:
             if not is_same(row, path):
-                raise Conflict(
-                    f"{path} has changed since it was added; add it again as another video.", code="file_changed"
-                )
+                changed = f"{path} has changed since it was added; add it again as another video."
+                raise Conflict(in_words(row, changed), code="file_changed")
             table = unpack(row.frame_table)
             video = open_video(path, limits=VideoLimits(max_pixels=self._settings.max_pixels), table=table)
         except TsrError as error:
-            raise Conflict(str(error), code="unreadable") from None
+            raise Conflict(in_words(row, str(error)), code="unreadable") from None
         return Reel(video_id, video, table, self._cache, status, glance_path(self._settings.home, video_id))
 
 

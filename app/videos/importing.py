@@ -15,6 +15,7 @@ from app.videos.glancing import decode_all
 from app.videos.table import pack
 from app.videos.thumbnails import thumbnail_path
 from app.videos.view import publish_video
+from app.videos.words import in_words
 from tsr_engine.errors import VideoError
 from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.video import VideoLimits, open_video
@@ -76,7 +77,7 @@ def import_video(task: TaskContext) -> None:
         row.state, row.error = "ready", None
         row.width, row.height, row.rotation = file.width, file.height, file.rotation
         row.codec, row.rate, row.frames, row.duration = file.codec, float(file.rate), len(table), duration
-        row.warnings = warnings
+        row.warnings = [in_words(row, warning) for warning in warnings]
         row.frame_table = pack(table, before[1])
         if row.sample:
             session.flush()

@@ -10,6 +10,7 @@ from sqlalchemy import and_, case, func, not_, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
+from app.runs.latest import latest_last
 from app.shapes import Model
 from app.storage.models import Run, TrackDocument, Video
 
@@ -68,9 +69,8 @@ def _views(session: Session, videos: Sequence[Video]) -> list[VideoView]:
     ids = [video.id for video in videos]
     counts: Counter[str] = Counter()
     latest: dict[str, tuple[str, int]] = {}
-    order = (Run.state == "complete").asc(), (Run.kind == "engine").asc(), Run.created.asc()
-    runs = select(Run.id, Run.video_id, Run.kind, Run.tracks).where(Run.video_id.in_(ids)).order_by(*order)
-    for run_id, video_id, kind, tracks in session.execute(runs):  # the one that counts comes last
+    runs = select(Run.id, Run.video_id, Run.kind, Run.tracks).where(Run.video_id.in_(ids)).order_by(*latest_last())
+    for run_id, video_id, kind, tracks in session.execute(runs):
         counts[video_id] += 1
         if kind != "whatif":
             latest[video_id] = run_id, tracks or 0

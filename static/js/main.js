@@ -10,7 +10,7 @@ import { createFrames } from './frames/frames.js';
 import { formatRoute, parseRoute } from './model/route.js';
 import { allOperations } from './operations/registry.js';
 import { createLoader } from './review/loader.js';
-import { setRoute, setTheme, showBanner } from './store/actions/page.js';
+import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
 import { seek, select } from './store/actions/review.js';
 import { initialState } from './store/initial.js';
 import { createStore } from './store/store.js';
@@ -44,7 +44,11 @@ let known = '';
 function readRoute() {
   known = location.hash;
   const route = parseRoute(known);
-  store.dispatch((state) => setRoute(state, route));
+  const before = store.get().route.screen;
+  // what a dialog asks belongs to the screen that it was opened on
+  store.dispatch((state) => setRoute(state.route.screen === route.screen ? state : closeDialog(state), route));
+  // its progress has changed by what was reviewed meanwhile
+  if (route.screen === 'library' && before === 'review') void app.load(() => api.videos(), setVideos).catch(() => {});
   const { review } = store.get();
   if (route.screen === 'review' && review?.video.id === route.video && (route.run === null || route.run === review.run?.id)) {
     if (route.frame !== null) store.dispatch((state) => seek(state, /** @type {number} */ (route.frame)));
@@ -63,7 +67,7 @@ function writeRoute() {
   if (location.hash !== known) return readRoute();
   const { route, review } = store.get();
   if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return;
-  const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? null, frame: review.frame, track: review.selected });
+  const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track: review.selected });
   if (known !== wanted) history.replaceState(null, '', wanted);
   known = location.hash;
 }

@@ -10,15 +10,15 @@
  * @property {string} group            heading in the help
  * @property {string} tooltip
  * @property {string} [icon]           of views/icons.js
- * @property {(state: import('./types.js').State) => boolean} available
- * @property {(state: import('./types.js').State) => string|null} disabled   a sentence why not, or null
+ * @property {(state: import('./state-types.js').State) => boolean} available
+ * @property {(state: import('./state-types.js').State) => string|null} disabled   a sentence why not, or null
  * @property {(app: App, ...args: any[]) => unknown} run
  */
 
 /**
  * What views are given.
  * @typedef {object} App
- * @property {import('./types.js').Store} store
+ * @property {import('./state-types.js').Store} store
  * @property {import('./api/client.js').Api} api
  * @property {Operation[]} operations
  * @property {any} frames              the picture cache
@@ -30,6 +30,6 @@
  * @property {AbortSignal} signal      ends with the page
  */
 
-/** @typedef {{element: HTMLElement, update: (state: import('./types.js').State) => void, destroy: () => void}} View */
+/** @typedef {{element: HTMLElement, update: (state: import('./state-types.js').State) => void, destroy: () => void}} View */
 
 export {};

@@ -210,12 +210,12 @@
 /**
  * One operation. `name` says which of the others it has; see docs/edits.md.
  * @typedef {object} Command
- * @property {'create_track'|'set_box'|'relabel_track'|'relabel_box'|'merge'|'split'|'delete_from'|'delete_track'
- *   |'add_key'|'remove_key'|'interpolate'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'
+ * @property {'create_track'|'set_box'|'relabel_track'|'relabel_box'|'merge'|'split'|'delete_from'|'delete_track'|'restore_track'
+ *   |'add_key'|'remove_key'|'interpolate'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'|'review_tracks'
  *   |'add_note'|'edit_note'|'remove_note'} name
  * @property {number} frame            the frame that the person looks at
  * @property {string} key              the track
- * @property {string[]} [others]       merge: keys that go into `key`
+ * @property {string[]} [others]       merge: keys that go into `key`; review_tracks: the other tracks
  * @property {string} [new_key]        split: key of the later part
  * @property {Box|null} [box]
  * @property {number|null} [class_id]
@@ -253,6 +253,7 @@
  * @property {boolean} can_export
  * @property {boolean} can_import
  * @property {boolean} needs_pictures
+ * @property {boolean} key_frames   it marks key frames: the bound of thinning matters
  * @property {Switch[]} export_switches
  * @property {Switch[]} import_switches
  * @property {string} docs
@@ -355,96 +356,6 @@
  * @property {number} to_confident
  * @property {number} to_rejected
  * @property {{id: number, flips: number, frame: number}[]} tracks
- */
-
-// ------------------------------------------------------------------------------------------------------- in the page
-
-/** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'} LayerName */
-
-/**
- * The whole state of the page. Immutable: actions return a new one that shares what did not change.
- * @typedef {object} State
- * @property {Route} route
- * @property {Session|null} session
- * @property {Label[]} labels
- * @property {Parameter[]} parameters
- * @property {Video[]|null} videos             null: not loaded yet
- * @property {Record<string, Run[]>} runs      by video
- * @property {Artefact[]|null} artefacts       null: not loaded yet
- * @property {ModelVersion[]|null} models      the newest first; null: not loaded yet
- * @property {ReviewState|null} review
- * @property {Banner[]} banners
- * @property {'online'|'offline'} connection
- * @property {'light'|'dark'|'auto'} theme
- * @property {Record<LayerName, boolean>} layers   as a person left them
- * @property {Dialog|null} dialog
- */
-
-/**
- * @typedef {{screen: 'library'}
- *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
- *   | {screen: 'compare', a: string, b: string}
- *   | {screen: 'models'} | {screen: 'files'}} Route
- */
-
-/** @typedef {{key: string, frame: number, box: Box}} Draft   a box that was drawn and has no class yet: not a track until it gets one */
-
-/** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}}} Banner */
-
-/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'
- *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'settings', data?: any}} Dialog */
-
-/**
- * @typedef {object} ReviewState
- * @property {Video} video
- * @property {import('./model/timebase.js').Timebase|null} timebase
- * @property {Run|null} run
- * @property {TrackColumns|null} tracks
- * @property {LaneColumns|null} lanes
- * @property {Record<number, TrackLane>} laneOf        lanes of tracks that have been selected
- * @property {Record<number, Overlay>} overlays        by frame, a window around the cursor
- * @property {Record<number, Overlay>} secondOverlays
- * @property {Record<number, {box: Box, class_id: number|null, track: number}[]>} truth   by frame
- * @property {string|null} second                      the second run
- * @property {number} frame                            the cursor
- * @property {number|null} shown                       ordinal of the picture on screen; overlays are drawn only where it equals `frame`
- * @property {boolean} playing
- * @property {string|null} selected                    track key
- * @property {Record<LayerName, boolean>} layers
- * @property {{zoom: number, x: number, y: number}} viewport   zoom: screen px a picture px; x, y: picture point at the centre
- * @property {{first: number, last: number}} span      frames that the lanes show
- * @property {number|null} tau                         dragged tau; null: the run's
- * @property {'select'|'draw'|'merge'|'note'} mode
- * @property {string[]} marked                         keys marked for a merge
- * @property {Record<string, TrackDoc>} docs
- * @property {number} seq
- * @property {UndoTarget|null} undo
- * @property {UndoTarget|null} redo
- * @property {{op_id: string, command: Command}[]} unsaved   operations without an acknowledgement yet
- * @property {{box: Box, key: string}|null} drag       box under the pointer
- * @property {QueueFilter} filter
- * @property {'recording'|'space'|null} beside         what stands beside the picture
- */
-
-/**
- * @typedef {object} QueueFilter
- * @property {number|null} class_id
- * @property {'all'|'open'|'accepted'|'rejected'|'needs_work'} review
- * @property {number} least_doubt
- * @property {string} text
- * @property {'doubt'|'time'|'class'|'score'} sort
- */
-
-/**
- * A pure step from state to state; further arguments are its own.
- * @typedef {(state: State, ...args: any[]) => State} Action
- */
-
-/**
- * @typedef {object} Store
- * @property {() => State} get
- * @property {(action: Action, ...args: any[]) => void} dispatch
- * @property {(listener: (state: State) => void) => (() => void)} subscribe   returns what ends it
  */
 
 /** @typedef {{frame: number, box: Box, class_id: number|null, track: number}} TruthBox */

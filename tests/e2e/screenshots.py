@@ -126,7 +126,9 @@ def _conflict(facts: dict[str, Any]) -> dict[str, Any]:
     doc = {"key": facts["track"], "revision": 4, "class_id": 2, "review": "accepted", "not_a_sign": False}
     doc |= {"segments": [{"track": 1, "first": 4, "last": 90}], "keys": {}, "notes": [], "gone": False}
     doc |= {"merged_into": None}
-    return {"current": [doc], "yours": [{**doc, "class_id": 5, "review": "open"}]}
+    who = {facts["track"]: {"author": "Ann", "time": "2026-01-02T03:04:05+00:00", "name": "set_review", "frame": 4}}
+    mine = {**doc, "class_id": 5, "review": "open"}
+    return {"saved": [doc], "mine": [mine], "moved": [], "lost": [], "others": who}
 
 
 def _broken(page: Page, _: dict[str, Any]) -> None:
@@ -234,6 +236,7 @@ SCENES = (
     Scene("add-video", _over("add-video", lambda _: {})),
     Scene("relabel", _over("relabel", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
     Scene("drawn-box", _over("relabel", lambda facts: {"draft": {"key": "h1", "frame": facts["frame"], "box": DRAWN}})),
+    Scene("judge", _over("judge", lambda _: {})),
     Scene("note", _over("note", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
     Scene("what-if", _over("whatif", lambda facts: {"run": facts["run"], "initial": {"tau": 5}})),
     Scene("compare-choose", _over("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),

@@ -71,6 +71,20 @@ def page(desk: Desk) -> Iterator[Page]:
     assert errors == []
 
 
+def choose(page: Page, key: str) -> None:
+    """Select a track wherever the cursor is."""
+    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+
+
+def meeting(desk: Desk, page: Page, place: int) -> tuple[Page, str]:
+    """Another page that hears nothing of what others do, and the track that both have selected."""
+    other = desk.page(deaf=True)
+    key = "m" + str(state(page)["tracks"]["id"][place])
+    for each in (page, other):
+        choose(each, key)
+    return other, key
+
+
 RECOUNTED = """async (track) => {
   const { documentLane } = await import('/static/js/model/track_lane.js');
   const lane = window.tsr.store.get().review.laneOf[track];
@@ -232,7 +246,7 @@ def test_keyboard_alone(desk: Desk, page: Page) -> None:
     else:
         raise AssertionError("Tab never reaches the picture")
     assert page.evaluate("document.activeElement.matches(':focus-visible')")
-    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+    choose(page, key)
     before = desk.documents().get(key, {}).get("revision", 0)
     for nudge in ("ArrowRight", "Shift+ArrowDown", "Alt+ArrowRight"):
         page.keyboard.press(nudge)
@@ -265,17 +279,37 @@ def test_a_reload_in_the_middle_of_a_drag_changes_nothing(desk: Desk, page: Page
     assert state(page)["drag"] is None
 
 
+def test_one_verdict_on_all_shown_tracks(desk: Desk, page: Page) -> None:
+    before = {key: doc["review"] for key, doc in desk.documents().items()}
+    page.get_by_role("button", name="Judge all …").click()
+    dialog = page.get_by_role("dialog")
+    judged = dialog.get_by_role("button", name=re.compile(r"^Accept \d+ tracks?$"))
+    words = judged.inner_text().split()
+    assert int(words[1]) > 1
+    dialog.get_by_label("With a doubt of at most, %").fill("0")
+    assert int(judged.inner_text().split()[1]) < int(words[1])
+    dialog.get_by_label("With a doubt of at most, %").fill("")
+    edited(page, judged.click)
+    after = {key: doc["review"] for key, doc in desk.documents().items()}
+    changed = {key for key, review in after.items() if review != before.get(key, "open")}
+    assert len(changed) == int(words[1])
+    assert {after[key] for key in changed} == {"accepted"}
+    edited(page, lambda: page.keyboard.press("Control+z"))
+    undone = {key: doc["review"] for key, doc in desk.documents().items()}
+    assert all(undone[key] == before.get(key, "open") for key in undone)
+
+
 def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
-    other = desk.page(deaf=True)
-    key = "m" + str(state(page)["tracks"]["id"][0])
-    choose = "(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))"
-    for each in (page, other):
-        each.evaluate(choose, key)
+    other, key = meeting(desk, page, 0)
     mine = edited(page, lambda: page.keyboard.press("w"))["docs"][key]["review"]
     other.keyboard.press("Shift+x")
     dialog = other.locator("dialog[open]")
     dialog.wait_for()
     assert desk.documents()[key]["review"] == mine  # nothing was overwritten
+    for meant_for_the_picture in ("Space", "Enter", "f", "a"):
+        other.keyboard.press(meant_for_the_picture)
+    assert state(other)["unsaved"] == 1
+    assert dialog.is_visible()
     dialog.get_by_role("button", name="Keep mine").click()
     end = time.monotonic() + PATIENCE
     while not desk.documents()[key]["not_a_sign"] and time.monotonic() < end:
@@ -284,7 +318,7 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     assert (both["review"], both["not_a_sign"]) == (mine, True)
     # and the other choice: what the first page has saved stands
     wait(page, lambda s: s["docs"][key]["not_a_sign"])  # the first page has heard of it
-    page.evaluate(choose, key)  # a verdict has moved on to the next track
+    choose(page, key)  # a verdict has moved on to the next track
     theirs = edited(page, lambda: page.keyboard.press("w"))["docs"][key]["review"]
     other.keyboard.press("Shift+x")
     dialog.wait_for()
@@ -293,6 +327,60 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     assert desk.documents()[key]["review"] == theirs
     assert desk.documents()[key]["not_a_sign"] is True
     other.context.close()
+
+
+def test_two_boxes_of_one_frame_are_seen_before_one_is_chosen(desk: Desk, page: Page) -> None:
+    other, key = meeting(desk, page, -1)
+    frame = state(page)["tracks"]["first"][-1]
+    boxes = []
+    for each, (right, down) in ((page, (6, 4)), (other, (-5, 6))):
+        each.keyboard.press("t")
+        now = wait(each, lambda s: s["frame"] == frame and s["shown"] == frame and s["overlay"])
+        x, y = centre(box_of(now, key))
+        drag(each, (x, y), (x + right, y + down))
+        boxes.append(wait(each, lambda s: str(frame) in s["docs"].get(key, {}).get("keys", {}))["docs"][key]["keys"])
+        if each is page:
+            saved(page)
+    dialog = other.locator("dialog[open]")
+    for whose, keys in zip(("saved", "mine"), boxes, strict=True):
+        box = keys[str(frame)]["box"]
+        drawn = dialog.locator(f".two-versions-{whose}")
+        drawn.wait_for()
+        found = [float(drawn.get_attribute(name) or "nan") for name in ("x", "y", "width", "height")]
+        assert found == pytest.approx([box[0], box[1], box[2] - box[0], box[3] - box[1]])
+    assert dialog.get_by_text(f"Frame {frame}", exact=True).count() >= 1
+    dialog.get_by_role("button", name="Keep mine").click()
+    wait(other, lambda s: s["unsaved"] == 0)
+    assert desk.documents()[key]["keys"][str(frame)]["box"] == boxes[1][str(frame)]["box"]
+    other.context.close()
+
+
+def test_an_edit_of_a_track_that_another_page_has_deleted(desk: Desk, page: Page) -> None:
+    other, key = meeting(desk, page, 1)
+    assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][key]["gone"]
+    other.keyboard.press("Shift+x")
+    dialog = other.locator("dialog[open]")
+    dialog.get_by_text("was deleted: “Keep mine” restores it").wait_for()
+    assert dialog.get_by_role("row", name="State").get_by_role("cell").all_inner_texts() == ["deleted", "not reviewed"]
+    dialog.get_by_role("button", name="Keep mine").click()
+    wait(other, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
+    assert (desk.documents()[key]["gone"], desk.documents()[key]["not_a_sign"]) == (False, True)
+    other.context.close()
+    # what is deleted is listed, and comes back from there
+    wait(page, lambda s: s["docs"][key]["not_a_sign"])
+    choose(page, key)
+    assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][key]["gone"]
+    page.get_by_role("button", name=re.compile("deleted tracks?, show")).click()
+    rows = page.get_by_role("list", name="Deleted tracks").get_by_role("listitem")
+    row = rows.filter(has=page.get_by_role("button", name=f"Restore track #{key[1:]}", exact=True))
+    assert "not a sign" in row.inner_text()
+    row.get_by_text(re.compile("^deleted by .+ · ")).wait_for()
+    assert row.locator("img").evaluate("async image => { await image.decode(); return image.naturalWidth; }") > 0
+    back = edited(page, lambda: row.get_by_role("button", name="Restore").click())
+    assert (back["docs"][key]["gone"], back["selected"]) == (False, key)
+    row.wait_for(state="detached")
+    page.keyboard.press("Escape")
+    page.locator("dialog[open]").wait_for(state="detached")
 
 
 @pytest.mark.parametrize(("status", "code"), [(507, "storage_full"), (503, "busy")])
@@ -309,7 +397,7 @@ def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page,
             route.fallback()
 
     page.route(edits, refuse)
-    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+    choose(page, key)
     page.keyboard.press("Shift+x")
     banner = page.locator(".banner").filter(has_text="The disk is full. Make room.")
     banner.first.wait_for()
@@ -329,7 +417,7 @@ def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
     count = len(desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"])
     before = desk.documents().get(key, {"not_a_sign": False})["not_a_sign"]
     desk.server.kill()
-    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
+    choose(page, key)
     page.keyboard.press("Shift+x")
     wait(page, lambda s: s["unsaved"] == 1)
     page.locator(".banner").first.wait_for()

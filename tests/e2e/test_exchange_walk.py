@@ -120,6 +120,7 @@ def test_what_is_exported_can_be_downloaded_and_is_listed(page: Page, desk: Desk
     assert manifest["counts"]["boxes"] == desk.boxes
     assert len(xml.findall("track")) == desk.tracks
     dialog.get_by_role("button", name="Close").last.click()
+    expect(dialog).to_be_hidden()  # it leads to the files too, until the page is drawn without it
     page.get_by_role("link", name="Files").click()
     row = page.get_by_role("listitem").filter(has_text="my <b>export")
     expect(row).to_contain_text("ready")
@@ -163,6 +164,17 @@ def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk)
         "() => tsr.store.get().review.layers.truth && (tsr.store.get().review.truth[100]?.length ?? 0) > 0",
         timeout=30_000,
     )
+    truth = desk.server.call("GET", f"/videos/{desk.video}/truths")["truths"][0]["id"]
+    page.keyboard.press("7")
+    page.wait_for_function("() => !tsr.store.get().review.layers.truth")
+    # a place of a comparison with it shows it, whatever the layers were
+    page.evaluate("hash => { location.hash = hash }", f"#/compare?a=truth:{truth}&b=run:{desk.run}")
+    page.locator(".matrix button").first.click()  # where both agree, for this run is exact
+    page.locator(".place").first.click()
+    page.wait_for_function("() => tsr.store.get().review?.layers.truth", timeout=30_000)
+    expect(page.locator(".place").first).to_be_hidden()
+    _review(page, desk)
+    page.wait_for_function("() => (tsr.store.get().review.truth[100]?.length ?? 0) > 0", timeout=30_000)
     page.get_by_role("button", name="Ground truths").click()
     page.get_by_role("dialog").get_by_role("button", name="Delete exact").click()
     page.get_by_role("dialog").get_by_role("button", name="Delete", exact=True).click()
@@ -183,6 +195,17 @@ def test_a_file_comes_in_as_a_run_and_opens(page: Page, desk: Desk) -> None:
     )
     assert page.evaluate("tsr.store.get().review.run.name") == "theirs"
     expect(page.get_by_role("button", name="Report a bug")).to_have_attribute("aria-disabled", "true")
+    # somebody removes it: the page says so, also after a reload, and shows no other run in its place
+    desk.server.call("DELETE", f"/runs/{page.evaluate('tsr.store.get().review.run.id')}")
+    gone = page.get_by_role("heading", name="This run is not there any more")
+    expect(gone).to_be_visible()
+    expect(page.get_by_label("Run", exact=True)).to_contain_text("not there any more")
+    page.reload()
+    expect(gone).to_be_visible()
+    assert page.evaluate("tsr.store.get().review.run") is None
+    page.get_by_role("link", name="Open the newest run").click()
+    page.wait_for_function("run => tsr.store.get().review?.run?.id === run", arg=desk.run, timeout=30_000)
+    expect(gone).to_be_hidden()
 
 
 def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, desk: Desk) -> None:

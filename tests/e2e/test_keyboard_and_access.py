@@ -246,6 +246,25 @@ def test_a_choice_by_mouse_leaves_the_keys_to_the_picture_and_one_by_keys_does_n
     speed.select_option("1")
 
 
+def test_a_button_that_is_enabled_is_readable_at_once(page: Page) -> None:
+    """Its colour of text changes at once; a background that followed would be grey below white for a while."""
+    moving = page.evaluate(
+        """() => {
+          const button = document.createElement('button');
+          button.className = 'btn btn-primary';
+          button.disabled = true;
+          document.body.append(button);
+          const before = getComputedStyle(button).backgroundColor;
+          button.disabled = false;
+          const after = getComputedStyle(button).backgroundColor;
+          const moving = button.getAnimations().length;
+          button.remove();
+          return [before === after, moving];
+        }"""
+    )
+    assert moving == [False, 0]
+
+
 def test_the_end_of_a_dialog_does_not_close_the_next_one(page: Page) -> None:
     page.evaluate(
         """async () => {

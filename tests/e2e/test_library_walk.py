@@ -128,6 +128,7 @@ def test_a_path_outside_the_folders_is_refused_in_words(page: Page, tmp_path: Pa
 def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_removed(page: Page) -> None:
     _open_runs(page, DRIVE.video.name)
     dialog = page.get_by_role("dialog")
+    dialog.get_by_text("Parameters", exact=True).click()
     dialog.get_by_label("Search parameters").fill("tau")
     field = dialog.get_by_label("tau", exact=True)
     field.fill("-3")
@@ -143,7 +144,7 @@ def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_remo
     expect(item).to_contain_text("tau = 25")
     item.get_by_role("button", name="Cancel").click()
     expect(item).to_contain_text("cancelled", timeout=WORK)
-    item.get_by_role("button", name="Remove the run").click()
+    item.get_by_role("button", name="Remove looser gate").click()
     page.get_by_role("button", name="Remove", exact=True).click()
     expect(page.get_by_role("dialog")).to_have_count(0)
     _open_runs(page, DRIVE.video.name)

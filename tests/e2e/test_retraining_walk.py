@@ -75,6 +75,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_role("button", name="Export", exact=True).click()
     expect(dialog.get_by_role("link", name="Download")).to_be_visible(timeout=WORK)
     dialog.get_by_role("button", name="Close", exact=True).last.click()
+    expect(dialog).to_be_hidden()
 
     page.get_by_role("link", name="Models").click()
     page.get_by_role("button", name="Retrain").click()
@@ -102,6 +103,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     second = dialog.locator(".run-item").filter(has_text="Second")
     expect(second.locator(".run-badge")).to_have_text("complete", timeout=WORK, ignore_case=True)
     dialog.get_by_role("button", name="Close", exact=True).last.click()
+    expect(dialog).to_be_hidden()
 
     page.get_by_role("button", name="Compare").click()
     expect(dialog.locator("#compare-a option").filter(has_text="Corrections of Run 1")).to_have_count(1)  # they load

@@ -286,6 +286,19 @@ def test_the_same_data_gives_the_same_bytes(name: str, clip: Path, tmp_path: Pat
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
+def test_the_bound_of_thinning_matters_where_a_format_says_so(name: str, clip: Path, tmp_path: Path) -> None:
+    boxes = [(4 + 2 * k, 5, 20 + 2 * k + 0.5 * (k % 2), 21) for k in range(9)]
+    dataset = Dataset(CLASS_NAMES, (_video(clip, [a_track("m1", range(9), boxes=boxes)]),))
+    written = []
+    for bound in (0.0, 2.0):
+        out = tmp_path / str(bound)
+        export_dataset(dataset, FORMATS[name], out, replace(_options(FORMATS[name]), thin_px=bound), zipped=False)
+        texts = (path for path in sorted(out.rglob("*")) if path.is_file() and path.name != "manifest.json")
+        written.append([path.read_bytes() for path in texts])
+    assert (written[0] != written[1]) == FORMATS[name].key_frames
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
 def test_an_empty_data_set(name: str, clip: Path, tmp_path: Path) -> None:
     dataset = Dataset(CLASS_NAMES, (_video(clip, []),))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)

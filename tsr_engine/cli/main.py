@@ -118,7 +118,7 @@ def _wrong_use(error: Any) -> int:
         return EXIT_USAGE
     message = " ".join(error.format_message().split()).rstrip(".")
     path = context.command_path if context is not None else "tsr"
-    say(f"{message}. See `{path} --help`.")
+    say(f"{message}{'' if message.endswith('?') else '.'} See `{path} --help`.")
     return EXIT_USAGE
 
 

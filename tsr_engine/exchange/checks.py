@@ -188,12 +188,12 @@ class Intake:
             ordinal = int(number) - origin
         except (TypeError, ValueError, OverflowError):
             raise refuse(file, line, f"frame {str(frame)[:40]!r} must be a whole number. Correct it.") from None
-        count = self.target.video.frames
+        count, video = self.target.video.frames, self.target.video.name
         if number != int(number) or not 0 <= ordinal < count:
             raise refuse(
                 file,
                 line,
-                f"frame {frame} must be in {origin} to {count - 1 + origin}, the frames of {self.target.video.name}. "
+                f"frame {number:.12g} must be in {origin} to {count - 1 + origin}, the frames of {video}. "
                 "Check that it is the right video and whether the file counts from 0 or 1.",
             )
         return ordinal

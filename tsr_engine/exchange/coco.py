@@ -145,5 +145,6 @@ FORMAT = Format(
         LINK_SWITCH,
         Switch("first_id", ("1", "0"), "Where ids count from in a list of results that comes without its images."),
     ),
+    key_frames=True,
     docs="coco.md",
 )

@@ -254,5 +254,6 @@ FORMAT = Format(
         Switch("image", ("png", "jpg"), "Format of the pictures, where they go out."),
     ),
     import_switches=(SIZE_SWITCH,),
+    key_frames=True,
     docs="cvat-video.md",
 )

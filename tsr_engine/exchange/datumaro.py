@@ -306,5 +306,6 @@ FORMAT = Format(
         SIZE_SWITCH,
         Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
     ),
+    key_frames=True,
     docs="datumaro.md",
 )

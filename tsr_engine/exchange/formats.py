@@ -104,6 +104,7 @@ class Format:
         export_switches: options of the writer.
         import_switches: options of the reader.
         needs_pictures: an export without pictures makes no sense (crop folders).
+        key_frames: the writer marks key frames, so that ``ExportOptions.thin_px`` says how many there are.
         docs: page under ``docs/formats/``.
     """
 
@@ -116,4 +117,5 @@ class Format:
     export_switches: tuple[Switch, ...] = ()
     import_switches: tuple[Switch, ...] = ()
     needs_pictures: bool = False
+    key_frames: bool = False
     docs: str = ""

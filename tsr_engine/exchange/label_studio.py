@@ -358,5 +358,6 @@ FORMAT = Format(
     export_switches=(
         Switch("as", ("predictions", "annotations"), "Suggestions to accept one by one, or finished annotations."),
     ),
+    key_frames=True,
     docs="label-studio.md",
 )

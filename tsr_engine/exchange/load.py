@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
@@ -41,7 +43,8 @@ def read_dataset(
         scratch: where archives are unpacked for the moment; unset: the system's folder.
 
     Returns:
-        One video with its tracks in memory, what was skipped and what was repaired.
+        One video with its tracks in memory, the run that it was exported from where a manifest of ours says so, what
+        was skipped and what was repaired.
 
     Raises:
         ImportFormatError: unknown format, or a broken rule; names file, line and rule.
@@ -100,9 +103,18 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
         raise ImportFormatError(_of_others(name, told, target))
     dataset = chosen.read(place, target)
     if entry is not None and len(dataset.videos) == 1:
-        dataset = with_negatives(dataset, entry, target, MANIFEST)
+        dataset = _with_origin(with_negatives(dataset, entry, target, MANIFEST), entry)
     _check(dataset, target, name)
     return dataset
+
+
+def _with_origin(dataset: Dataset, entry: Mapping[str, Any]) -> Dataset:
+    """The data set with the run that our manifest says it was exported from."""
+    said = entry.get("provenance")
+    run = said.get("run") if isinstance(said, dict) else None
+    if not isinstance(run, dict):
+        return dataset
+    return replace(dataset, videos=(replace(dataset.videos[0], provenance={"run": run}),))
 
 
 def _of_others(name: str, told: Told, target: ImportTarget) -> str:

@@ -10,15 +10,16 @@ __all__ = ["track_numbers"]
 _NUMBERED = re.compile(r"(?:track|[a-z]{0,2})0*([0-9]{1,9})", re.ASCII)
 
 
-def track_numbers(uids: Iterable[str]) -> dict[str, int]:
-    """A number >= 1 for each name: the one in it (``7``, ``m7``, ``track7``) if no other has that, else the next free.
+def track_numbers(uids: Iterable[str], least: int = 1) -> dict[str, int]:
+    """A number for each name: the one in it (``7``, ``m7``, ``track007``) if no other has that, else the next free one.
 
     Args:
         uids: different names.
+        least: smallest number that may be given, 0 or 1; those that are dealt out begin at 1.
     """
     names = list(uids)
     found: dict[str, int] = {}
-    taken: set[int] = {0}
+    taken = set(range(least))
     for name in names:
         match = _NUMBERED.fullmatch(name)
         if match and int(match[1]) not in taken:

@@ -376,5 +376,6 @@ FORMAT = Format(
         SIZE_SWITCH,
         LINK_SWITCH,
     ),
+    key_frames=True,
     docs="voc.md",
 )

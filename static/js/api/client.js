@@ -193,7 +193,7 @@ export function createApi(setup = {}) {
      * @param {Sending} [options]
      * @returns {Promise<{video: Video, run: Run, report: BundleReport}>}
      */
-    importBundle: async (file, author, options = {}) => expectObject('POST /bundles', await upload(`${base}/bundles${queryText({author})}`, file, {...options, method: 'POST'}), {video: 'object', run: 'object', report: 'object'}),
+    importBundle: async (file, author, options = {}) => expectObject('POST /bundles', await upload(`${base}/bundles${queryText({author, name: file.name})}`, file, {...options, method: 'POST'}), {video: 'object', run: 'object', report: 'object'}),
     /**
      * Lay a file onto a video.
      *
@@ -232,8 +232,8 @@ export function createApi(setup = {}) {
       const answer = await json(`/runs/${e(run)}/edits`, {...call, method: 'POST', body: edit, headers: match ? {'If-Match': match} : {}});
       return expectObject('POST /runs/…/edits', answer, {op_id: 'string', seq: 'number', docs: 'array'});
     },
-    /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<any>} rows of the log after a number */
-    edits: (run, after, call) => json(`/runs/${e(run)}/edits`, {...call, query: {after}}),
+    /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<{edits: import('../model/deleted.js').LogRow[]}>} at most a thousand rows of the log after a number */
+    edits: async (run, after, call) => expectObject('GET /runs/…/edits', await json(`/runs/${e(run)}/edits`, {...call, query: {after}}), {edits: 'array'}),
     /** @param {string} run @param {string} from @param {Call} [call] @returns {Promise<Adoption>} */
     adopt: async (run, from, call) => expectObject('POST /runs/…/adopt', await json(`/runs/${e(run)}/adopt`, {...call, method: 'POST', body: {from_run: from}, timeout: 120_000}), {kept: 'array', not_needed: 'array', conflicts: 'array'}),
   };

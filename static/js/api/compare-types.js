@@ -13,6 +13,7 @@
  * @property {string[]} tracks
  * @property {(string|null)[]} partners
  * @property {number} places                     their full number, also where the lists are cut
+ * @property {number[]|null} errors              how large the error is in each place, where they are in its order
  */
 
 /**
@@ -38,6 +39,6 @@
  * @property {{classes: number[], cells: Cell[]}} confusion
  */
 
-/** @typedef {{name: string, kind: string, tracks: number, boxes: number}} Side */
-/** @typedef {{title: string, frames: number[], lasts: number[], tracks: string[], partners: (string|null)[], places: number, side: 'reference'|'candidate'}} Places */
+/** @typedef {{name: string, kind: string, tracks: number, boxes: number, names: Record<string, string>, edited: boolean}} Side   names: of tracks that people have made, by key; edited: a run on which people have said something */
+/** @typedef {{title: string, frames: number[], lasts: number[], tracks: string[], partners: (string|null)[], places: number, errors?: number[]|null, side: 'reference'|'candidate'}} Places */
 export {};

@@ -3,7 +3,7 @@
  * Edits from the moment they are made until the server has them: shown at once, kept in the outbox, sent one after the
  * other, repeated until they arrive. One that meets somebody else's change is held until a person decides.
  *
- * @typedef {import('../types.js').Store} Store
+ * @typedef {import('../state-types.js').Store} Store
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('./outbox.js').Pending} Pending
@@ -15,12 +15,15 @@ import { subjectOf } from '../model/effective.js';
 import { trackName } from '../model/track_name.js';
 import { changeReview, select, seek } from '../store/actions/review.js';
 import { hideBanner, openDialog, showBanner } from '../store/actions/page.js';
-import { keysOf, parted, projected, rebased, revisionsSeen } from './pending.js';
+import { isAgreed, planned } from './keeping.js';
+import { keysOf, parted, projected, rebased, revisionsSeen, without } from './pending.js';
 import { docsFor } from './revisions.js';
 import { describe, describeUndone, named } from './words.js';
 
 /** Pauses between tries, ms. */
 const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
+/** Tracks that a notice names. */
+const NAMED = 5;
 /** Answers after which the same operation can never succeed; after all others it is sent again. */
 const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
 
@@ -62,8 +65,8 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   let early = [];
   /** Refused because somebody else was first; kept in the outbox until a person decides. @type {Pending[]} */
   let held = [];
-  /** @type {{current: TrackDoc[], yours: TrackDoc[]}|null} */
-  let conflict = null;
+  /** What was done last, and by whom, to the tracks that edits are held for. @type {Record<string, import('./keeping.js').Last>} */
+  let others = {};
   let order = 0;
   let sending = false;
   let wake = () => {};
@@ -86,7 +89,9 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     const review = store.get().review;
     if (review === null || run === null) return;
     const docs = projected(review, confirmed, pending, new Date().toISOString());
-    const unsaved = [...held, ...pending].map(({ op_id, command }) => ({ op_id, command: /** @type {Command} */ (command) }));
+    /** @param {boolean} waits @returns {(one: Pending) => {op_id: string, command: Command, held: boolean}} */
+    const entry = (waits) => ({ op_id, command }) => ({ op_id, command: /** @type {Command} */ (command), held: waits });
+    const unsaved = [...held.map(entry(true)), ...pending.map(entry(false))];
     store.dispatch((state) => changeReview(state, { docs, unsaved }));
   }
 
@@ -148,7 +153,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
           await wait(PAUSES[Math.min(tries++, PAUSES.length - 1)]);
           continue;
         }
-        refused(next, thrown);
+        await refused(next, thrown);
       }
     }
     sending = false;
@@ -168,17 +173,12 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   }
 
   /** @param {Pending} next @param {unknown} thrown */
-  function refused(next, thrown) {
-    const stale = thrown instanceof ApiError && thrown.code === 'stale';
+  async function refused(next, thrown) {
     const own = next.command.name !== 'undo' && next.command.name !== 'redo';
-    if (stale && own) {
-      const { held: bound, left } = parted(pending, next);
-      pending = left;
-      held = [...held, ...bound];
+    if (own && thrown instanceof ApiError && thrown.code === 'stale') {
       const current = /** @type {TrackDoc[]} */ (thrown.details.current ?? []);
       confirm(current);
-      conflict = { current: [...(conflict?.current ?? []).filter(({ key }) => !current.some((doc) => doc.key === key)), ...current], yours: [] };
-      decide();
+      if (!leaveOut(next, current) && !putOnTop(next)) await hold(next, thrown.details.by ?? {});
     } else {
       forget(next);
       const why = thrown instanceof ApiError ? thrown.message : sentence(thrown);
@@ -188,28 +188,86 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     show();
   }
 
+  /** Until a person decides, with those behind it. @param {Pending} next @param {typeof others} by   who was first */
+  async function hold(next, by) {
+    const { held: bound, left } = parted(pending, next);
+    pending = left;
+    held = [...held, ...bound];
+    others = { ...others, ...by };
+    await refresh(); // also those that it was merged into
+    decide();
+  }
+
+  /** The same operation otherwise, to be sent in its place. @param {Pending} moved */
+  function replace(moved) {
+    pending = pending.map((one) => (one.op_id === moved.op_id ? moved : one));
+    keep(moved);
+  }
+
+  /**
+   * One verdict on many is not for tracks that look otherwise by now; the others get it.
+   * @param {Pending} next
+   * @param {readonly TrackDoc[]} current   those that somebody else has changed
+   */
+  function leaveOut(next, current) {
+    const less = without(next, current.map(({ key }) => key));
+    if (less === next) return false;
+    if (less === null) forget(next);
+    else replace(less);
+    const more = current.length - NAMED;
+    const names = current.slice(0, NAMED).map(({ key }) => trackName(key, confirmed[key])).join(', ') + (more > 0 ? ` and ${more} more` : '');
+    toast(`No verdict on ${current.length === 1 ? 'track' : 'tracks'} ${names}: somebody else was first.`);
+    return true;
+  }
+
+  /** A note takes nothing away from what others have said: it goes on top, unless more of ours waits behind it. @param {Pending} next */
+  function putOnTop(next) {
+    const review = store.get().review;
+    const key = next.command.name === 'add_note' ? /** @type {Command} */ (next.command).key : null;
+    if (review === null || key === null || confirmed[key]?.gone || pending.filter((one) => keysOf(one).includes(key)).length > 1) return false;
+    replace({ ...next, seen: revisionsSeen(review, confirmed, next.command) });
+    return true;
+  }
+
+  /** Nobody goes on working on a track that is gone: where the selected one is, what it became part of is selected. */
+  function leaveGone() {
+    const { selected, docs } = store.get().review ?? { selected: null, docs: {} };
+    const doc = selected === null ? undefined : docs[selected];
+    if (!doc?.gone) return null;
+    store.dispatch((state) => select(state, doc.merged_into));
+    return doc;
+  }
+
   /** Show both versions of what is held, and let a person choose. */
   function decide() {
     const review = store.get().review;
-    if (conflict === null || held.length === 0 || review === null) return;
-    const { current } = conflict;
-    const keys = new Set(held.flatMap(keysOf));
-    const mine = projected(review, confirmed, held, new Date().toISOString());
+    if (held.length === 0 || review === null) return;
+    const plan = planned(review, confirmed, held, new Date().toISOString());
     /** @param {boolean} again */
     const settle = (again) => {
       const bound = held;
       held = [];
-      conflict = null;
-      for (const one of bound) outbox.remove(one.op_id).catch(() => {});
+      others = {};
       store.dispatch((state) => hideBanner(state, 'conflict'));
-      for (const { command } of again ? bound : []) enqueue(command);
+      // what has come in the meantime counts too
+      const { commands } = again ? planned(store.get().review ?? review, confirmed, bound, '') : { commands: [] };
+      for (const command of commands) enqueue(command);
+      // only now: a page that dies in between asks once more, and has lost nothing
+      for (const one of bound) outbox.remove(one.op_id).catch(() => {});
       show();
+      const last = commands.at(-1);
+      // what became of it is to be seen, also where it went to another track
+      if (last) store.dispatch((state) => select(seek(state, last.frame), last.key));
+      leaveGone();
     };
-    const data = { current, yours: Object.values(mine).filter(({ key }) => keys.has(key)), keepMine: () => settle(true), takeTheirs: () => settle(false) };
+    if (isAgreed(plan)) {
+      settle(false);
+      return;
+    }
     const text = `${held.length === 1 ? 'A change is' : `${held.length} changes are`} not saved: somebody else changed the same track first.`;
     store.dispatch((state) => openDialog(showBanner(state, {
       id: 'conflict', tone: 'warning', text, action: { label: 'Decide', operation: 'decide-conflict' },
-    }), { kind: 'conflict', data }));
+    }), { kind: 'conflict', data: { ...plan, others, keepMine: () => settle(true), takeTheirs: () => settle(false) } }));
   }
 
   /** What the undo or redo under way is about. @type {import('../types.js').UndoTarget|null} */
@@ -222,7 +280,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     const subject = subjectOf(docs, about.frame);
     store.dispatch((state) => select(about.frame === null ? state : seek(state, about.frame), subject?.key ?? null));
     const doc = subject ?? docs[0];
-    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc))}`);
+    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc))}`, { topic: 'undo' });
   }
 
   /** @returns {Promise<void>} */
@@ -270,7 +328,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     if (review === null || run === null) return false;
     if (!ready) {
       early = [...early, command];
-      const unsaved = early.map((one, k) => ({ op_id: `early ${k}`, command: one }));
+      const unsaved = early.map((one, k) => ({ op_id: `early ${k}`, command: one, held: false }));
       store.dispatch((state) => changeReview(state, { unsaved }));
       return true;
     }
@@ -293,7 +351,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       confirmed = {};
       pending = [];
       held = [];
-      conflict = null;
+      others = {};
       const [annotation, kept] = await Promise.all([read(wanted), outbox.load(wanted).catch(() => [])]);
       if (annotation === null || run !== wanted) return;
       confirmed = Object.fromEntries(annotation.docs.map((doc) => [doc.key, doc]));
@@ -313,6 +371,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       early = [];
       pending = [];
       held = [];
+      store.dispatch((state) => hideBanner(state, 'conflict')); // asked again when the run is opened again
       wake();
     },
     edit,
@@ -324,10 +383,8 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       const there = looked !== null && !store.get().review?.docs[looked]?.gone;
       confirm(docs);
       show();
-      const doc = looked === null ? undefined : store.get().review?.docs[looked];
-      if (!there || !doc?.gone) return;
-      store.dispatch((state) => select(state, doc.merged_into ?? null));
-      toast(`Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`);
+      const doc = there ? leaveGone() : null;
+      if (doc) toast(`Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`);
     },
     refresh,
     settled,

@@ -3,7 +3,7 @@
  * Lists of operations on their way to the server. Pure.
  *
  * @typedef {import('../types.js').Command} Command
- * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./outbox.js').Pending} Pending
  */
@@ -82,6 +82,22 @@ export function rebased(pending, stored) {
     return moved;
   });
   return { pending: next, changed };
+}
+
+/**
+ * A verdict on many tracks without some of them; null: none is left. What is no such verdict stays as it is.
+ * @param {Pending} pending
+ * @param {readonly string[]} keys
+ * @returns {Pending|null}
+ */
+export function without(pending, keys) {
+  const own = asCommand(pending.command);
+  const all = keysOf(pending);
+  const left = all.filter((one) => !keys.includes(one));
+  if (own?.name !== 'review_tracks' || left.length === all.length) return pending;
+  const [key, ...others] = left;
+  if (key === undefined) return null;
+  return { ...pending, command: { ...own, key, others }, seen: Object.fromEntries(Object.entries(pending.seen).filter(([one]) => !keys.includes(one))) };
 }
 
 /**

@@ -2,7 +2,7 @@
 /**
  * Documents for commands: those that people have made, fresh ones for the engine's tracks that nobody touched. Pure.
  *
- * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
 import { touchedKeys } from '../model/commands.js';

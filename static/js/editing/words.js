@@ -4,7 +4,7 @@
 import { trackName } from '../model/track_name.js';
 
 /** They are about a whole track: the frame in which they were given says nothing. */
-const WHOLE = new Set(['relabel_track', 'delete_track', 'merge', 'set_not_a_sign', 'set_review', 'import', 'import_bundle', 'adopt']);
+const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'set_review', 'review_tracks', 'import', 'import_bundle', 'adopt']);
 
 /** @type {Record<string, string>} */
 const NAMES = {
@@ -16,6 +16,7 @@ const NAMES = {
   split: 'Track split',
   delete_from: 'Track cut off',
   delete_track: 'Track deleted',
+  restore_track: 'Track restored',
   add_key: 'Key frame set',
   remove_key: 'Key frame removed',
   interpolate: 'Boxes interpolated',
@@ -23,6 +24,7 @@ const NAMES = {
   set_outside: 'Out of sight marked',
   set_not_a_sign: 'Marked as no sign',
   set_review: 'Verdict',
+  review_tracks: 'Verdict on several tracks',
   add_note: 'Note pinned',
   edit_note: 'Note changed',
   remove_note: 'Note removed',
@@ -46,7 +48,7 @@ export const describe = (name) => NAMES[name] ?? name;
  */
 export function describeUndone(name, frame, track) {
   const what = describe(name).toLowerCase();
-  if (WHOLE.has(name)) return track === undefined ? what : `${what}, track ${track}`;
+  if (WHOLE.has(name)) return track === undefined || name === 'review_tracks' ? what : `${what}, track ${track}`;
   return frame === null ? what : `${what} in frame ${frame}`;
 }
 

@@ -5,7 +5,7 @@ import { createFrameCache } from './cache.js';
 import { createPlayer } from './player.js';
 
 /**
- * @param {import('../types.js').Store} store
+ * @param {import('../state-types.js').Store} store
  * @param {import('../api/client.js').Api} api
  */
 export function createFrames(store, api) {

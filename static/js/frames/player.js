@@ -5,7 +5,7 @@
  * Playing follows the presentation times of the frame table. A frame is shown once its picture and its overlays are
  * there; if they come too late the video plays slower.
  *
- * @typedef {import('../types.js').Store} Store
+ * @typedef {import('../state-types.js').Store} Store
  * @typedef {import('./cache.js').FrameCache} FrameCache
  * @typedef {import('./cache.js').Shot} Shot
  *
@@ -215,7 +215,7 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
   };
 }
 
-/** Whether the run has results for a frame. @param {import('../types.js').ReviewState} review @param {number} frame */
+/** Whether the run has results for a frame. @param {import('../state-types.js').ReviewState} review @param {number} frame */
 function covered({ run }, frame) {
   return run !== null && run.first <= frame && frame < run.first + run.frames_done;
 }

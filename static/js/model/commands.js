@@ -27,9 +27,8 @@ export class CommandError extends Error {
  * @returns {string[]}
  */
 export function touchedKeys(command) {
-  const others = command.name === 'merge' ? (command.others ?? []) : [];
   const made = command.name === 'split' && command.new_key ? [command.new_key] : [];
-  return [...new Set([command.key, ...others, ...made])];
+  return [...new Set([command.key, ...(command.others ?? []), ...made])];
 }
 
 /**
@@ -56,12 +55,46 @@ export function applyCommand(docs, command, person) {
  */
 function change(docs, command, person) {
   if (command.name === 'create_track') return { [command.key]: create(docs, command) };
-  const doc = docs[command.key];
-  if (!doc) throw new CommandError(`There is no track ${command.key}.`);
-  if (doc.gone) throw new CommandError(`Track ${command.key} is deleted. Undo that first.`);
+  if (command.name === 'restore_track') return { [command.key]: restore(present(docs, command.key)) };
+  const doc = alive(docs, command.key);
+  if (command.name === 'review_tracks') {
+    const review = needed(command.review, 'review');
+    return Object.fromEntries(touchedKeys(command).map((key) => [key, { ...alive(docs, key), review }]));
+  }
   if (command.name === 'merge') return merge(docs, doc, command);
   if (command.name === 'split') return split(docs, doc, command);
   return { [doc.key]: alone(doc, command, person) };
+}
+
+/** @param {Record<string, TrackDoc>} docs @param {string} key @returns {TrackDoc} */
+function present(docs, key) {
+  const doc = docs[key];
+  if (!doc) throw new CommandError(`There is no track ${key}.`);
+  return doc;
+}
+
+/** @param {Record<string, TrackDoc>} docs @param {string} key @returns {TrackDoc} */
+function alive(docs, key) {
+  const doc = present(docs, key);
+  if (doc.gone) throw new CommandError(whyGone(doc));
+  return doc;
+}
+
+/** @param {TrackDoc} doc */
+function whyGone(doc) {
+  if (doc.merged_into !== null) return `Track ${doc.key} was merged into track ${doc.merged_into}. Change that one, or undo the merge.`;
+  return `Track ${doc.key} is deleted. Restore it first.`;
+}
+
+/**
+ * @param {TrackDoc} doc
+ * @returns {TrackDoc}
+ */
+function restore(doc) {
+  if (!doc.gone) throw new CommandError(`Track ${doc.key} is not deleted.`);
+  if (doc.merged_into !== null) throw new CommandError(whyGone(doc));
+  if (isEmpty(doc)) throw new CommandError(`Nothing is left of track ${doc.key}: what made it was undone.`);
+  return { ...doc, gone: false };
 }
 
 /**
@@ -181,7 +214,7 @@ function deleteFrom(doc, frame) {
   const edge = frame > 0 ? lineAt(doc, frame - 1) : null;
   if (edge !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: edge });
   const kept = { ...doc, segments: clip(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
-  return isEmpty(kept) ? { ...kept, gone: true } : kept;
+  return isEmpty(kept) ? { ...doc, gone: true } : kept;
 }
 
 /**

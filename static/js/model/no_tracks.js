@@ -2,7 +2,7 @@
 /**
  * Why a list of tracks is empty. Pure.
  *
- * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
  */
 
 /** What to do where a video has no run. */

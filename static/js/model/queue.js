@@ -2,8 +2,8 @@
 /**
  * The queue: which tracks to look at, in which order, and how many are left. Pure.
  *
- * @typedef {import('../types.js').State} State
- * @typedef {import('../types.js').QueueFilter} QueueFilter
+ * @typedef {import('../state-types.js').State} State
+ * @typedef {import('../state-types.js').QueueFilter} QueueFilter
  * @typedef {import('../types.js').Label} Label
  * @typedef {import('./track_entries.js').TrackEntry} TrackEntry
  *
@@ -21,16 +21,17 @@ import { trackEntries } from './track_entries.js';
 export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_doubt: 0, text: '', sort: 'doubt' });
 
 /**
- * Keys of the queue in its order, under the page's filter.
+ * The queue in its order, under the page's filter.
  *
- * @param {State} state
- * @returns {string[]} empty outside the review screen
+ * @param {Pick<State, 'review'|'labels'>} state
+ * @returns {TrackEntry[]} empty outside the review screen
  */
-export function queueOrder(state) {
-  const review = state.review;
-  if (review === null) return [];
-  return queueOf(trackEntries(review.tracks, review.docs), review.filter, state.labels).map((entry) => entry.key);
+export function shownQueue({ review, labels }) {
+  return review === null ? [] : queueOf(trackEntries(review.tracks, review.docs), review.filter, labels);
 }
+
+/** Keys of the queue in its order. @param {State} state @returns {string[]} */
+export const queueOrder = (state) => shownQueue(state).map(({ key }) => key);
 
 /**
  * The track that follows the selected one. A selected track that the filter hides (it has just been accepted, say)
@@ -54,6 +55,20 @@ export function nextInQueue(state, direction) {
   let place = 0;
   while (place < queue.length && compare(queue[place], selected) < 0) place += 1;
   return queue[direction > 0 ? place : place - 1]?.key ?? null;
+}
+
+/**
+ * What is said where the queue goes no further: what was passed over is not done.
+ *
+ * @param {State} state
+ * @param {1|-1} direction
+ * @returns {string}
+ */
+export function endOfQueue(state, direction) {
+  const end = direction > 0 ? 'This is the end of the queue.' : 'This is the beginning of the queue.';
+  const { left } = queueCounts(shownQueue(state).filter(({ key }) => key !== state.review?.selected));
+  if (left === 0) return end;
+  return `${end} ${left === 1 ? '1 track' : `${left} tracks`} ${direction > 0 ? 'before' : 'after'} this one ${left === 1 ? 'is' : 'are'} still to be decided.`;
 }
 
 /**

@@ -7,7 +7,7 @@
  *     #/compare?a=run:R&b=annotation:R
  *     #/models, #/files
  *
- * @typedef {import('../types.js').Route} Route
+ * @typedef {import('../state-types.js').Route} Route
  */
 
 /**

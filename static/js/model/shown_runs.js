@@ -38,3 +38,6 @@ function outOfSight(doc) {
 /** How many frames stretches have between two frames, both included. @param {readonly Span[]} runs @param {number} [first] @param {number} [last] */
 export const framesIn = (runs, first = 0, last = OPEN_END) =>
   runs.reduce((sum, [a, b]) => sum + Math.max(0, Math.min(b, last) - Math.max(a, first) + 1), 0);
+
+/** In how many frames both of two lists of stretches lie. @param {readonly Span[]} runs @param {readonly Span[]} others */
+export const framesInBoth = (runs, others) => others.reduce((sum, [first, last]) => sum + framesIn(runs, first, last), 0);

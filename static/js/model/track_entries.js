@@ -2,7 +2,7 @@
 /**
  * The tracks of a run as people have left them, one entry a track: what queue and lanes list. Pure.
  *
- * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackColumns} TrackColumns
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  *

@@ -2,16 +2,22 @@
 /** Changing boxes and tracks. */
 
 import { docOf } from '../editing/revisions.js';
+import { deletedTracks } from '../model/deleted.js';
 import { keyFramesOf } from '../model/documents.js';
 import { nudged, settled } from '../model/geometry.js';
+import { framesInBoth } from '../model/shown_runs.js';
+import { trackEntries } from '../model/track_entries.js';
+import { trackName } from '../model/track_name.js';
 import { nearestBox } from '../review/nearest_box.js';
 import { shownTrack, shownTracks } from '../review/shown_tracks.js';
+import { openDialog } from '../store/actions/page.js';
 import { askForClass, select, setMode, toggleMarked } from '../store/actions/review.js';
+import { plural } from '../views/format.js';
 import { toast } from '../views/toasts.js';
 import { editSelected, needsBox, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 
 const GROUP = 'Boxes and tracks';
 
@@ -48,6 +54,22 @@ function around(state) {
   return earlier === undefined ? null : [earlier, last];
 }
 
+/**
+ * What a merge hides: tracks of one sign have no box in the same frame, so who merges two signs is told.
+ *
+ * @param {import('../state-types.js').ReviewState} review
+ * @param {string} key
+ * @param {readonly string[]} others   that become part of it
+ * @returns {string} empty: nothing
+ */
+export function mergeWords(review, key, others) {
+  const runs = new Map(trackEntries(review.tracks, review.docs).map((entry) => [entry.key, entry.runs]));
+  /** @param {string} one */
+  const nameOf = (one) => trackName(one, review.docs[one]);
+  const hidden = others.map((other) => ({ other, frames: framesInBoth(runs.get(key) ?? [], runs.get(other) ?? []) })).filter(({ frames }) => frames > 0);
+  return hidden.map(({ other, frames }) => `Track ${nameOf(other)} has boxes in ${plural(frames, 'frame')} in which ${nameOf(key)} has one too; there ${nameOf(key)} counts.`).join(' ');
+}
+
 /** @param {App} app */
 function merge(app) {
   const { review } = app.store.get();
@@ -58,7 +80,8 @@ function merge(app) {
   }
   const [key, ...others] = review.marked;
   if (key && others.length) {
-    app.edit({ name: 'merge', frame: review.frame, key, others });
+    const both = mergeWords(review, key, others);
+    if (app.edit({ name: 'merge', frame: review.frame, key, others }) && both) toast(both);
     app.store.dispatch((state) => select(setMode(state, 'select'), key));
   } else if (key) {
     toast('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');
@@ -178,6 +201,11 @@ export const boxes = [
       app.store.dispatch((state) => select(state, null));
     },
   }),
+  operation({
+    id: 'deleted-tracks', label: 'Deleted tracks', keys: [], group: GROUP, tooltip: 'What was deleted, with a way back',
+    disabled: (state) => (state.review && deletedTracks(state.review.docs).length ? null : 'No track is deleted.'),
+    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'deleted' })),
+  }),
   operation({ id: 'next-track', label: 'Next track in this frame', keys: ['Tab'], group: GROUP, available: (state) => onReview(state), run: (app) => cycle(app, 1) }),
   operation({ id: 'previous-track', label: 'Previous track in this frame', keys: ['Shift+Tab'], group: GROUP, run: (app) => cycle(app, -1) }),
   ...ARROWS.flatMap(([name, dx, dy, arrow]) => [
@@ -212,7 +240,7 @@ export function drawn(app, box, correct) {
 /**
  * Make a drawn box a track.
  * @param {Pick<App, 'store'|'edit'>} app
- * @param {import('../types.js').Draft} draft
+ * @param {import('../state-types.js').Draft} draft
  * @param {number|null} class_id   null: of none of the known classes
  */
 export function create(app, { key, frame, box }, class_id) {

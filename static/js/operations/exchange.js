@@ -5,7 +5,7 @@ import { openDialog } from '../store/actions/page.js';
 import { toggleBeside } from '../store/actions/review.js';
 import { needsRun, operation } from './helpers.js';
 
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../page-types.js').App} App */
 
 const GROUP = 'Export, import, views';
@@ -24,7 +24,7 @@ function needsReplayable(state) {
   return run.state === 'queued' || run.state === 'running' ? 'Wait until the run is over.' : null;
 }
 
-/** @param {App} app @param {(state: State) => import('../types.js').Dialog} dialog */
+/** @param {App} app @param {(state: State) => import('../state-types.js').Dialog} dialog */
 const show = (app, dialog) => app.store.dispatch((state) => openDialog(state, dialog(state)));
 
 /** @type {import('../page-types.js').Operation[]} */

@@ -3,14 +3,15 @@
  * What operations share.
  *
  * @typedef {import('../page-types.js').App} App
- * @typedef {import('../types.js').State} State
+ * @typedef {import('../state-types.js').State} State
  * @typedef {import('../page-types.js').Operation} Operation
  * @typedef {import('../types.js').Command} Command
  */
+import { reviewNotice } from '../model/review_notice.js';
 import { shownTrack } from '../review/shown_tracks.js';
 
 /** @param {State} state */
-export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null;
+export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null && reviewNotice(state) === 'none';
 
 /** Editing needs a run, since edits belong to one. @param {State} state @returns {string|null} */
 export function needsRun(state) {

@@ -1,7 +1,7 @@
 // @ts-check
 /** Moving through time. */
 
-import { nextInQueue } from '../model/queue.js';
+import { endOfQueue, nextInQueue } from '../model/queue.js';
 import { playOrPause, seek, select, setPlaying, step } from '../store/actions/review.js';
 import { spanOf } from '../model/effective.js';
 import { docOf } from '../editing/revisions.js';
@@ -41,7 +41,7 @@ export function openTrack(app, key) {
 function queueStep(app, direction) {
   const key = nextInQueue(app.store.get(), direction);
   if (key !== null) openTrack(app, key);
-  else toast(direction > 0 ? 'This is the end of the queue.' : 'This is the beginning of the queue.');
+  else toast(endOfQueue(app.store.get(), direction), { topic: 'queue' });
 }
 
 /** Corrected frames of the selected track, else the video's own key frames. @param {App} app @param {1|-1} direction */

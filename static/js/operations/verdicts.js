@@ -4,7 +4,7 @@
 import { openDialog } from '../store/actions/page.js';
 import { nextInQueue } from '../model/queue.js';
 import { openTrack } from './navigate.js';
-import { editSelected, needsTrack, operation } from './helpers.js';
+import { editSelected, needsRun, needsTrack, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
 
@@ -27,9 +27,13 @@ function judge(app, review) {
 
 /** @type {import('../page-types.js').Operation[]} */
 export const verdicts = [
-  operation({ id: 'accept', label: 'Accept the track', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
-  operation({ id: 'reject', label: 'Reject the track', keys: ['X'], icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
-  operation({ id: 'needs-work', label: 'The track needs work', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
+  operation({ id: 'accept', label: 'Accept the track and go to the next', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
+  operation({ id: 'reject', label: 'Reject the track and go to the next', keys: ['X'], icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
+  operation({ id: 'needs-work', label: 'The track needs work, go to the next', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
+  operation({
+    id: 'judge-shown', label: 'Judge all shown tracks …', keys: ['Shift+A'], group: GROUP, disabled: needsRun,
+    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'judge' })),
+  }),
   operation({
     id: 'relabel', label: 'Relabel', keys: ['L'], icon: 'label', group: GROUP, disabled: needsTrack,
     tooltip: 'Choose the class of the track, or of this box alone (L)',

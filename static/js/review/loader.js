@@ -4,31 +4,37 @@
  * lane of the selected track. Follows a run that is going on.
  *
  * @typedef {import('../page-types.js').App} App
- * @typedef {import('../types.js').State} State
+ * @typedef {import('../state-types.js').State} State
  * @typedef {import('../types.js').Run} Run
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { createTimebase } from '../model/timebase.js';
 import { tracksBehind } from '../model/track_lane.js';
-import { showBanner, setRuns } from '../store/actions/page.js';
+import { hideBanner, showBanner, setRuns } from '../store/actions/page.js';
 import { changeReview, closeReview, openReview, putLane, putOverlays, putTruth, seek, select, selectedLanes } from '../store/actions/review.js';
+import { createRests } from './rests.js';
 
 /** Frames of one request for overlays. */
 const CHUNK = 128;
 /** After this a chunk that is on its way no longer holds up the one of where the cursor is by now, ms. */
 const PATIENCE = 1000;
-/** After a request has failed, ms: the first pause and the longest. */
-const SHORTEST_REST = 500;
-const LONGEST_REST = 30_000;
 /** Shortest time between two looks at a run that is going on, ms. */
 const FOLLOW = 1500;
+
+/** Until a review that could not be opened without the server is tried again, ms. */
+const AGAIN = 2000;
+
+/** @param {unknown} thrown */
+const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'offline';
+/** What is said of a review goes with it. @param {State} state */
+const withoutErrors = (state) => hideBanner(hideBanner(state, 'review'), 'picture');
 
 /**
  * @typedef {object} Loader
  * @property {() => void} sync                 the state has changed
  * @property {() => Promise<void>} refresh     load tracks and lanes of the run anew
  * @property {(run: Run) => void} follow       a run has gone on
- * @property {(id: string|null) => void} showSecond   another run's results as a layer
+ * @property {(id: string|null, corrected?: boolean) => void} showSecond   another run's results as a layer, as the engine left them or as people corrected them
  * @property {(id: string|null) => void} showTruth    a ground truth of the video as a layer; null: whichever there is
  * @property {() => void} destroy
  */
@@ -54,30 +60,50 @@ export function createLoader(app, hooks) {
   /** The request for the cursor's chunk that is on its way: for what was open, and since when. @type {{of: AbortController|null, since: number}|null} */
   let fetching = null;
   let followed = 0;
-  /** What failed rests for a while, longer each time, and for good where there is no such thing. @type {Map<string, {until: number, pause: number}>} */
-  const resting = new Map();
+  const resting = createRests();
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
 
   /** @param {unknown} thrown @param {AbortSignal} signal */
   function fail(thrown, signal) {
-    if (signal.aborted || (thrown instanceof ApiError && thrown.code === 'aborted')) return;
+    // that the server cannot be reached is said already
+    if (signal.aborted || isOffline(thrown) || (thrown instanceof ApiError && thrown.code === 'aborted')) return;
     store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }));
   }
 
-  /** @param {string} name */
-  const rests = (name) => (resting.get(name)?.until ?? 0) > Date.now();
+  /** What begins so is asked for anew. @param {string} beginning */
+  const forget = (beginning) => {
+    for (const name of [...asked.keys()]) if (name.startsWith(beginning)) asked.delete(name);
+  };
 
-  /** A request has failed. What says so changes the state, and each change asks for what is missing: so it rests first. @param {string} name @param {unknown} thrown @param {AbortSignal} signal */
-  function rest(name, thrown, signal) {
-    asked.delete(name);
-    if (!signal.aborted) {
-      const gone = thrown instanceof ApiError && thrown.status === 404;
-      const pause = gone ? Infinity : Math.min(LONGEST_REST, 2 * (resting.get(name)?.pause ?? SHORTEST_REST / 2));
-      resting.set(name, { until: Date.now() + pause, pause });
-      if (!gone) setTimeout(() => signal.aborted || sync(), pause);
+  /** Asked for already, or failed a moment ago. @param {string} name */
+  const isAskedFor = (name) => asked.has(name) || resting.has(name);
+
+  /**
+   * Make a request; `asked` says that it is on its way. One that fails rests.
+   *
+   * @template T
+   * @param {string} name
+   * @param {AbortSignal} signal
+   * @param {() => Promise<T>} ask
+   * @param {(found: T) => void} take
+   * @param {() => void} [gone]   there is no such thing any more
+   */
+  async function fetched(name, signal, ask, take, gone) {
+    asked.set(name, null);
+    try {
+      const found = await ask();
+      resting.done(name);
+      take(found);
+    } catch (thrown) {
+      asked.delete(name);
+      if (signal.aborted) return;
+      if (thrown instanceof ApiError && thrown.status === 404) {
+        resting.absent(name);
+        if (gone) return gone();
+      } else setTimeout(() => signal.aborted || sync(), resting.failed(name));
+      fail(thrown, signal);
     }
-    fail(thrown, signal);
   }
 
   /** @param {Extract<State['route'], {screen: 'review'}>} route */
@@ -89,6 +115,7 @@ export function createLoader(app, hooks) {
     resting.clear();
     truth = null;
     hooks.closed();
+    store.dispatch(withoutErrors);
     try {
       await app.load(() => api.video(route.video, { signal }), openReview);
       const video = store.get().review?.video;
@@ -100,7 +127,8 @@ export function createLoader(app, hooks) {
         app.load(() => api.runs(video.id, { signal }), (state, found) => setRuns(state, video.id, found)),
       ]);
       const runs = store.get().runs[video.id] ?? [];
-      const run = runs.find(({ id }) => id === route.run) ?? runs.find(({ id }) => id === video.latest_run) ?? runs[0] ?? null;
+      // a run that is named but gone is not replaced by another one: its tracks have the same names
+      const run = runs.find(({ id }) => id === (route.run ?? video.latest_run)) ?? (route.run === null ? runs[0] : null) ?? null;
       store.dispatch((state) => {
         const ready = changeReview(state, {
           timebase: createTimebase(table), run, span: { first: 0, last: Math.max(1, table.frames) },
@@ -108,9 +136,11 @@ export function createLoader(app, hooks) {
         return seek(ready, route.frame ?? run?.first ?? 0);
       });
       await Promise.all([run && load(run, signal), truths(video.id, signal)]);
-      if (route.track) store.dispatch((state) => select(state, route.track));
+      if (run && route.track) store.dispatch((state) => select(state, route.track));
     } catch (thrown) {
-      fail(thrown, signal);
+      // of a video that is not there the screen itself says so
+      if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
+      if (isOffline(thrown)) setTimeout(() => !signal.aborted && void open(route), AGAIN);
     }
   }
 
@@ -125,7 +155,9 @@ export function createLoader(app, hooks) {
   /** @param {string} video @param {AbortSignal} signal */
   async function truths(video, signal) {
     const found = await api.truths(video, { signal });
-    truth = found.find(({ id }) => id === wantedTruth)?.id ?? found[0]?.id ?? null;
+    const next = found.find(({ id }) => id === wantedTruth)?.id ?? found[0]?.id ?? null;
+    if (truth !== null && truth !== next) store.dispatch((state) => changeReview(state, { truth: {} }));
+    truth = next;
     sync();
   }
 
@@ -146,10 +178,7 @@ export function createLoader(app, hooks) {
     const mine = (fetching = { of: current, since: Date.now() });
     void Promise.all(missing.map((ask) => ask())).finally(() => {
       if (fetching === mine) fetching = null;
-      const now = store.get().review;
-      if (signal.aborted || !now) return;
-      // what failed is asked for again when something changes, not at once
-      if (Math.floor(now.frame / CHUNK) !== middle || chunk(now, middle, signal).length === 0) sync();
+      if (!signal.aborted) sync(); // the cursor has gone on, or something else is wanted by now
     });
   }
 
@@ -170,7 +199,7 @@ export function createLoader(app, hooks) {
       if (run && !held(review, slot, run, first)) asks.push(() => overlays(run, slot, first, end, signal));
     }
     const id = truth;
-    if (id !== null && review.layers.truth && !asked.has(`truth/${id}/${first}`) && !rests(`truth/${id}/${first}`)) asks.push(() => boxes(id, first, end, signal));
+    if (id !== null && review.layers.truth && !isAskedFor(`truth/${id}/${first}`)) asks.push(() => boxes(id, first, end, signal));
     return asks;
   }
 
@@ -182,8 +211,9 @@ export function createLoader(app, hooks) {
    * @param {number} first
    */
   function held(review, slot, run, first) {
-    const came = asked.get(`${slot}/${run}/${first}`);
-    return came === null || rests(`${slot}/${run}/${first}`) || (came !== undefined && Boolean(review[slot][came]));
+    const name = `${slot}/${run}/${first}`;
+    const came = asked.get(name);
+    return came === null || resting.has(name) || (came !== undefined && Boolean(review[slot][came]));
   }
 
   /**
@@ -193,46 +223,34 @@ export function createLoader(app, hooks) {
    * @param {number} last
    * @param {AbortSignal} signal
    */
-  async function overlays(run, slot, first, last, signal) {
+  function overlays(run, slot, first, last, signal) {
     const name = `${slot}/${run}/${first}`;
-    asked.set(name, null);
-    try {
-      const found = await api.overlays(run, first, last, { signal });
+    return fetched(name, signal, () => api.overlays(run, first, last, { signal }), (found) => {
       store.dispatch((state) => putOverlays(state, slot, found));
       // where the run has not got to yet is asked again by `refresh`
       if (found.length) asked.set(name, found[0].frame);
-      resting.delete(name);
-    } catch (thrown) {
-      rest(name, thrown, signal);
-    }
+    });
   }
 
   /** @param {string} id @param {number} first @param {number} last @param {AbortSignal} signal */
-  async function boxes(id, first, last, signal) {
-    const name = `truth/${id}/${first}`;
-    asked.set(name, null);
-    try {
-      const found = await api.truthBoxes(id, first, last, { signal });
+  function boxes(id, first, last, signal) {
+    return fetched(`truth/${id}/${first}`, signal, () => api.truthBoxes(id, first, last, { signal }), (found) => {
       store.dispatch((state) => putTruth(state, found, first, last));
-      resting.delete(name);
-    } catch (thrown) {
-      rest(name, thrown, signal);
-    }
+    }, () => {
+      // another one of its name has taken its place, or it was removed
+      const review = store.get().review;
+      if (review && truth === id) truths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
+    });
   }
 
   /** @param {string} run @param {number} track @param {AbortSignal} signal */
-  async function lane(run, track, signal) {
+  function lane(run, track, signal) {
     const name = `lane/${run}/${track}`;
-    if (asked.has(name) || rests(name)) return;
-    asked.set(name, null);
-    try {
-      const found = await api.track(run, track, { signal });
+    if (isAskedFor(name)) return;
+    void fetched(name, signal, () => api.track(run, track, { signal }), (found) => {
       asked.delete(name); // it may have to make room later, and is then asked for again
-      resting.delete(name);
       store.dispatch((state) => putLane(state, found));
-    } catch (thrown) {
-      rest(name, thrown, signal);
-    }
+    });
   }
 
   async function refresh() {
@@ -245,7 +263,7 @@ export function createLoader(app, hooks) {
       const [tracks, lanes] = await Promise.all([api.tracks(review.run.id, { signal }), api.lanes(review.run.id, { signal })]);
       // tracks may have grown: lanes of others are asked for when they are selected, those that are looked at, now
       store.dispatch((state) => changeReview(state, (now) => ({ tracks, lanes, laneOf: selectedLanes(now) })));
-      for (const track of Object.keys(store.get().review?.laneOf ?? {})) void lane(review.run.id, Number(track), signal);
+      for (const track of Object.keys(store.get().review?.laneOf ?? {})) lane(review.run.id, Number(track), signal);
       sync();
     } catch (thrown) {
       fail(thrown, signal);
@@ -266,7 +284,7 @@ export function createLoader(app, hooks) {
         opened = '';
         current?.abort();
         hooks.closed();
-        store.dispatch(closeReview);
+        store.dispatch((state) => withoutErrors(closeReview(state)));
       }
       return;
     }
@@ -279,7 +297,7 @@ export function createLoader(app, hooks) {
     const signal = AbortSignal.any([current.signal, app.signal]);
     around(review, signal);
     if (review.run && review.selected) {
-      for (const track of tracksBehind(review.selected, review.docs[review.selected])) if (!review.laneOf[track]) void lane(review.run.id, track, signal);
+      for (const track of tracksBehind(review.selected, review.docs[review.selected])) if (!review.laneOf[track]) lane(review.run.id, track, signal);
     }
   }
 
@@ -304,14 +322,21 @@ export function createLoader(app, hooks) {
         timer = setTimeout(() => void refresh(), FOLLOW);
       }
     },
-    showSecond(id) {
-      for (const name of [...asked.keys()]) if (name.startsWith('secondOverlays/')) asked.delete(name);
-      store.dispatch((state) => changeReview(state, (review) => ({ second: id, secondOverlays: {}, layers: { ...review.layers, second: true } })));
+    showSecond(id, corrected = false) {
+      forget('secondOverlays/');
+      store.dispatch((state) => changeReview(state, (review) => ({ second: id, secondOverlays: {}, secondTracks: null, secondDocs: {}, layers: { ...review.layers, second: true } })));
       sync();
+      if (!current || id === null) return;
+      const signal = AbortSignal.any([current.signal, app.signal]);
+      // whose undo it tells does not matter: only the documents are looked at
+      Promise.all([api.tracks(id, { signal }), corrected ? api.annotation(id, 'someone', { signal }) : null]).then(([secondTracks, annotation]) => {
+        const secondDocs = Object.fromEntries((annotation?.docs ?? []).map((doc) => [doc.key, doc]));
+        store.dispatch((state) => (state.review?.second === id ? changeReview(state, { secondTracks, secondDocs }) : state));
+      }).catch((thrown) => fail(thrown, signal));
     },
     showTruth(id) {
       wantedTruth = id;
-      for (const name of [...asked.keys()]) if (name.startsWith('truth/')) asked.delete(name);
+      forget('truth/');
       store.dispatch((state) => changeReview(state, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } })));
       const { review } = store.get();
       if (!review || !current) return;

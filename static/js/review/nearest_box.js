@@ -2,7 +2,7 @@
 /**
  * The box of a track in the frame nearest to one where it has none: what is carried there to be corrected. Pure.
  *
- * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').Box} Box
  */
 

@@ -2,7 +2,7 @@
 /**
  * What is in a frame once the corrections are applied: the boxes that can be selected and edited. Pure.
  *
- * @typedef {import('../types.js').ReviewState} ReviewState
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').Box} Box
  *
  * @typedef {object} ShownTrack
@@ -43,6 +43,17 @@ export function shownTracks(review, frame = review.frame) {
     shown.push({ key: doc.key, ...at, not_a_sign: doc.not_a_sign, edited: isCorrected(doc, review.tracks), engine: (segment && engine.get(segment.track)) ?? null });
   }
   return shown;
+}
+
+/**
+ * What the run that lies over this one shows in the cursor's frame; what is rejected or no sign counts nowhere.
+ *
+ * @param {ReviewState} review
+ */
+export function secondShown(review) {
+  if (review.second === null) return [];
+  const other = { ...review, overlays: review.secondOverlays, tracks: review.secondTracks, docs: review.secondDocs };
+  return shownTracks(other).filter(({ key, not_a_sign }) => !not_a_sign && other.docs[key]?.review !== 'rejected');
 }
 
 /**

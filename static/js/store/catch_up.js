@@ -8,7 +8,7 @@
  */
 import {dropMade, dropRun, dropVideo, putArtefact, putModel, putRun, putVideo} from './actions/page.js';
 
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
 
 /**
@@ -36,7 +36,7 @@ export function afterEvent(state, event) {
 }
 
 /**
- * @param {import('../types.js').Store} store
+ * @param {import('../state-types.js').Store} store
  * @returns {CatchUp}
  */
 export function createCatchUp(store) {

@@ -3,8 +3,8 @@
 
 import { NO_FILTER } from '../model/queue.js';
 
-/** @typedef {import('../types.js').State} State */
-/** @typedef {import('../types.js').ReviewState} ReviewState */
+/** @typedef {import('../state-types.js').State} State */
+/** @typedef {import('../state-types.js').ReviewState} ReviewState */
 
 /** Which layers a first visit shows. @type {ReviewState['layers']} */
 export const USUAL_LAYERS = Object.freeze({
@@ -48,6 +48,8 @@ export const initialReview = (video, layers = USUAL_LAYERS) => ({
   laneOf: {},
   overlays: {},
   secondOverlays: {},
+  secondTracks: null,
+  secondDocs: {},
   truth: {},
   second: null,
   frame: 0,

@@ -2,8 +2,8 @@
 /**
  * One state, changed by pure actions only; listeners hear of a change once, after the actions of one turn.
  *
- * @typedef {import('../types.js').State} State
- * @typedef {import('../types.js').Store} Store
+ * @typedef {import('../state-types.js').State} State
+ * @typedef {import('../state-types.js').Store} Store
  */
 
 /**

@@ -2,7 +2,7 @@
 /**
  * What a view needs of the page, and the few things that lanes, inspector and queue do with it.
  *
- * @typedef {import('../types.js').State} State
+ * @typedef {import('../state-types.js').State} State
  * @typedef {import('../types.js').Command} Command
  *
  * @typedef {object} ViewApp
@@ -46,12 +46,12 @@ export function setTau(app, tau) {
   app.store.dispatch((state) => actions.dragTau(state, tau));
 }
 
-/** @param {ViewApp} app @param {Partial<import('../types.js').QueueFilter>} change */
+/** @param {ViewApp} app @param {Partial<import('../state-types.js').QueueFilter>} change */
 export function filter(app, change) {
   app.store.dispatch((state) => actions.changeFilter(state, change));
 }
 
-/** @param {ViewApp} app @param {import('../types.js').Dialog} dialog */
+/** @param {ViewApp} app @param {import('../state-types.js').Dialog} dialog */
 export function dialog(app, dialog) {
   app.store.dispatch((state) => openDialog(state, dialog));
 }

@@ -12,7 +12,7 @@ import {toast} from './toasts.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').Artefact} Artefact */
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 
 /**
  * @param {App} app

@@ -5,7 +5,7 @@ import {hideBanner} from '../store/actions/page.js';
 import {h, reconcile, setText} from './dom.js';
 import {icon} from './icons.js';
 
-/** @typedef {import('../types.js').Banner} Banner */
+/** @typedef {import('../state-types.js').Banner} Banner */
 
 /**
  * @param {import('../page-types.js').App} app

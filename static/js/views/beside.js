@@ -12,7 +12,7 @@ import {icon} from './icons.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../page-types.js').View} View */
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 
 /** @type {Record<'recording'|'space', {title: string, create: (app: App) => Promise<View>}>} */
 const KINDS = {

@@ -16,6 +16,9 @@ import {openDialog} from '../store/actions/page.js';
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
 /** @typedef {import('../api/compare-types.js').Side} Side */
 
+/** What was looked at last: who opened a place comes back to its list. @type {{sides: string, places: import('../api/compare-types.js').Places}|null} */
+let last = null;
+
 const KINDS = /** @type {Record<string, string>} */ ({run: 'Run', annotation: 'Corrections', truth: 'Ground truth'});
 
 /**
@@ -63,6 +66,11 @@ export function createCompare(app) {
    */
   function show(found, a, b, labels) {
     const places = createPlaces(app, found);
+    /** @param {import('../api/compare-types.js').Places} chosen */
+    const choose = (chosen) => {
+      last = {sides: `${a} ${b}`, places: chosen};
+      places.show(chosen);
+    };
     const video = app.store.get().videos?.find(({id}) => id === found.video_id);
     fill(content,
       h('header', {class: 'compare-head'},
@@ -71,8 +79,9 @@ export function createCompare(app) {
         h('a', {class: 'btn', href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}`}, icon('refresh'), 'Swap')),
       h('div', {class: 'compare-sides'}, sideCard('Reference', found.sides.reference), h('span', {class: 'compare-against muted'}, 'against'), sideCard('Candidate', found.sides.candidate)),
       h('div', {class: 'compare-columns'},
-        h('div', {class: 'compare-numbers'}, createFigures(found, places.show), createConfusion(found, labels, places.show)),
+        h('div', {class: 'compare-numbers'}, createFigures(found, choose), createConfusion(found, labels, choose)),
         places.element));
+    if (last?.sides === `${a} ${b}`) places.show(last.places);
   }
 
   return {

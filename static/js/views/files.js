@@ -81,7 +81,7 @@ export function createFiles(app) {
   }
 
   void load();
-  /** @type {import('../types.js').State|null} */
+  /** @type {import('../state-types.js').State|null} */
   let last = null;
   return {
     element,

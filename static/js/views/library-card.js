@@ -91,7 +91,7 @@ function stateOf(video, runs) {
     lines.push(message('warn', 'The file is not where it was. Put it back, or add it from its new place: runs and corrections stay with it.', video.path));
   }
   if (video.state === 'importing') {
-    lines.push(h('p', {class: 'small'}, 'Is imported: every frame is decoded once …'), meter(null, 'Import'));
+    lines.push(h('p', {class: 'small'}, 'Being imported: every frame is decoded once …'), meter(null, 'Import'));
   } else if (video.state === 'failed') {
     lines.push(message('bad', video.error ?? 'The import failed without saying why; the terminal of the server has more.'));
   } else {
@@ -182,7 +182,8 @@ async function retry(app, video) {
  */
 function askRemove(app, video) {
   const {tracks, reviewed} = video.review;
-  const loss = reviewed ? `its ${plural(video.runs, 'run')} and the corrections of ${reviewed} of ${plural(tracks, 'track')}` : `its ${plural(video.runs, 'run')}`;
+  const done = reviewed ? ` (${reviewed} of ${plural(tracks, 'track')} reviewed)` : '';
+  const loss = `${plural(video.runs, 'run')}, all corrections and notes on ${video.runs === 1 ? 'it' : 'them'}${done}, and its ground truth`;
   app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
     title: 'Remove this video?',
     text: video.runs ? `${video.name} leaves the library, with ${loss}. They cannot be brought back.` : `${video.name} leaves the library.`,

@@ -6,6 +6,7 @@ import {putVideo} from '../store/actions/page.js';
 import {fill, h, setText} from './dom.js';
 import {bytes} from './format.js';
 import {icon} from './icons.js';
+import {toast} from './toasts.js';
 
 /**
  * @param {import('../page-types.js').App} app
@@ -69,7 +70,9 @@ export function createUploads(app, signal) {
             setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
           },
         });
+        const known = app.store.get().videos?.find(({id}) => id === video.id);
         app.store.dispatch((state) => putVideo(state, video));
+        if (known) toast(`${file.name} is in the library already${known.name === file.name ? '' : `, as ${known.name}`}.`);
         close();
       } catch (thrown) {
         if (thrown instanceof ApiError && thrown.code === 'aborted') close();

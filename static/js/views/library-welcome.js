@@ -8,7 +8,7 @@ import {icon} from './icons.js';
 import {recall, remember} from './preferences.js';
 import {runPart, runProgress} from './run-words.js';
 
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 
 const HINTS = /** @type {const} */ ([
   ['next', 'Walk the queue', 'J opens the next doubtful track: the ones most worth a look come first.'],
@@ -66,7 +66,7 @@ export function createWelcome(app) {
     const progress = action.querySelector('.welcome-progress');
     if (!progress) return;
     const busy = run && (run.state === 'running' || run.state === 'queued');
-    if (video.state === 'importing') fill(progress, h('p', {class: 'small muted'}, 'Is imported; a few seconds …'));
+    if (video.state === 'importing') fill(progress, h('p', {class: 'small muted'}, 'Being imported; a few seconds …'));
     else if (video.state === 'failed') fill(progress, h('p', {class: 'small field-error'}, video.error ?? 'The import failed.'));
     else if (busy) fill(progress, h('p', {class: 'small muted'}, usable ? `${runProgress(run).replace(/\.$/, '')}. You can begin at once: results appear as they come.` : runProgress(run)), h('span', {class: 'meter', style: {'--part': `${runPart(run) * 100}%`}}, h('span')));
     else if (run) fill(progress, h('p', {class: 'small muted'}, runProgress(run)));

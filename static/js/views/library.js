@@ -16,7 +16,7 @@ import {recall, remember} from './preferences.js';
 import {toast} from './toasts.js';
 
 /** @typedef {import('../page-types.js').App} App */
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../types.js').Video} Video */
 
 /** Numbers within names in their order; made once, because it is slow to make. */

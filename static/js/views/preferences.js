@@ -27,7 +27,7 @@ export function remember(name, value) {
   }
 }
 
-/** @typedef {Record<import('../types.js').LayerName, boolean>} Layers */
+/** @typedef {Record<import('../state-types.js').LayerName, boolean>} Layers */
 
 /** @returns {Layers} */
 export function rememberedLayers() {

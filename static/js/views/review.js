@@ -1,9 +1,11 @@
 // @ts-check
 /** The review screen: toolbar, picture, right column and lanes, with lines between them that can be moved. */
 
+import {reviewNotice} from '../model/review_notice.js';
+import {formatRoute} from '../model/route.js';
 import {openDialog} from '../store/actions/page.js';
-import {h} from './dom.js';
 import {createBeside} from './beside.js';
+import {h} from './dom.js';
 import {acceptDrops} from './drops.js';
 import {emptyState, waiting} from './empty.js';
 import {icon} from './icons.js';
@@ -54,9 +56,9 @@ export function createReview(app) {
   const parts = [toolbar, picture, beside, side, lanes];
   let noticed = 'waiting';
 
-  /** @param {import('../types.js').State} state */
+  /** @param {import('../state-types.js').State} state */
   function notify(state) {
-    const kind = state.review ? 'none' : state.videos && state.route.screen === 'review' && !state.videos.some(({id}) => state.route.screen === 'review' && id === state.route.video) ? 'unknown' : 'waiting';
+    const kind = reviewNotice(state);
     grid.hidden = kind !== 'none';
     notice.hidden = kind === 'none';
     if (kind === noticed) return;
@@ -65,6 +67,16 @@ export function createReview(app) {
       notice.replaceChildren(emptyState({
         icon: 'film', title: 'This video is not in the library', text: 'It may have been removed, or the address belongs to another data folder.',
         actions: [h('a', {class: 'btn btn-primary', href: '#/'}, 'Go to the library')],
+      }));
+    } else if (kind === 'gone') {
+      const video = state.review?.video.id ?? '';
+      const others = (state.runs[video] ?? []).length > 0;
+      notice.replaceChildren(emptyState({
+        icon: 'run', title: 'This run is not there any more', text: 'It was removed, with the corrections that were made on it.',
+        actions: [
+          h('a', {class: others ? 'btn' : 'btn btn-primary', href: '#/'}, 'Go to the library'),
+          ...others ? [h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video, run: null, frame: state.review?.frame ?? null, track: null})}, 'Open the newest run')] : [],
+        ],
       }));
     } else if (kind === 'waiting') {
       notice.replaceChildren(waiting('The review is opened', {signal: ended.signal}));

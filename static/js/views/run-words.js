@@ -13,9 +13,18 @@ const TONES = {queued: '', running: 'badge-accent', complete: 'badge-good', fail
 
 /** @param {Run} run @returns {string} one line for lists */
 export function runTitle(run) {
-  const name = run.name || (run.kind === 'whatif' ? 'What-if' : run.kind === 'imported' ? 'Imported' : `Run, ${run.preset}`);
   const state = run.state === 'complete' ? '' : run.state === 'running' ? ` (${runPercent(run)})` : ` (${STATES[run.state]})`;
-  return `${name} · ${moment(run.created)}${state}`;
+  return `${runName(run)}${state}`;
+}
+
+/** What tells a run from others, whatever its state. @param {Run} run @returns {string} `Run 1 · 21 Nov 2026, 06:20` */
+export function runName(run) {
+  return `${run.name || runKind(run)} · ${moment(run.created)}`;
+}
+
+/** Where its tracks are from. @param {Run} run @returns {string} `Preset default`, `What-if`, `Imported` */
+export function runKind({kind, preset}) {
+  return kind === 'whatif' ? 'What-if' : kind === 'imported' ? 'Imported' : `Preset ${preset}`;
 }
 
 /** @param {Run} run @returns {string} */

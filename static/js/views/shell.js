@@ -14,10 +14,10 @@ import {createTopBar} from './topbar.js';
 import {applyTheme, remember, rememberLayers} from './preferences.js';
 
 /** @typedef {import('../page-types.js').App} App */
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../page-types.js').View} View */
 
-/** @type {Record<import('../types.js').Route['screen'], {title: string, create: (app: App) => View}>} */
+/** @type {Record<import('../state-types.js').Route['screen'], {title: string, create: (app: App) => View}>} */
 const SCREENS = {
   library: {title: 'Library', create: createLibrary},
   review: {title: 'Review', create: createReview},

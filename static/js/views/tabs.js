@@ -13,7 +13,7 @@ import {recall, remember} from './preferences.js';
  */
 export function createTabs({label, name, tabs}) {
   let open = tabs.find(({id}) => id === recall(name))?.id ?? tabs[0].id;
-  /** @type {import('../types.js').State|null} */
+  /** @type {import('../state-types.js').State|null} */
   let last = null;
   const buttons = tabs.map((tab) => h('button', {
     class: 'tab', type: 'button', role: 'tab', id: `tab-${tab.id}`, 'aria-controls': `panel-${tab.id}`, onclick: (/** @type {MouseEvent} */ event) => {

@@ -11,6 +11,7 @@ const STAY = 6000;
  * @typedef {object} ToastOptions
  * @property {'info'|'good'|'bad'} [tone]
  * @property {{label: string, run: () => void}} [action]
+ * @property {string} [topic]   a notice takes the place of an older one on the same
  */
 
 /** The event that carries a toast; it bubbles from any element of the page. */
@@ -35,7 +36,7 @@ export function createToasts(app) {
   const ended = new AbortController();
 
   /** @param {ToastOptions & {text: string}} detail */
-  function show({text, tone = 'info', action}) {
+  function show({text, tone = 'info', action, topic}) {
     const close = () => {
       clearTimeout(timer);
       item.remove();
@@ -54,8 +55,8 @@ export function createToasts(app) {
     item.addEventListener('pointerleave', () => {
       timer = setTimeout(close, STAY);
     });
-    item.dataset.text = text;
-    for (const same of element.querySelectorAll('.toast')) if (/** @type {HTMLElement} */ (same).dataset.text === text) same.remove();
+    item.dataset.topic = topic ?? text;
+    for (const older of element.querySelectorAll('.toast')) if (/** @type {HTMLElement} */ (older).dataset.topic === item.dataset.topic) older.remove();
     element.append(item);
     while (element.childElementCount > 4) element.firstElementChild?.remove();
   }

@@ -25,7 +25,7 @@ const BAR = [
 ];
 /** Buttons that carry their name. */
 const NAMED = new Set(['accept', 'reject', 'needs-work', 'relabel', 'what-if']);
-/** @type {Record<string, (review: import('../types.js').ReviewState) => boolean>} */
+/** @type {Record<string, (review: import('../state-types.js').ReviewState) => boolean>} */
 const PRESSED = {
   play: (review) => review.playing,
   draw: (review) => review.mode === 'draw',
@@ -38,7 +38,7 @@ const PRESSED = {
   'needs-work': (review) => docOfSelected(review)?.review === 'needs_work',
   'not-a-sign': (review) => docOfSelected(review)?.not_a_sign === true,
 };
-/** @param {import('../types.js').ReviewState} review */
+/** @param {import('../state-types.js').ReviewState} review */
 const docOfSelected = (review) => (review.selected ? review.docs[review.selected] : undefined);
 
 /**
@@ -66,7 +66,7 @@ export function createToolbar(app) {
     element.append(group);
   }
   leaveKeysToPicture(element);
-  /** @type {import('../types.js').State|null} */
+  /** @type {import('../state-types.js').State|null} */
   let last = null;
 
   return {

@@ -9,7 +9,7 @@ import {icon} from './icons.js';
 import {runTitle} from './run-words.js';
 
 /** @typedef {import('../page-types.js').App} App */
-/** @typedef {import('../types.js').State} State */
+/** @typedef {import('../state-types.js').State} State */
 
 const THEMES = /** @type {const} */ ({auto: ['light', 'Theme: as the system'], light: ['dark', 'Theme: light'], dark: ['auto', 'Theme: dark']});
 
@@ -95,9 +95,9 @@ function showChooser(state, chooser, videos, runs) {
   const {route} = state;
   chooser.hidden = route.screen !== 'review';
   if (route.screen !== 'review') return;
-  options(videos, (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]), route.video);
+  options(videos, (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]), route.video, 'not in the library');
   const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
-  options(runs, own.map((run) => [run.id, runTitle(run)]), state.review?.run?.id ?? route.run ?? '');
+  options(runs, own.map((run) => [run.id, runTitle(run)]), state.review?.run?.id ?? route.run ?? '', 'not there any more');
   runs.hidden = own.length === 0;
 }
 
@@ -105,8 +105,10 @@ function showChooser(state, chooser, videos, runs) {
  * @param {HTMLSelectElement} select
  * @param {[string, string][]} pairs   value, text
  * @param {string} chosen
+ * @param {string} absent   what stands for a chosen one that is not among them
  */
-function options(select, pairs, chosen) {
+function options(select, pairs, chosen, absent) {
+  if (chosen && pairs.length && !pairs.some(([value]) => value === chosen)) pairs = [[chosen, absent], ...pairs];
   const same = select.options.length === pairs.length && pairs.every(([value, text], at) => select.options[at].value === value && select.options[at].text === text);
   // An open list must not change under the pointer for nothing.
   if (!same) fill(select, ...pairs.map(([value, text]) => h('option', {value}, text)));
@@ -119,12 +121,26 @@ function options(select, pairs, chosen) {
  */
 function showSaved(state, saved) {
   const unsaved = state.review?.unsaved.length ?? 0;
+  const held = state.review?.unsaved.filter((one) => one.held).length ?? 0;
   const offline = state.connection === 'offline';
-  const kind = offline ? 'offline' : unsaved ? 'unsaved' : 'saved';
+  const kind = offline ? 'offline' : held ? 'held' : unsaved ? 'unsaved' : 'saved';
   saved.hidden = state.route.screen !== 'review' && !offline;
-  const text = offline ? unsaved ? `Offline, ${unsaved} to save` : 'Offline' : unsaved ? `Saving ${unsaved} …` : 'All saved';
+  const text = savedWords(offline, unsaved, held);
   if (saved.dataset.kind === kind && saved.textContent === text) return;
   saved.dataset.kind = kind;
-  fill(saved, icon(kind === 'offline' ? 'offline' : kind === 'unsaved' ? 'refresh' : 'saved'), h('span', null, text));
-  setText(saved.querySelector('span') ?? saved, text);
+  fill(saved, icon(ICONS[kind]), h('span', null, text));
+}
+
+/** @type {Record<'offline'|'held'|'unsaved'|'saved', import('./icons.js').IconName>} */
+const ICONS = {offline: 'offline', held: 'alert', unsaved: 'refresh', saved: 'saved'};
+
+/**
+ * @param {boolean} offline
+ * @param {number} unsaved   changes that the server has not confirmed
+ * @param {number} held      those of them that a person has to decide on
+ */
+export function savedWords(offline, unsaved, held) {
+  if (offline) return unsaved ? `Offline, ${unsaved} to save` : 'Offline';
+  if (held) return `${held} to decide on${unsaved > held ? `, saving ${unsaved - held} …` : ''}`;
+  return unsaved ? `Saving ${unsaved} …` : 'All saved';
 }

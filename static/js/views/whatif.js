@@ -3,7 +3,7 @@
 
 import {formatRoute} from '../model/route.js';
 import {h} from './dom.js';
-import {showOver} from './second-run.js';
+import {openOver} from './open-over.js';
 import {count, plural} from './format.js';
 
 /** @typedef {import('../types.js').Run} Run */
@@ -67,7 +67,8 @@ export function changeList(app, run, {close} = {}) {
     close?.();
     // Entries of the replay open it as the run, those of the run open the run; the other one lies over it.
     const shown = change.own ? run.id : run.parent_id ?? run.id;
-    showOver(app, shown, change.own ? run.parent_id : run.id);
+    const over = change.own ? run.parent_id : run.id;
+    openOver(app, shown, {second: over === null ? null : {run: over, corrected: false}});
     location.hash = formatRoute({screen: 'review', video: run.video_id, run: shown, frame: change.frame, track: `m${change.track}`});
   }
   return h('div', {class: 'changes'}, h('p', {class: 'muted small'}, frames), ...KINDS.map(([kind, title, text]) => {

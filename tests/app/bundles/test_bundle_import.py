@@ -102,7 +102,7 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     edits = server.context.edits
     undo = Undo(name="undo", op_id=annotation["undo"]["op_id"])
     back = edits.apply(run_id, "undo-of-the-import", "ada", undo, None)
-    assert {doc.key: (doc.class_id, doc.gone) for doc in back.docs} == {"habcdef": (WRONG, True), "m2": (None, False)}
+    assert {doc.key: (doc.class_id, doc.gone) for doc in back.docs} == {"habcdef": (None, True), "m2": (None, False)}
 
     # a bundle of the imported run replays like the first
     with server.context.database.read() as session:
@@ -309,6 +309,9 @@ def test_bodies_that_are_none(server: Server) -> None:
     assert server.client.post("/api/bundles", content=b"").status_code == 422
     answer = server.client.post("/api/bundles", content=b"hello")
     assert (answer.status_code, answer.json()["error"]["code"]) == (422, "bad_bundle")
+    assert "bundle.zip" in answer.json()["error"]["message"]
+    named = server.client.post("/api/bundles", params={"name": "wet/road (2).zip"}, content=b"hello")
+    assert "wet_road (2).zip" in named.json()["error"]["message"]
     assert server.stranger().post("/api/bundles", content=b"hello").status_code == 401
     assert rubbish(server) == []
 

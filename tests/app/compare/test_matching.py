@@ -112,6 +112,8 @@ def test_every_figure_opens_its_places() -> None:
     assert (got["ids_per_sign"].partners, got["switches"].partners) == (["m4"], ["t1"])
     assert (got["recall"].partners, got["false_tracks"].partners) == ([None], [None])
     assert got["eq7"].frames[:4] == [6, 7, 8, 9]
+    assert got["eq7"].errors == pytest.approx([1 / 30] * 4)
+    assert got["recall"].errors is None
     assert got["eq7"].value == pytest.approx(4 * (1 / 30) / 18)
     table_of = {
         (c.reference, c.candidate): (c.count, c.frames, c.tracks, c.partners)

@@ -99,13 +99,17 @@ def test_a_correction_shows_against_the_run(toy_homes: Any, tmp_path: Any) -> No
         document = TrackDoc(
             key=track, revision=1, gone=True, segments=(Segment(track=int(track[1:]), first=span[0], last=span[1]),)
         )
+        drawn = TrackDoc(key="hdrawn01", revision=1, keys={"70": KeyFrame(box=(1, 1, 9, 9))})
         with home.database.write() as session:
-            session.add(
-                TrackDocument(run_id=home.run_id, key=track, revision=1, document=document.model_dump(mode="json"))
-            )
+            for doc in (document, drawn):
+                body = doc.model_dump(mode="json")
+                session.add(TrackDocument(run_id=home.run_id, key=doc.key, revision=1, document=body))
         found = service(home).compare(f"annotation:{home.run_id}", f"run:{home.run_id}")
+        assert found.sides["reference"].names == {"hdrawn01": "drawn at 70"}
+        assert found.sides["candidate"].names == {}
+        assert (found.sides["reference"].edited, found.sides["candidate"].edited) == (False, True)
         assert found.figures["false_tracks"].tracks == [track]
-        assert found.figures["recall"].value == 1.0
+        assert found.figures["recall"].tracks == ["hdrawn01"]
         assert found.figures["precision"].value < 1.0
     finally:
         home.evidence.close()

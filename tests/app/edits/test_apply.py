@@ -61,6 +61,29 @@ def test_golden(case: dict[str, Any]) -> None:
     assert set(changed) <= set(touched_keys(command))
 
 
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 10**6), length=st.integers(0, 12), whole=st.booleans())
+def test_what_is_deleted_comes_back_as_it_was(seed: int, length: int, whole: bool) -> None:
+    docs = walk(seed, length)
+    for key, doc in docs.items():
+        if doc.gone:
+            continue
+        away = {"name": "delete_track", "frame": 3} if whole else {"name": "delete_from", "frame": 0}
+        gone = do(docs, key=key, **away)
+        assert gone[key].gone
+        assert do(gone, name="restore_track", key=key, frame=3)[key] == doc
+
+
+def test_only_what_is_deleted_can_be_restored() -> None:
+    docs = do(beginning(), name="merge", key="m1", frame=0, others=["m2"])
+    docs["hundone1"] = TrackDoc(key="hundone1", gone=True)
+    for key, why in (("m1", "not deleted"), ("m2", "merged into track m1"), ("hundone1", "Nothing is left")):
+        with pytest.raises(CommandError, match=why):
+            do(docs, name="restore_track", key=key, frame=0)
+    with pytest.raises(CommandError, match="Restore it first"):
+        do(do(docs, name="delete_track", key="m1", frame=0), name="set_review", key="m1", frame=0, review="open")
+
+
 @settings(max_examples=200, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12), frame=st.integers(1, 74))
 def test_split_and_delete_keep_what_was_shown(seed: int, length: int, frame: int) -> None:

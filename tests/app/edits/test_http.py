@@ -113,10 +113,25 @@ def test_stale_tells_both_versions_and_changes_nothing(http: Server, ann: Page, 
     details = answer.json()["error"]["details"]
     assert [(doc["key"], doc["revision"], doc["class_id"]) for doc in details["current"]] == [(key, 1, 3)]
     assert [(doc["key"], doc["class_id"]) for doc in details["yours"]] == [(key, 7)]
+    assert {name: (one["author"], one["name"]) for name, one in details["by"].items()} == {
+        key: ("ann", "relabel_track")
+    }
+    assert details["by"][key]["time"][:19] == ann.log()[0]["time"][:19]
     assert ann.docs()[key]["class_id"] == 3
     # bob looks at both and decides for his own
     assert bob.send(relabel(key, 7), f'"{key}:1"').status_code == 200
     assert [row["author"] for row in ann.log()] == ["ann", "bob"]
+
+
+def test_who_was_first_is_the_last_who_said_something_of_that_track(http: Server, ann: Page, tracks: list[str]) -> None:
+    bob, eve = Page(http, ann.run, "bob"), Page(http, ann.run, "eve")
+    assert ann.send(relabel(tracks[0], 3), f'"{tracks[0]}:0"').status_code == 200
+    assert bob.send(relabel(tracks[1], 3), f'"{tracks[1]}:0"').status_code == 200
+    merge = {"name": "merge", "frame": 0, "key": tracks[0], "others": [tracks[1]]}
+    answer = eve.send(merge, f'"{tracks[0]}:0", "{tracks[1]}:0"')
+    assert code(answer) == (409, "stale")
+    by = answer.json()["error"]["details"]["by"]
+    assert {name: one["author"] for name, one in by.items()} == {tracks[0]: "ann", tracks[1]: "bob"}
 
 
 def test_two_pages_on_different_tracks_do_not_meet(http: Server, ann: Page, tracks: list[str]) -> None:
@@ -143,6 +158,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "set_outside": {"value": True, "box": BOX},
     "set_not_a_sign": {"value": True},
     "set_review": {"review": "accepted"},
+    "review_tracks": {"others": ["m2"], "review": "accepted"},
     "add_note": {"note_id": "n1", "text": "<b>bold</b>"},
     "edit_note": {"note_id": "n1", "text": "plain"},
     "remove_note": {"note_id": "n1"},
@@ -157,7 +173,7 @@ NEEDS = {
 
 def command_of(name: str, tracks: list[str]) -> dict[str, Any]:
     command = {"name": name, "frame": 12, "key": tracks[0], **GOOD[name]}
-    return {**command, **({"others": [tracks[1]]} if name == "merge" else {})}
+    return {**command, **({"others": [tracks[1]]} if "others" in GOOD[name] else {})}
 
 
 def match_of(page: Page, tracks: list[str]) -> str:
@@ -213,6 +229,8 @@ BROKEN: list[tuple[str, dict[str, Any], str]] = [
     ("merge", {"others": ["m1; DROP TABLE edits"]}, "command.others.0"),
     ("split", {"new_key": "m3"}, "command.new_key"),
     ("set_review", {"review": "fine"}, "command.review"),
+    ("review_tracks", {"review": "fine"}, "command.review"),
+    ("review_tracks", {"others": [f"m{n}" for n in range(500)]}, "command.others"),
     ("interpolate", {"first": None}, "command.first"),
     ("explode", {}, "command"),
 ]
@@ -285,14 +303,23 @@ def test_what_can_be_undone_survives_and_is_each_ones_own(http: Server, ann: Pag
     assert ann.annotation()["undo"] is None
     assert ann.annotation()["redo"]["op_id"] == first
     # something new: what was undone is history
-    ann.send(relabel(tracks[0], 5), f'"{tracks[0]}:4"')
+    ann.send(relabel(tracks[1], 4), f'"{tracks[1]}:1"')
+    mine = ann.send(relabel(tracks[0], 5), f'"{tracks[0]}:4"').json()["op_id"]
     assert ann.annotation()["redo"] is None
-    # bob's change over it makes it impossible to undo
-    assert bob.send(relabel(tracks[0], 6), f'"{tracks[0]}:5"').status_code == 200
-    mine = ann.annotation()["undo"]["op_id"]
+    # bob's change over it makes it impossible to undo, and does not bar the way to what came before
+    over = bob.send(relabel(tracks[0], 6), f'"{tracks[0]}:5"').json()["op_id"]
     answer = ann.send({"name": "undo", "op_id": mine})
     assert code(answer) == (409, "stale")
+    assert answer.json()["error"]["message"] == f"bob has changed track {tracks[0]} since. Undo would lose that."
     assert answer.json()["error"]["details"]["current"][0]["class_id"] == 6
+    before = ann.annotation()["undo"]
+    assert (before["name"], before["keys"]) == ("relabel_track", [tracks[1]])
+    assert ann.send({"name": "undo", "op_id": before["op_id"]}).status_code == 200
+    assert ann.docs()[tracks[1]]["class_id"] == 3
+    assert (ann.annotation()["undo"], ann.annotation()["redo"]["op_id"]) == (None, before["op_id"])
+    # once bob takes his back, it is the next again
+    assert bob.send({"name": "undo", "op_id": over}).status_code == 200
+    assert ann.annotation()["undo"]["op_id"] == mine
 
 
 def test_every_edit_is_in_the_stream(http: Server, ann: Page, tracks: list[str]) -> None:

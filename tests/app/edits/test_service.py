@@ -24,7 +24,7 @@ from app.edits.documents import OPEN_END, TrackDoc
 from app.edits.service import EditAnswer
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.storage.models import Edit, Event, Run
-from tests.patience import within
+from tests.patience import TIMES
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 
@@ -126,7 +126,9 @@ def test_a_growing_track_stays_open_until_the_run_is_complete(desk: Desk) -> Non
 
 
 def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
+    """Nothing is lost and nobody is passed over. Seconds say little beside other work: `TSR_TIMES=1` holds the goal."""
     took: list[float] = []
+    passed: list[int] = []
 
     def client(number: int) -> None:
         known = 0
@@ -149,9 +151,10 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
         make = {"name": "create_track", "frame": 0, "key": key, "box": [0.0, 0.0, 9.0, 9.0]}
         known = send(desk, f"c{number}", make, {}).docs[0].revision
         for step in range(10):
-            started = time.perf_counter()
+            started, before = time.perf_counter(), len(took)
             known = send(desk, f"a{number}x{step}", relabel(step, key), {key: known}).docs[0].revision
             took.append(time.perf_counter() - started)
+            passed.append(len(took) - before)
             time.sleep(0.1)
 
     with ThreadPoolExecutor(20) as pool:
@@ -163,9 +166,10 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
     docs = desk.service.documents(desk.run)
     assert len(docs["m1"].notes) == 40
     assert all(docs[f"hown{n:04d}"].revision == 11 for n in range(20))
-    p95 = sorted(took)[int(0.95 * len(took))]
-    print(f"20 clients: p95 {1000 * p95:.0f} ms")
-    assert p95 < within(0.2)
+    p95, behind = (sorted(some)[int(0.95 * len(some))] for some in (took, passed))
+    print(f"20 clients: p95 {1000 * p95:.0f} ms, {behind} answers given before")
+    assert behind <= 3 * 20
+    assert TIMES > 1 or p95 < 0.2
 
 
 CHILD = """

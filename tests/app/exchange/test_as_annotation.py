@@ -11,8 +11,9 @@ from exchange_desk import assert_same_track
 from app.edits.documents import TrackDoc, engine_doc
 from app.edits.effective import effective_track
 from app.exchange.as_annotation import annotate
-from app.exchange.as_truth import track_numbers, truth_rows
+from app.exchange.as_truth import truth_rows
 from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.numbering import track_numbers
 
 SIZE = (320, 240)
 
@@ -140,6 +141,38 @@ def test_a_stranger_that_lies_on_a_track_is_about_it() -> None:
     assert "m8" not in found.documents
     rejected = {"m7": replace(run["m7"], state="rejected")}
     assert annotate([near], rejected, {}, "ada", SIZE).made == 1, "what was judged to be no sign is not brought back"
+
+
+def test_a_name_counts_in_an_export_of_the_run_and_else_where_boxes_agree() -> None:
+    run = {"m1": line("m1"), "m2": replace(line("m2"), boxes=line().boxes + 100)}
+    redrawn = replace(line("m1"), boxes=line().boxes + 12, label=3)  # too far off to be found by where it lies
+    assert list(annotate([redrawn], run, {}, "ada", SIZE).documents) == ["m1"]
+    other = replace(line("m1"), boxes=line().boxes + 101, label=3)  # the m1 of another run is our m2
+    assert list(annotate([other], run, {}, "ada", SIZE).documents) == ["m2"]
+    assert list(annotate([other], run, {}, "ada", SIZE, exported=True).documents) == ["m1"]
+    gone = {"m3": TrackDoc(key="m3", gone=True)}
+    assert annotate([line("m3")], {}, gone, "ada", SIZE).made == 1
+    assert list(annotate([line("m3")], {}, gone, "ada", SIZE, exported=True).documents) == ["m3"]
+
+
+def test_what_was_brought_in_before_is_the_same_the_next_time() -> None:
+    wavy = replace(line(frames=range(30)), boxes=line(frames=range(30)).boxes + 0.4 * np.sin(np.arange(30))[:, None])
+    first = annotate([wavy], {}, {}, "ada", SIZE)
+    ((key, document),) = first.documents.items()
+    assert 1 < len(document.keys) < 30
+    again = annotate([wavy], {key: replace(shown(document), uid=key)}, {key: document}, "bob", SIZE)
+    assert (again.same, again.documents, again.repaired) == (1, {}, [])
+
+
+def test_whole_pixels_say_no_more_than_they_can() -> None:
+    track = line("m7")
+    track = replace(track, boxes=track.boxes + 0.3)
+    rounded = replace(track, boxes=np.rint(track.boxes))
+    there = {"m7": engine_doc(7, 0, 9)}
+    assert annotate([rounded], {"m7": track}, there, "ada", SIZE).same == 1
+    moved = rounded.boxes.copy()
+    moved[4] += 1
+    assert annotate([replace(rounded, boxes=moved)], {"m7": track}, there, "ada", SIZE).changed == 1
 
 
 def test_two_tracks_of_one_name_do_not_overwrite_each_other() -> None:

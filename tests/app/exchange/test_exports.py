@@ -53,6 +53,7 @@ def test_the_formats_are_listed_with_their_options(untouched: Desk) -> None:
     assert cvat["can_import"]
     assert not cvat["needs_pictures"]
     assert found["gtsrb"]["needs_pictures"]
+    assert [found[name]["key_frames"] for name in ("cvat-video", "tracks-csv")] == [True, False]
 
 
 def test_an_export_is_one_file_with_everything_about_it(desk: Desk) -> None:

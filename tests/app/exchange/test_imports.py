@@ -45,6 +45,31 @@ def zipped(files: dict[str, bytes]) -> bytes:
     return out.getvalue()
 
 
+def test_an_export_of_one_run_finds_its_signs_in_another(desk: Desk) -> None:
+    """Both have an m1, and they are different signs."""
+    exported = desk.download(desk.export(format="tracks-csv"))
+    rows = next(content for name, content in unzipped(exported).items() if name.endswith(".csv")).decode()
+    turned = rows.replace("m1,", "m0,").replace("m2,", "m1,").replace("m0,", "m2,")
+    second = desk.bring_in(turned.encode(), "run", name="second.csv")["id"]
+    ours, theirs = desk.tracks(), desk.tracks(second)
+    np.testing.assert_allclose(theirs["m2"].boxes, visible(ours["m1"], 320, 240).boxes, atol=0.1)
+    found = desk.bring_in(exported, "annotation", run=second)
+    assert (found["tracks"], found["same"]) == (0, 2), found
+    assert desk.bring_in(exported, "annotation", run=desk.run_id)["same"] == 2
+
+
+def test_what_was_exported_and_came_back_as_a_run_is_the_same_run(untouched: Desk, desk: Desk) -> None:
+    """The engine's boxes reach over the picture's edge, those of an export do not."""
+    table = desk.server.context.evidence.boxes(desk.run_id)
+    assert (table.boxes[:, 2] > 320).any() or (table.boxes[:, :2] < 0).any() or (table.boxes[:, 3] > 240).any()
+    content = untouched.download(untouched.export(format="tracks-csv"))
+    theirs = desk.bring_in(content, "run", name="back")["id"]
+    found = desk.get(f"/api/compare?reference=run:{desk.run_id}&candidate=run:{theirs}")
+    values = {name: found["figures"][name]["value"] for name in ("precision", "recall", "coverage", "eq7")}
+    assert values == {"precision": 1, "recall": 1, "coverage": 1, "eq7": pytest.approx(0, abs=1e-4)}
+    assert found["figures"]["eq7"]["frames"] == []
+
+
 def test_a_file_becomes_ground_truth(desk: Desk, annotations: bytes) -> None:
     found = desk.bring_in(annotations, "truth", name="theirs.xml")
     assert (found["kind"], found["tracks"]) == ("truth", 2)
@@ -188,6 +213,11 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "nothing": (lambda _: b"hello", {}, "is none of"),
     "traversal": (lambda text: zipped({"annotations.xml": text, "../../evil": b"x"}), {}, ""),
     "half an archive": (lambda text: zipped({"annotations.xml": text})[:-40], {}, "whose end is missing"),
+    "a bug bundle": (
+        lambda _: zipped(dict.fromkeys(("README.txt", "manifest.json", "frames.csv", "output.csv", "clip.mp4"), b"x")),
+        {},
+        "is a bug bundle",
+    ),
     "nested": (lambda text: zipped({"a.zip": zipped({"annotations.xml": text})}), {}, ""),
     "other format": (lambda text: text, {"format": "label-studio"}, ""),
     "no format": (lambda text: text, {"format": "papyrus"}, "There is no format"),

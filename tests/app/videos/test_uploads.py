@@ -50,6 +50,20 @@ def test_an_upload_becomes_a_video_and_goes_with_it(server: Server, clip: Path) 
     assert server.client.get("/api/videos").json() == {"videos": []}
 
 
+def test_what_is_wrong_with_an_upload_names_it_as_the_person_does(server: Server, clip: Path) -> None:
+    content = clip.read_bytes()
+    broken = server.client.put("/api/uploads/My drive.mp4", content=content[: len(content) // 3]).json()["id"]
+    work_off(server.context, "import")
+    found = server.client.get(f"/api/videos/{broken}").json()
+    assert (found["state"], found["error"][:13]) == ("failed", "My drive.mp4 ")
+    assert broken not in found["error"]
+    whole = server.client.put("/api/uploads/Drive 1.mp4", content=content).json()
+    work_off(server.context, "import")
+    Path(whole["path"]).unlink()
+    message = server.client.get(f"/api/videos/{whole['id']}/frames/3").json()["error"]["message"]
+    assert message == "Drive 1.mp4 is not there any more. Upload it again."
+
+
 def test_removing_leaves_a_file_that_was_added_by_path(server: Server, clip: Path) -> None:
     place = server.settings.home / "mine.mp4"
     place.write_bytes(clip.read_bytes())
@@ -93,7 +107,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(server: Server, clip: Path, monk
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("app.api.videos.os.fsync", full)
+    monkeypatch.setattr("app.api.receiving.os.fsync", full)
     assert _code(server.client.put("/api/uploads/x.mp4", content=clip.read_bytes())) == (507, "storage_full")
     assert _left(server) == []
     assert server.client.get("/api/videos").json() == {"videos": []}

@@ -135,8 +135,8 @@ test('an edit made before somebody else saved is never put on top unasked, even 
   assert.deepEqual(server.log, ['set_box'], 'only the edit of the other track went through');
   assert.equal(review().unsaved.length, 2, 'both are still there');
   assert.equal((await outbox.load(RUN)).length, 2);
-  assert.equal(dialog?.data.current[0].review, 'accepted');
-  assert.deepEqual(Object.keys(dialog?.data.yours[0].keys), ['5', '6']);
+  assert.equal(dialog?.data.saved[0].review, 'accepted');
+  assert.deepEqual(Object.keys(dialog?.data.mine[0].keys), ['5', '6']);
 
   dialog?.data.keepMine();
   await editor.settled();

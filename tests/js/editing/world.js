@@ -97,7 +97,7 @@ export async function createWorld(server = createServer(), outbox = createMemory
     pause: () => new Promise((resolve) => setTimeout(resolve, 1)), newId: () => `op-${Math.random()}-${count++}`,
   });
   await editor.open(RUN);
-  return { server, outbox, store, editor, toasts, end: () => life.abort(), review: () => /** @type {import('../../../static/js/types.js').ReviewState} */ (store.get().review) };
+  return { server, outbox, store, editor, toasts, end: () => life.abort(), review: () => /** @type {import('../../../static/js/state-types.js').ReviewState} */ (store.get().review) };
 }
 
 /** @param {string} key @param {number} frame @param {number} at @returns {any} */

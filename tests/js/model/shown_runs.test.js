@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
 import { boxAt } from '../../../static/js/model/effective.js';
 import { personAt } from '../../../static/js/model/persons_words.js';
-import { framesIn, shownRuns } from '../../../static/js/model/shown_runs.js';
+import { framesIn, framesInBoth, shownRuns } from '../../../static/js/model/shown_runs.js';
 import { random } from '../harness/synthetic.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
@@ -72,4 +72,10 @@ test('what people said of a frame is told', () => {
     [45, 'A person says that it is partly hidden.'],
     [55, null],
   ])) assert.equal(personAt(given, frame), text, `frame ${frame}`);
+});
+
+test('frames in which two tracks show something', () => {
+  assert.equal(framesInBoth([[0, 9], [20, 29]], [[5, 24]]), 10);
+  assert.equal(framesInBoth([[0, 9]], [[10, 19]]), 0);
+  assert.equal(framesInBoth([], [[0, 5]]), 0);
 });

@@ -2,10 +2,12 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { boxes, create, drawn } from '../../../static/js/operations/boxes.js';
+import { boxes, create, drawn, mergeWords } from '../../../static/js/operations/boxes.js';
 import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
 import { createWorld } from '../editing/world.js';
+
+import { blankDoc } from '../../../static/js/model/documents.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 
@@ -70,4 +72,14 @@ test('asking for a class changes no document', () => {
   const asked = askForClass(state, { key: 'h1', frame: 3, box: BOX });
   assert.equal(asked.review?.docs, state.review.docs);
   assert.equal(draftOf({ ...asked, dialog: { kind: 'relabel', data: { key: 'm1' } } }), null);
+});
+
+test('who merges two signs that are seen at once is told what is hidden', () => {
+  /** @param {string} key @param {number} first @param {number} last */
+  const track = (key, first, last) => ({ ...blankDoc(key), keys: { [first]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null }, [last]: { box: BOX, occluded: false, outside: false, interpolate: true, class_id: null } } });
+  const docs = { h00000001: track('h00000001', 10, 20), h00000002: track('h00000002', 19, 30), h00000003: track('h00000003', 31, 40), h00000004: track('h00000004', 20, 22) };
+  const review = /** @type {any} */ ({ tracks: null, docs });
+  assert.equal(mergeWords(review, 'h00000001', ['h00000003']), '');
+  assert.equal(mergeWords(review, 'h00000001', ['h00000003', 'h00000002', 'h00000004']),
+    'Track drawn at 19 has boxes in 2 frames in which drawn at 10 has one too; there drawn at 10 counts. Track drawn at 20 has boxes in 1 frame in which drawn at 10 has one too; there drawn at 10 counts.');
 });

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { NO_FILTER, nextInQueue, queueCounts, queueOf, queueOrder } from '../../../static/js/model/queue.js';
+import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, queueOrder } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { drive } from '../harness/synthetic.js';
@@ -51,6 +51,14 @@ test('next and previous stop at the ends', () => {
   assert.equal(nextInQueue(state({}, {}, 'm2'), -1), null);
   assert.equal(nextInQueue(state(), 1), 'm2');
   assert.equal(nextInQueue({ ...state(), review: null }, 1), null);
+});
+
+test('the end of the queue says what was passed over', () => {
+  const done = { m2: doc(2, { review: 'accepted' }), m3: doc(3, { review: 'rejected' }) };
+  assert.equal(endOfQueue(state({}, {}, 'm1'), 1), 'This is the end of the queue. 2 tracks before this one are still to be decided.');
+  assert.equal(endOfQueue(state({ m2: done.m2 }, {}, 'm1'), 1), 'This is the end of the queue. 1 track before this one is still to be decided.');
+  assert.equal(endOfQueue(state(done, {}, 'm1'), 1), 'This is the end of the queue.');
+  assert.equal(endOfQueue(state({}, {}, 'm2'), -1), 'This is the beginning of the queue. 2 tracks after this one are still to be decided.');
 });
 
 test('a track that the filter hides after accepting keeps its place', () => {

@@ -21,13 +21,21 @@ async function create() {
   const lanes = [];
   /** What requests for lanes end with. @type {{thrown: Error|null}} */
   const failure = { thrown: null };
+  /** Ground truths of the video, those that were removed, and requests for boxes. @type {{list: {id: string}[], gone: Set<string>, asked: string[]}} */
+  const truths = { list: [], gone: new Set(), asked: [] };
   const api = /** @type {any} */ ({
     video: async () => video,
     runs: async () => [run],
     frameTable: async () => ({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] }),
     tracks: async () => null,
     lanes: async () => null,
-    truths: async () => [],
+    truths: async () => truths.list,
+    truthBoxes: async (/** @type {string} */ id, /** @type {number} */ first) => {
+      truths.asked.push(`${id}/${first}`);
+      if (truths.gone.has(id)) throw new ApiError(404, 'not_found', `There is no truth '${id}'.`);
+      return [];
+    },
+    annotation: async () => ({ docs: [{ key: 'm1' }] }),
     track: async (/** @type {string} */ _run, /** @type {number} */ id) => {
       lanes.push(id);
       if (failure.thrown) throw failure.thrown;
@@ -46,7 +54,7 @@ async function create() {
   store.subscribe(() => loader.sync());
   loader.sync();
   for (let i = 0; i < 5; i++) await turn();
-  return { store, asked, lanes, failure, loader, go: async (/** @type {number} */ frame) => {
+  return { store, asked, lanes, failure, truths, loader, go: async (/** @type {number} */ frame) => {
     store.dispatch((state) => seek(state, frame));
     await turn();
   } };
@@ -142,4 +150,34 @@ test('what fails rests before it is asked for again, and what is not there is no
   await new Promise((resolve) => setTimeout(resolve, 650));
   for (let i = 0; i < 20; i++) store.dispatch((state) => seek(state, i));
   assert.deepEqual(lanes, [7, 7, 8]);
+});
+
+test('a ground truth that another of its name has replaced is looked up anew, without a word of complaint', async () => {
+  const { store, loader, truths, asked } = await create();
+  const settle = async () => {
+    for (let i = 0; i < 8; i++) {
+      for (const { come } of asked.splice(0)) come();
+      await turn();
+    }
+  };
+  truths.list = [{ id: 'old' }];
+  loader.showTruth('old');
+  await settle();
+  assert.equal(truths.asked[0], 'old/0');
+  truths.list = [{ id: 'new' }];
+  truths.gone.add('old');
+  store.dispatch((state) => seek(state, 1000));
+  await settle();
+  assert.ok(truths.asked.some((name) => name.startsWith('new/')), truths.asked.join());
+  assert.deepEqual(store.get().banners, []);
+});
+
+test('a run laid over another one brings its tracks, and its corrections where they are asked for', async () => {
+  const { store, loader } = await create();
+  loader.showSecond('q', true);
+  await turn();
+  assert.deepEqual(Object.keys(store.get().review?.secondDocs ?? {}), ['m1']);
+  loader.showSecond('q');
+  await turn();
+  assert.deepEqual(store.get().review?.secondDocs, {});
 });

@@ -37,7 +37,7 @@ test('a banner replaces the one of its id; what changes nothing is the same stat
 test('routes survive the way into the address and back', () => {
   const id = 'a'.repeat(64);
   const other = 'b'.repeat(32);
-  for (const route of /** @type {import('../../../static/js/types.js').Route[]} */ ([
+  for (const route of /** @type {import('../../../static/js/state-types.js').Route[]} */ ([
     {screen: 'library'}, {screen: 'review', video: id, run: null, frame: null, track: null},
     {screen: 'review', video: id, run: other, frame: 0, track: 'h-1/ä?&'}, {screen: 'compare', a: `run:${other}`, b: `truth:${other}`},
     {screen: 'models'}, {screen: 'files'},

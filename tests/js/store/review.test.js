@@ -6,7 +6,7 @@ import { closeReview, openReview, playOrPause, seek, toggleLayer } from '../../.
 import { USUAL_LAYERS, initialState } from '../../../static/js/store/initial.js';
 
 const opened = () => openReview(initialState(), /** @type {any} */ ({ id: 'v', frames: 100 }));
-/** @param {import('../../../static/js/types.js').State} state */
+/** @param {import('../../../static/js/state-types.js').State} state */
 const playing = ({ review }) => [review?.frame, review?.playing];
 
 test('layers that a person showed or hid are so in the next video', () => {

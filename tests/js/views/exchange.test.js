@@ -4,6 +4,10 @@ import {test} from 'node:test';
 import {content, facts, partOf, skipped} from '../../../static/js/views/artefact-words.js';
 import {expectedWords} from '../../../static/js/views/dialogs/bundle.js';
 import {rangeAround, rangeWords} from '../../../static/js/views/dialogs/frame-range.js';
+import {madeWords, tellWhenMade} from '../../../static/js/views/made_notice.js';
+import {createStore} from '../../../static/js/store/store.js';
+import {initialState} from '../../../static/js/store/initial.js';
+import {putArtefact, setArtefacts} from '../../../static/js/store/actions/page.js';
 import {lineage, modelProgress} from '../../../static/js/views/model-words.js';
 
 /** @param {object} [more] */
@@ -63,4 +67,24 @@ test('lineage names parent, exports, corrections, data and seed', () => {
   assert.deepEqual(rows, {'Made from': 'First', Exports: 'drive.zip', Corrections: 'drive.mp4 up to edit 12', Data: 'GTSDB in /d', Parts: 'detector', Seed: '4', 'Learned from': '2 signs in 30 frames of drive.mp4', 'Held out': '1 sign, chosen by sign'});
   assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
   assert.equal(Object.fromEntries(lineage({...version, parent_id: 'gone'}, []))['Made from'], 'a version that was removed');
+});
+
+test('a file that was asked for is told of once, unless it is in sight or was taken back', () => {
+  assert.deepEqual(madeWords(artefact(), false), {text: 'x.zip is ready.', tone: 'good', offers: 'download'});
+  assert.deepEqual(madeWords(artefact({state: 'failed', error: 'The disk is full.'}), false), {text: 'x.zip could not be made: The disk is full.', tone: 'bad', offers: 'files'});
+  assert.equal(madeWords(artefact(), true), null);
+  assert.equal(madeWords(artefact({state: 'cancelled'}), false), null);
+  assert.equal(madeWords(undefined, false), null);
+
+  const store = createStore(initialState(), (run) => run());
+  const app = {store, signal: new AbortController().signal, api: /** @type {any} */ ({})};
+  /** @type {string[]} */
+  const said = [];
+  tellWhenMade(app, 'a', ({text, action, topic}) => said.push(`${text} ${action?.label} ${topic}`));
+  store.dispatch((state) => ({...state})); // the list of files is not loaded yet
+  store.dispatch((state) => setArtefacts(state, [artefact({state: 'running'})]));
+  assert.deepEqual(said, []);
+  store.dispatch((state) => putArtefact(state, artefact({state: 'complete'})));
+  store.dispatch((state) => putArtefact(state, artefact({state: 'complete', size: 7})));
+  assert.deepEqual(said, ['x.zip is ready. Download made-a']);
 });

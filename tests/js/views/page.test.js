@@ -3,11 +3,12 @@ import assert from 'node:assert/strict';
 import {test} from 'node:test';
 import {arrange} from '../../../static/js/views/library.js';
 import {arrangeConfusion} from '../../../static/js/views/compare-confusion.js';
-import {runOfSide} from '../../../static/js/views/compare-places.js';
+import {sides, viewOf} from '../../../static/js/views/compare-places.js';
 import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
-import {findLabels} from '../../../static/js/views/dialogs/relabel.js';
+import {findLabels, sideOf} from '../../../static/js/views/dialogs/relabel.js';
 import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/views/format.js';
+import {savedWords} from '../../../static/js/views/topbar.js';
 import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
 import {changedFrames, changesOf} from '../../../static/js/views/whatif.js';
 
@@ -98,11 +99,43 @@ test('a confusion matrix has its rows and columns in order, no class last', () =
   assert.equal(found.most, 9);
 });
 
-test('a place of ground truth opens the other side, without its track', () => {
-  const found = /** @type {any} */ ({reference: 'truth:t', candidate: 'run:r'});
-  assert.deepEqual(runOfSide(found, 'reference'), {run: 'r', own: false});
-  assert.deepEqual(runOfSide(found, 'candidate'), {run: 'r', own: true});
-  assert.deepEqual(runOfSide({...found, reference: 'annotation:q'}, 'reference'), {run: 'q', own: true});
+test('a place opens with both sides in view', () => {
+  /** @param {string} reference @param {string} candidate @param {'reference'|'candidate'} side @param {boolean} [edited] */
+  const view = (reference, candidate, side, edited = false) => viewOf(/** @type {any} */ ({reference, candidate, sides: {reference: {kind: reference.split(':')[0], edited}, candidate: {kind: candidate.split(':')[0], edited}}}), side);
+  const raw = (/** @type {string} */ run) => ({run, corrected: false});
+  const corrected = (/** @type {string} */ run) => ({run, corrected: true});
+  assert.deepEqual(view('truth:t', 'run:r', 'reference'), {run: 'r', own: false, second: null, truth: 't'});
+  assert.deepEqual(view('truth:t', 'run:r', 'candidate'), {run: 'r', own: true, second: null, truth: 't'});
+  assert.deepEqual(view('truth:t', 'run:r', 'reference', true), {run: 'r', own: false, second: raw('r'), truth: 't'}, 'what the engine had, not what people made of it');
+  assert.deepEqual(view('truth:t', 'run:r', 'candidate', true), {run: 'r', own: true, second: raw('r'), truth: 't'});
+  assert.deepEqual(view('truth:t', 'annotation:q', 'candidate'), {run: 'q', own: true, second: null, truth: 't'});
+  assert.deepEqual(view('truth:t', 'truth:u', 'candidate'), {run: null, own: false, second: null, truth: 'u'});
+  assert.deepEqual(view('run:a', 'run:b', 'reference'), {run: 'a', own: true, second: raw('b'), truth: null});
+  assert.deepEqual(view('run:a', 'run:b', 'candidate'), {run: 'b', own: true, second: raw('a'), truth: null});
+  assert.deepEqual(view('annotation:q', 'run:b', 'reference'), {run: 'q', own: true, second: raw('b'), truth: null});
+  assert.deepEqual(view('annotation:q', 'run:b', 'candidate'), {run: 'q', own: false, second: raw('b'), truth: null}, 'corrections are drawn on their own run');
+  assert.deepEqual(view('annotation:q', 'run:q', 'candidate'), {run: 'q', own: true, second: raw('q'), truth: null}, 'what the engine had lies over what people made of it');
+  assert.deepEqual(view('annotation:q', 'annotation:p', 'candidate'), {run: 'p', own: true, second: corrected('q'), truth: null});
+});
+
+test('a place says whose track it is on, in the words of the review', () => {
+  const drawn = {h0001: 'drawn at 70'};
+  const found = /** @type {any} */ ({reference: 'annotation:q', candidate: 'run:b', sides: {reference: {names: drawn}, candidate: {names: {}}}});
+  const some = {title: '', frames: [1, 1], lasts: [1, 1], places: 2};
+  /** @param {any} compared @param {any} places */
+  const told = (compared, places) => sides(compared, {...some, ...places}, viewOf(compared, places.side), 0);
+  assert.equal(told(found, {side: 'reference', tracks: ['h0001'], partners: [null]}), 'drawn at 70');
+  assert.equal(told(found, {side: 'candidate', tracks: ['m3'], partners: ['h0001']}), '#3 of the other run, drawn at 70');
+  assert.equal(told({...found, candidate: 'truth:t'}, {side: 'candidate', tracks: ['4'], partners: ['h0001']}), 'truth 4, drawn at 70');
+  assert.equal(told({...found, candidate: 'truth:t'}, {side: 'candidate', tracks: ['4'], partners: [null]}), 'truth 4');
+});
+
+test('what is not saved yet says what it waits for', () => {
+  assert.equal(savedWords(false, 0, 0), 'All saved');
+  assert.equal(savedWords(false, 2, 0), 'Saving 2 …');
+  assert.equal(savedWords(false, 2, 2), '2 to decide on');
+  assert.equal(savedWords(false, 5, 2), '2 to decide on, saving 3 …');
+  assert.equal(savedWords(true, 5, 2), 'Offline, 5 to save');
 });
 
 test('two versions of a track differ where they do', () => {
@@ -114,6 +147,19 @@ test('two versions of a track differ where they do', () => {
   assert.equal(words.Notes, 'A: <img onerror=x>');
   assert.equal(describeDoc({...doc, gone: true, merged_into: 'm1'}, LABELS).State, 'merged into #1');
   assert.equal(describeDoc(undefined, LABELS).State, 'not there');
+});
+
+test('the dialog of classes stands where it does not hide the sign', () => {
+  const review = /** @type {any} */ ({viewport: {x: 500, y: 300, zoom: 1}});
+  assert.equal(sideOf(review, [600, 0, 640, 40]), 'left');
+  assert.equal(sideOf(review, [300, 0, 340, 40]), 'right');
+  assert.equal(sideOf(review, null), undefined);
+});
+
+test('a class is found by other words for it, behind those that are called so', () => {
+  /** @param {string} text */
+  const found = (text) => findLabels([{id: 13, name: 'give way', picture: ''}, {id: 9, name: 'no overtaking', picture: ''}, {id: 25, name: 'road works', picture: ''}], text).map(({id}) => id);
+  assert.deepEqual([found('yield'), found('no pass'), found('construction'), found('give'), found('yeti')], [[13], [9], [25], [13], []]);
 });
 
 test('what a replay changed is said in words, with the frame to open', () => {

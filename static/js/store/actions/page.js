@@ -2,10 +2,10 @@
 /**
  * Actions on what is not the review of one run: catalogue, videos, runs, route, banners, dialog, theme. Pure.
  *
- * @typedef {import('../../types.js').State} State
+ * @typedef {import('../../state-types.js').State} State
  * @typedef {import('../../types.js').Video} Video
  * @typedef {import('../../types.js').Run} Run
- * @typedef {import('../../types.js').Banner} Banner
+ * @typedef {import('../../state-types.js').Banner} Banner
  */
 
 /** @param {State} state @param {import('../../types.js').Session} session @returns {State} */
@@ -17,7 +17,7 @@ export const setLabels = (state, labels) => ({...state, labels});
 /** @param {State} state @param {import('../../types.js').Parameter[]} parameters @returns {State} */
 export const setParameters = (state, parameters) => ({...state, parameters});
 
-/** @param {State} state @param {import('../../types.js').Route} route @returns {State} */
+/** @param {State} state @param {import('../../state-types.js').Route} route @returns {State} */
 export const setRoute = (state, route) => ({...state, route});
 
 /** @param {State} state @param {Video[]} videos @returns {State} */
@@ -67,7 +67,7 @@ export function dropRun(state, id) {
   return {...state, runs: Object.fromEntries(entries)};
 }
 
-/** @param {State} state @param {import('../../types.js').Dialog} dialog @returns {State} */
+/** @param {State} state @param {import('../../state-types.js').Dialog} dialog @returns {State} */
 export const openDialog = (state, dialog) => ({...state, dialog});
 
 /** @param {State} state @returns {State} */

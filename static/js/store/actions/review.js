@@ -2,8 +2,8 @@
 /**
  * Actions on the review of one run. Pure; outside the review screen they change nothing.
  *
- * @typedef {import('../../types.js').State} State
- * @typedef {import('../../types.js').ReviewState} ReviewState
+ * @typedef {import('../../state-types.js').State} State
+ * @typedef {import('../../state-types.js').ReviewState} ReviewState
  * @typedef {import('../../types.js').TrackDoc} TrackDoc
  * @typedef {import('../../types.js').Box} Box
  */
@@ -62,10 +62,10 @@ export const showSpan = (state, span) =>
 /** @param {State} state @param {number|null} tau   null: the run's @returns {State} */
 export const dragTau = (state, tau) => changeReview(state, { tau });
 
-/** @param {State} state @param {Partial<import('../../types.js').QueueFilter>} change @returns {State} */
+/** @param {State} state @param {Partial<import('../../state-types.js').QueueFilter>} change @returns {State} */
 export const changeFilter = (state, change) => changeReview(state, (review) => ({ filter: { ...review.filter, ...change } }));
 
-/** Show a layer or hide it, here and in whatever is opened next. @param {State} state @param {import('../../types.js').LayerName} name @returns {State} */
+/** Show a layer or hide it, here and in whatever is opened next. @param {State} state @param {import('../../state-types.js').LayerName} name @returns {State} */
 export function toggleLayer(state, name) {
   const next = changeReview(state, (review) => ({ layers: { ...review.layers, [name]: !review.layers[name] } }));
   return next.review === null ? next : { ...next, layers: { ...next.layers, [name]: next.review.layers[name] } };
@@ -90,12 +90,12 @@ export const setDrag = (state, drag) => changeReview(state, { drag });
  * A box was drawn: ask for its class. Until it has one it lives in the dialog alone, so that closing the dialog, in
  * whatever way, leaves nothing behind and nothing to undo.
  * @param {State} state
- * @param {import('../../types.js').Draft} draft
+ * @param {import('../../state-types.js').Draft} draft
  * @returns {State}
  */
 export const askForClass = (state, draft) => ({ ...setMode(state, 'select'), dialog: { kind: 'relabel', data: { draft } } });
 
-/** The box that waits for its class. @param {State} state @returns {import('../../types.js').Draft|null} */
+/** The box that waits for its class. @param {State} state @returns {import('../../state-types.js').Draft|null} */
 export const draftOf = (state) => (state.dialog?.kind === 'relabel' ? state.dialog.data?.draft ?? null : null);
 
 /** @param {State} state @param {ReviewState['viewport']} viewport @returns {State} */

@@ -64,7 +64,7 @@ export function addVideoDialog({app, close, signal}) {
     try {
       const video = await app.api.addVideo(value, {signal});
       app.store.dispatch((state) => putVideo(state, video));
-      toast(`${video.name} is imported.`, {tone: 'good'});
+      toast(`${video.name} is ${video.state === 'importing' ? 'being imported' : 'in the library'}.`);
       close();
     } catch (thrown) {
       if (!signal.aborted) fail(thrown);

@@ -8,6 +8,7 @@ import {putArtefact} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
 import {plural} from '../format.js';
 import {icon} from '../icons.js';
+import {tellWhenMade} from '../made_notice.js';
 import {toast} from '../toasts.js';
 import {createFrameRange} from './frame-range.js';
 import {field, tick} from './fields.js';
@@ -56,9 +57,10 @@ export function bundleDialog({app, close, signal}) {
     try {
       const artefact = await app.api.makeBundle(review.run.id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal});
       app.store.dispatch((state) => putArtefact(state, artefact));
-      toast('The bundle is being made. It will be under Files.', {tone: 'good', action: {label: 'Files', run: () => {
+      toast('The bundle is being made. It will be under Files.', {topic: `made-${artefact.id}`, action: {label: 'Files', run: () => {
         location.hash = '#/files';
       }}});
+      tellWhenMade(app, artefact.id);
       close();
     } catch (thrown) {
       if (signal.aborted) return;

@@ -1,12 +1,16 @@
 // @ts-check
 /** Somebody else has saved the same track first: both versions side by side, and a decision. */
 
-import {h, setText} from '../dom.js';
 import {sentence} from '../../api/errors.js';
+import {describe as words, describeUndone, named} from '../../editing/words.js';
 import {trackName} from '../../model/track_name.js';
+import {h, setText} from '../dom.js';
+import {moment} from '../format.js';
+import {twoVersions} from './two-versions.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../types.js').Label} Label */
+/** @typedef {import('../../editing/keeping.js').Last} Last */
 
 /** @type {Record<TrackDoc['review'], string>} */
 const REVIEWS = {open: 'not reviewed', accepted: 'accepted', rejected: 'rejected', needs_work: 'needs work'};
@@ -60,19 +64,36 @@ function keyText(doc, frame) {
 }
 
 /**
+ * What has happened to the tracks, what becomes of the edits, a sentence each.
+ *
+ * @param {Pick<import('../../editing/keeping.js').Plan, 'moved'|'lost'>} plan
+ * @param {Record<string, Last>} others                             what was saved last, by track
+ * @param {(key: string) => string} nameOf                          of tracks
+ * @param {(time: string) => string} [when]
+ * @returns {string[]}
+ */
+export function told({moved, lost}, others, nameOf, when = moment) {
+  const people = Object.entries(others).map(([key, {author, time, name, frame}]) => `${author} changed track ${nameOf(key)} on ${when(time)}: ${describeUndone(name, frame)}.`);
+  const gone = moved.map(({key, into}) => (into === null
+    ? `Track ${nameOf(key)} was deleted: “Keep mine” restores it.`
+    : `Track ${nameOf(key)} was merged into ${nameOf(into)}: “Keep mine” makes your change there.`));
+  return [...people, ...gone, ...lost.map(({name, why}) => `“${words(name)}” cannot be kept. ${why}`)];
+}
+
+/**
  * @param {import('./layer.js').Setup} setup
  * @returns {import('./layer.js').Content}
  */
 export function conflictDialog({app, data, close}) {
-  const {labels} = app.store.get();
-  /** @type {TrackDoc[]} */
-  const current = data.current ?? [];
-  /** @type {TrackDoc[]} */
-  const yours = data.yours ?? [];
-  const keys = [...new Set([...current, ...yours].map(({key}) => key))];
+  const {labels, review} = app.store.get();
+  /** @type {import('../../editing/keeping.js').Plan & {others: Record<string, Last>}} */
+  const {saved, mine, others} = data;
+  const docs = {...review?.docs, ...Object.fromEntries(saved.map((doc) => [doc.key, doc]))};
+  // it comes up in the middle of work: no key that was meant for the picture may choose
+  const intro = h('p', {class: 'dialog-intro', tabIndex: -1}, 'Another page has saved a change of the same track after you loaded it. Nothing is overwritten until you choose.');
   const error = h('p', {class: 'field-error', role: 'alert', hidden: true});
   const theirs = h('button', {class: 'btn', type: 'button', onclick: () => act(data.takeTheirs)}, 'Take the saved version');
-  const mine = h('button', {class: 'btn btn-primary', type: 'button', onclick: () => act(data.keepMine)}, 'Keep mine');
+  const own = h('button', {class: 'btn btn-primary', type: 'button', disabled: mine.length === 0, onclick: () => act(data.keepMine)}, 'Keep mine');
 
   /** @param {(() => unknown)|undefined} run */
   async function act(run) {
@@ -86,12 +107,16 @@ export function conflictDialog({app, data, close}) {
   }
 
   return {
-    title: 'This track was changed in the meantime', size: 'middle', focus: theirs,
+    title: 'This track was changed in the meantime', size: 'middle', focus: intro,
     body: h('div', {class: 'stack'},
-      h('p', null, 'Another page has saved a change of the same track after you loaded it. Nothing is overwritten until you choose.'),
-      ...keys.map((key) => versions(key, current.find((doc) => doc.key === key), yours.find((doc) => doc.key === key), labels)),
+      intro,
+      ...told(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', null, named(text, docs))),
+      ...mine.flatMap((doc) => {
+        const before = saved.find(({key}) => key === doc.key);
+        return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];
+      }),
       h('p', {class: 'muted small'}, '“Keep mine” makes your change again on top of the saved version. “Take the saved version” drops it.'), error),
-    footer: [h('button', {class: 'btn btn-quiet', type: 'button', onclick: close}, 'Decide later'), h('span', {class: 'grow'}), theirs, mine],
+    footer: [h('button', {class: 'btn btn-quiet', type: 'button', onclick: close}, 'Decide later'), h('span', {class: 'grow'}), theirs, own],
   };
 }
 
@@ -106,7 +131,7 @@ function versions(key, current, yours, labels) {
   const rows = [...new Set([...Object.keys(saved), ...Object.keys(own)])];
   return h('table', {class: 'table versions'},
     h('caption', null, `Track ${trackName(key, current ?? yours)}`),
-    h('thead', null, h('tr', null, h('td'), h('th', {scope: 'col'}, `Saved${current ? ` (revision ${current.revision})` : ''}`), h('th', {scope: 'col'}, 'Yours'))),
+    h('thead', null, h('tr', null, h('td'), h('th', {scope: 'col'}, `Saved${current ? ` (revision ${current.revision})` : ''}`), h('th', {scope: 'col'}, 'With your change'))),
     h('tbody', null, ...rows.map((row) => h('tr', {class: saved[row] === own[row] ? '' : 'differs'},
       h('th', {scope: 'row'}, row), h('td', null, saved[row] ?? '–'), h('td', null, own[row] ?? '–'))),
     ...differingKeys(current, yours).map(([what, theirs, mine]) => h('tr', {class: 'differs'}, h('th', {scope: 'row'}, what), h('td', null, theirs), h('td', null, mine)))));

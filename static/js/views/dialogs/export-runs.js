@@ -5,7 +5,7 @@ import {h, reconcile, setText} from '../dom.js';
 import {plural} from '../format.js';
 import {runTitle} from '../run-words.js';
 
-/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../types.js').Video} Video */
 /** @typedef {import('../../types.js').Run} Run */
 

@@ -8,6 +8,7 @@ import {createArtefactRow} from '../artefact-row.js';
 import {isActive} from '../artefact-words.js';
 import {fill, h, setText} from '../dom.js';
 import {icon} from '../icons.js';
+import {tellWhenMade} from '../made_notice.js';
 import {recall, remember} from '../preferences.js';
 import {createExportCount} from './export-count.js';
 import {createExportRuns} from './export-runs.js';
@@ -55,6 +56,7 @@ export function exportDialog({app, data, close, signal}) {
     h('div', {class: 'export-shares'}, field('Train', shares[0]), field('Validation', shares[1]), field('Test', shares[2]), field('Dealt', by), field('Seed', seed)),
     h('p', {class: 'field-hint'}, SPLIT_HELP));
   const thin = numberInput('export-thin', kept.thin_px, check);
+  const thinField = field('Largest error between key frames, px', thin, 'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.');
   const name = h('input', {class: 'input', type: 'text', id: 'export-name', maxlength: 120, autocomplete: 'off', placeholder: 'made up from video and format'});
   const result = h('div', {class: 'export-result', 'aria-live': 'polite'});
   /** @type {{row: ReturnType<typeof createArtefactRow>, id: string}|null} */
@@ -103,6 +105,7 @@ export function exportDialog({app, data, close, signal}) {
     for (const [key, found] of Object.entries(numbers)) {
       if (!split.input.checked && ['train', 'val', 'test', 'seed'].includes(key)) continue;
       if (ids.length > 1 && (key === 'first' || key === 'last')) continue;
+      if (!chosen.key_frames && key === 'thin') continue;
       if ('error' in found) return {error: found.error};
       values[key] = found.value;
     }
@@ -125,6 +128,7 @@ export function exportDialog({app, data, close, signal}) {
     range.hidden = runs.chosen().length !== 1;
     splitFields.hidden = !split.input.checked;
     const chosen = chosenFormat();
+    thinField.hidden = chosen?.key_frames !== true;
     const none = pictures[0].input;
     none.disabled = chosen?.needs_pictures === true;
     if (none.disabled && none.checked) pictures[1].input.checked = true;
@@ -148,6 +152,7 @@ export function exportDialog({app, data, close, signal}) {
       store.dispatch((state) => putArtefact(state, artefact));
       const row = createArtefactRow(app, artefact);
       made = {row, id: artefact.id};
+      shownMade = artefact;
       fill(result, h('h3', null, 'The export'), h('ul', {class: 'made-list'}, row.element), h('p', {class: 'muted small'}, 'You can close this: it goes on, and stays under ', h('a', {href: '#/files', onclick: close}, 'Files'), '.'));
       result.scrollIntoView({block: 'nearest'});
       void follow(artefact);
@@ -192,6 +197,9 @@ export function exportDialog({app, data, close, signal}) {
     }
   }
 
+  signal.addEventListener('abort', () => {
+    if (shownMade && isActive(shownMade)) tellWhenMade(app, shownMade.id);
+  }, {once: true});
   void load();
   return {
     title: 'Export annotations', size: 'wide', submit, focus: format,
@@ -204,7 +212,7 @@ export function exportDialog({app, data, close, signal}) {
           h('div', {class: 'stack'}, field('Format', format), summary), switches,
           group('Pictures', h('div', {class: 'ticks'}, ...pictures.map(({element}) => element))),
           h('div', {class: 'stack'}, split.element, splitFields),
-          field('Largest error of thinned key frames, px', thin, 'Formats that draw straight lines between key frames get only as many as this bound needs; 0 keeps every frame.'),
+          thinField,
           field('File name', name))),
       result),
     footer: [counter.element, error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],

@@ -41,7 +41,7 @@ export function rangeWords(track, whole) {
 }
 
 /**
- * @param {import('../../types.js').ReviewState|null} review
+ * @param {import('../../state-types.js').ReviewState|null} review
  * @param {{id: string, begin: number, most: number, changed: (wrong: string) => void}} options   begin: frames that are offered; most: that may be
  */
 export function createFrameRange(review, {id, begin, most, changed}) {

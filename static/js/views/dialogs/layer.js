@@ -4,11 +4,11 @@
  * the focus goes back to where it was.
  *
  * What `Dialog.data` holds, by kind:
- * - help, add-video: nothing
+ * - help, add-video, deleted, judge: nothing
  * - confirm: `{title, text, note?, confirm, danger?, run}`; `run` may return a promise, its error is shown
  * - relabel: `{key?, frame?, scope?: 'track'|'box'}` of a track, or `{draft}`: a drawn box that becomes a track with its class
  * - note: `{key?, frame?, note_id?, text?}`
- * - conflict: `{current, yours, keepMine, takeTheirs}`: documents of both sides, and what the two buttons do
+ * - conflict: a `Plan` of editing/keeping.js with `{others, keepMine, takeTheirs}`: who saved, and what the two buttons do
  * - adopted: `{from, to}`: runs
  * - export: `{runs?}`; import: `{video, file?, as?}`; truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
  * - record, bundle, settings: nothing
@@ -24,10 +24,12 @@ import {bundleDialog} from './bundle.js';
 import {compareDialog} from './compare.js';
 import {confirmDialog} from './confirm.js';
 import {conflictDialog} from './conflict.js';
+import {deletedDialog} from './deleted.js';
 import {exportDialog} from './export.js';
 import {helpDialog} from './help.js';
 import {importDialog} from './import.js';
 import {importBundleDialog} from './import-bundle.js';
+import {judgeDialog} from './judge.js';
 import {noteDialog} from './note.js';
 import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
@@ -38,7 +40,7 @@ import {truthsDialog} from './truths.js';
 import {whatIfDialog} from './whatif.js';
 
 /** @typedef {import('../../page-types.js').App} App */
-/** @typedef {import('../../types.js').Dialog} Dialog */
+/** @typedef {import('../../state-types.js').Dialog} Dialog */
 
 /**
  * @typedef {object} Content
@@ -46,9 +48,10 @@ import {whatIfDialog} from './whatif.js';
  * @property {HTMLElement} body
  * @property {HTMLElement[]} [footer]
  * @property {'narrow'|'middle'|'wide'} [size]
+ * @property {'left'|'right'} [side]      where it stands; usually in the middle
  * @property {HTMLElement} [focus]        what gets the focus first
  * @property {() => void} [submit]        Enter in a field, or the primary button
- * @property {(state: import('../../types.js').State) => void} [update]
+ * @property {(state: import('../../state-types.js').State) => void} [update]
  */
 
 /**
@@ -67,10 +70,12 @@ const KINDS = {
   compare: compareDialog,
   confirm: confirmDialog,
   conflict: conflictDialog,
+  deleted: deletedDialog,
   export: exportDialog,
   help: helpDialog,
   import: importDialog,
   'import-bundle': importBundleDialog,
+  judge: judgeDialog,
   note: noteDialog,
   record: recordDialog,
   relabel: relabelDialog,
@@ -96,7 +101,7 @@ export function createDialogs(app) {
     const close = () => app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
     const ended = new AbortController();
     const content = KINDS[dialog.kind]({app, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
-    const node = h('dialog', {class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind}`, 'aria-labelledby': 'dialog-title'},
+    const node = h('dialog', {class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind} ${content.side ? `dialog-${content.side}` : ''}`, 'aria-labelledby': 'dialog-title'},
       h('form', {class: 'dialog-form', method: 'dialog', novalidate: true, onsubmit: (/** @type {Event} */ event) => {
         event.preventDefault();
         content.submit?.();

@@ -2,9 +2,11 @@
 /** Choose one of the classes by typing part of its name or its number; keyboard alone is enough. */
 
 import {labelAt} from '../../model/effective.js';
+import {OTHER_WORDS} from '../../model/label_words.js';
 import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
 import {docOf} from '../../editing/revisions.js';
+import {shownTrack} from '../../review/shown_tracks.js';
 import {edit} from '../app.js';
 import {h, reconcile, setText} from '../dom.js';
 import {recall, remember} from '../preferences.js';
@@ -13,7 +15,7 @@ import {recall, remember} from '../preferences.js';
 
 /**
  * The classes that a text finds, best first: names with that number in them, the class of that number, names
- * that begin with it, words that begin with its words, then names that contain them. What is written on a sign goes
+ * that begin with it, words that begin with its words, names that contain them, then other words for it. What is written on a sign goes
  * before the number of its class: who types 30 and Enter means the speed limit, not class 30.
  *
  * @param {readonly Label[]} labels
@@ -33,9 +35,10 @@ export function findLabels(labels, text) {
     if (name.startsWith(wanted)) return 2;
     if (words.every((word) => parts.some((part) => part.startsWith(word)))) return 3;
     if (words.every((word) => name.includes(word))) return 4;
-    return 5;
+    const others = [...parts, ...(OTHER_WORDS[label.id] ?? '').split(' ')];
+    return words.every((word) => others.some((part) => part.startsWith(word))) ? 5 : 6;
   };
-  return labels.map((label) => ({label, rank: rank(label)})).filter((found) => found.rank < 5)
+  return labels.map((label) => ({label, rank: rank(label)})).filter((found) => found.rank < 6)
     .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id).map((found) => found.label);
 }
 
@@ -48,7 +51,7 @@ function drawnLast() {
 /**
  * What the track is now, so that Enter alone changes nothing.
  *
- * @param {import('../../types.js').ReviewState|null} review
+ * @param {import('../../state-types.js').ReviewState|null} review
  * @param {string|null} key
  * @param {number} frame
  * @returns {number|null}
@@ -60,12 +63,24 @@ function classOf(review, key, frame) {
 }
 
 /**
+ * The side on which the dialog does not hide the sign that it asks about.
+ *
+ * @param {import('../../state-types.js').ReviewState|null} review
+ * @param {import('../../types.js').Box|null} box
+ * @returns {'left'|'right'|undefined}
+ */
+export function sideOf(review, box) {
+  if (!review || !box) return undefined;
+  return (box[0] + box[2]) / 2 < review.viewport.x ? 'right' : 'left';
+}
+
+/**
  * @param {import('./layer.js').Setup} setup
  * @returns {import('./layer.js').Content}
  */
 export function relabelDialog({app, data, close}) {
   const {labels, review} = app.store.get();
-  /** @type {import('../../types.js').Draft|null} */
+  /** @type {import('../../state-types.js').Draft|null} */
   const draft = data.draft ?? null;
   /** @type {string|null} */
   const key = draft ? null : data.key ?? review?.selected ?? null;
@@ -143,6 +158,7 @@ export function relabelDialog({app, data, close}) {
     close();
   }}, 'No class');
   return {
+    side: sideOf(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
     title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Class of the new track', size: 'middle', focus: search,
     body: h('div', {class: 'stack relabel'}, search, scopes, list, none),
     footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Alt+B switches between track and box.'), ...(draft ? [unknown] : []), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],

@@ -8,7 +8,7 @@ import {fill, h, reconcile, setText} from '../dom.js';
 import {moment, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {runChanges, runPart, runProgress, runState, runTone} from '../run-words.js';
+import {runChanges, runKind, runName, runPart, runProgress, runState, runTone} from '../run-words.js';
 import {toast} from '../toasts.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -67,7 +67,7 @@ function runItem({app, close, signal}, run) {
         if (to) app.store.dispatch((state) => openDialog(state, {kind: 'adopted', data: {from: run, to}}));
       }}, 'Bring its corrections'),
       h('span', {class: 'grow'}),
-      h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Remove the run of ${moment(run.created)}`, title: 'Remove this run …', onclick: () => askRemove(app, run)}, icon('trash'))));
+      h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => askRemove(app, run)}, icon('trash'))));
 }
 
 /**
@@ -79,11 +79,11 @@ function showRun({app}, item, run) {
   /** @param {string} name */
   const part = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
   const open = run.state === 'queued' || run.state === 'running';
-  setText(part('name'), run.name || (run.kind === 'whatif' ? 'What-if' : run.kind === 'imported' ? 'Imported' : `Preset ${run.preset}`));
+  setText(part('name'), run.name || runKind(run));
   setText(part('badge'), runState(run));
   part('badge').className = `badge run-badge ${runTone(run)}`;
   const range = run.first > 0 || run.stop !== null ? `frames ${run.first} to ${run.stop === null ? 'the end' : run.stop - 1}` : '';
-  setText(part('changes'), [range, runChanges(run)].filter(Boolean).join(' · '));
+  setText(part('changes'), [run.name ? runKind(run) : '', range, runChanges(run)].filter(Boolean).join(' · '));
   part('changes').hidden = !part('changes').textContent;
   setText(part('progress'), runProgress(run));
   part('progress').classList.toggle('field-error', run.state === 'failed');
@@ -119,8 +119,8 @@ async function act(app, signal, call) {
 function askRemove(app, run) {
   app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
     title: 'Remove this run?', confirm: 'Remove', danger: true,
-    text: `The run of ${moment(run.created)} goes, with its evidence, its what-ifs and all corrections that were made on it. They cannot be brought back.`,
-    note: 'The video and its other runs stay.',
+    text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
+    note: 'The video, its other runs and its ground truth stay.',
     run: async () => {
       await app.api.removeRun(run.id);
       app.store.dispatch((now) => dropRun(now, run.id));
@@ -200,6 +200,6 @@ function newRun({app, data, signal, close}, frames) {
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-name'}, 'Name'), name),
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-first'}, 'First frame'), first),
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'run-last'}, 'Last frame'), last)),
-    rangeError, models, h('details', {class: 'details', open: true}, summary, fields.element));
+    rangeError, models, h('details', {class: 'details'}, summary, fields.element));
   return {element, submit, focus: preset, footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), start]};
 }

@@ -11,7 +11,7 @@ import { createHead } from './head.js';
 import { createNotes } from './notes.js';
 import { createRunFacts } from './run_facts.js';
 
-/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../state-types.js').State} State */
 
 /** @param {import('../app.js').ViewApp} app */
 export function createInspector(app) {
@@ -22,7 +22,7 @@ export function createInspector(app) {
   const body = h('div', { class: 'inspector-track' }, sections.map((section) => section.element));
   const empty = h('div', { class: 'empty' }, h('p', null, 'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most doubtful one.'));
   const element = h('section', { class: 'inspector panel', 'aria-label': 'Inspector' }, h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element));
-  /** @type {import('../../types.js').ReviewState|null} */ let old = null;
+  /** @type {import('../../state-types.js').ReviewState|null} */ let old = null;
   /** @type {readonly import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
   /** @type {import('../../model/track_lane.js').DocumentLane|null} */ let told = null;
   /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
@@ -55,7 +55,7 @@ export function createInspector(app) {
  * What every section gets.
  * @typedef {object} Inspected
  * @property {State} state
- * @property {import('../../types.js').ReviewState} review
+ * @property {import('../../state-types.js').ReviewState} review
  * @property {import('../../model/track_entries.js').TrackEntry} entry
  * @property {import('../../model/track_lane.js').DocumentLane|null} found   null: not loaded, or the engine has none
  * @property {import('../../types.js').TrackLane|null} lane   of `found`

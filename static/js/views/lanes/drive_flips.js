@@ -67,7 +67,7 @@ export function createDriveFlips(app, signal) {
 
   return {
     element,
-    /** @param {import('../../types.js').ReviewState} review   its `tau` is null while it is the run's own, which turns nothing over */
+    /** @param {import('../../state-types.js').ReviewState} review   its `tau` is null while it is the run's own, which turns nothing over */
     update({ run, tau, docs: now }) {
       if (run === null || tau === null) {
         asked = found = null;

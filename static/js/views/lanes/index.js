@@ -27,8 +27,8 @@ import { secondsOf } from './seconds.js';
 import { createTauSlider } from './tau_slider.js';
 import { paintTracks } from './tracks_painter.js';
 
-/** @typedef {import('../../types.js').State} State */
-/** @typedef {import('../../types.js').ReviewState} ReviewState */
+/** @typedef {import('../../state-types.js').State} State */
+/** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
 const ROW = 20;
 
@@ -292,9 +292,10 @@ export function createLanes(app) {
     }
     comeIntoView();
     const bar = index.barOf.get(r.selected ?? '');
-    const name = bar === undefined ? '' : label(index.classId[bar]).text || 'no class';
-    const state_ = lane !== null || !r.selected ? '' : isLoaded(r.selected, doc, r.laneOf) ? 'the engine has no values of it' : 'loading…';
-    setText(parts.detailName, bar === undefined ? '' : `Track ${trackName(index.key[bar], r.docs[index.key[bar]])} · ${name}${state_ ? ` · ${state_}` : ''}`);
+    const values = lane !== null || !r.selected ? '' : isLoaded(r.selected, doc, r.laneOf) ? 'the engine has no values of it' : 'loading…';
+    const gone = doc?.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc?.gone ? 'deleted' : '';
+    const facts = (bar === undefined ? [gone] : [label(index.classId[bar]).text || 'no class', values]).filter(Boolean);
+    setText(parts.detailName, r.selected && facts.length ? [`Track ${trackName(r.selected, doc)}`, ...facts].join(' · ') : '');
   }
 
   /** @param {string|null|undefined} key @param {number} height   of the pane, px */

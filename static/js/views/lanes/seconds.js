@@ -2,7 +2,7 @@
 /** Time of a frame from the video's frame table, else from its rate while the table is loading. */
 
 /**
- * @param {import('../../types.js').ReviewState} review
+ * @param {import('../../state-types.js').ReviewState} review
  * @param {number} frame
  * @returns {number} s from the first frame
  */

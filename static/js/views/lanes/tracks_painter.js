@@ -1,7 +1,8 @@
 // @ts-check
-/** The bars of all tracks. Draws what is visible only, at most about one bar a pixel and row; allocates nothing. */
+/** The bars of all tracks. Draws what is visible only, at most about one bar a pixel and row. */
 
 import { lowerBound } from '../../model/lanes_lod.js';
+import { paintKeys, paintLabels } from './tracks_labels.js';
 
 /**
  * @typedef {object} TracksFrame
@@ -14,10 +15,8 @@ import { lowerBound } from '../../model/lanes_lod.js';
  * @property {readonly string[]} marked   keys of those that are to be merged
  */
 
-/** Where the reviewed part of a bar is marked, by state: nothing, accepted, rejected, needs work. */
-const MARKS = ['', '✓', '✕', '!'];
-/** Half the height of a diamond, as a share of the row. */
-const DIAMOND = 0.34;
+/** Bars that are narrower have no edge and no name, px. */
+const LEAST = 5;
 
 /**
  * @param {CanvasRenderingContext2D} ctx
@@ -63,119 +62,78 @@ export function paintTracks(ctx, index, view, palette, label) {
       }
     }
   }
-  paintOutlines(ctx, index, view, palette, chosen, firstRow, lastRow, label);
+  const shown = barsToMark(index, span, scale, firstRow, lastRow);
+  // on slivers nothing can be read or set apart
+  const wide = shown.filter((b) => widthOf(index, span, scale, b) >= LEAST);
+  paintEdges(ctx, index, view, palette, wide);
+  paintKeys(ctx, index, view, palette, shown);
+  paintLabels(ctx, index, view, palette, wide, label);
+  if (chosen >= 0) paintChosen(ctx, index, view, palette, chosen);
+}
+
+/** What is visible of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksFrame['span']} span @param {number} scale @param {number} b */
+const widthOf = (index, span, scale, b) => (Math.min(index.last[b] + 1, span.last) - Math.max(index.first[b], span.first)) * scale;
+
+/**
+ * Bars in view that are wide enough for an edge or have key frames: few where there are many bars.
+ *
+ * @param {import('../../model/lanes_lod.js').LaneIndex} index
+ * @param {TracksFrame['span']} span
+ * @param {number} scale      px a frame
+ * @param {number} firstRow
+ * @param {number} lastRow
+ */
+function barsToMark(index, span, scale, firstRow, lastRow) {
+  const found = [];
+  for (let r = firstRow; r <= lastRow; r += 1) {
+    const stop = index.rowStart[r + 1];
+    for (let b = lowerBound(index.last, index.rowStart[r], stop, Math.floor(span.first)); b < stop && index.first[b] <= span.last; b += 1) {
+      if (index.keyStart[b] < index.keyStart[b + 1] || widthOf(index, span, scale, b) >= LEAST) found.push(b);
+    }
+  }
+  return found;
 }
 
 /**
- * Edges, key frames, labels and the selected track's frame: only where a bar is wide enough to show them.
+ * Edges of bars.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
  * @param {TracksFrame} view
  * @param {import('./palette.js').Palette} palette
- * @param {number} chosen
- * @param {number} firstRow
- * @param {number} lastRow
- * @param {(classId: number) => {text: string, width: number}} label
+ * @param {readonly number[]} bars
  */
-function paintOutlines(ctx, index, view, palette, chosen, firstRow, lastRow, label) {
+function paintEdges(ctx, index, view, palette, bars) {
   const { width, scroll, rowHeight, span } = view;
   const scale = width / (span.last - span.first);
-  const { unit, colour } = palette;
-  const pad = Math.max(1, Math.round(2 * unit));
-  const tall = rowHeight - 2 * pad;
-  ctx.font = palette.smallFont;
-  ctx.textBaseline = 'middle';
+  const pad = Math.max(1, Math.round(2 * palette.unit));
   ctx.lineWidth = 1;
-  ctx.strokeStyle = colour.lineStrong;
+  ctx.strokeStyle = palette.colour.lineStrong;
   ctx.beginPath();
-  for (let r = firstRow; r <= lastRow; r += 1) {
-    const top = r * rowHeight - scroll + pad;
-    const stop = index.rowStart[r + 1];
-    for (let b = lowerBound(index.last, index.rowStart[r], stop, Math.floor(span.first)); b < stop; b += 1) {
-      if (index.first[b] > span.last) break;
-      const from = Math.max(-2, (index.first[b] - span.first) * scale);
-      const to = Math.min(width + 2, (index.last[b] + 1 - span.first) * scale);
-      if (to - from < 5) continue;
-      ctx.rect(from + 0.5, top + 0.5, to - from - 1, tall - 1);
-      const name = label(index.classId[b]);
-      const at = pastDiamond(index, b, Math.max(from, 0) + 4 * unit, (frame) => (frame + 0.5 - span.first) * scale, rowHeight * DIAMOND, unit);
-      if (Math.min(to, width) - at < name.width + 4 * unit) continue;
-      ctx.fillStyle = 'rgb(255 255 255 / 0.72)';
-      ctx.fillRect(at - 2 * unit, top + 1, name.width + 4 * unit, tall - 2);
-      ctx.fillStyle = '#101317';
-      ctx.fillText(name.text, at, top + tall / 2 + 0.5);
-      const mark = MARKS[index.review[b]];
-      if (mark && Math.min(to, width) - at > name.width + 18 * unit) ctx.fillText(mark, at + name.width + 6 * unit, top + tall / 2 + 0.5);
-    }
+  for (const b of bars) {
+    const from = Math.max(-2, (index.first[b] - span.first) * scale);
+    const to = Math.min(width + 2, (index.last[b] + 1 - span.first) * scale);
+    ctx.rect(from + 0.5, index.row[b] * rowHeight - scroll + pad + 0.5, to - from - 1, rowHeight - 2 * pad - 1);
   }
   ctx.stroke();
-  paintKeys(ctx, index, view, palette, firstRow, lastRow);
-  if (chosen < 0) return;
+}
+
+/**
+ * The frame of the selected track.
+ *
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {import('../../model/lanes_lod.js').LaneIndex} index
+ * @param {TracksFrame} view
+ * @param {import('./palette.js').Palette} palette
+ * @param {number} chosen   its bar
+ */
+function paintChosen(ctx, index, view, palette, chosen) {
+  const { width, scroll, rowHeight, span } = view;
+  const scale = width / (span.last - span.first);
+  const pad = Math.max(1, Math.round(2 * palette.unit));
   const from = (index.first[chosen] - span.first) * scale;
   const to = Math.max(from + 3, (index.last[chosen] + 1 - span.first) * scale);
-  ctx.strokeStyle = colour.accent;
-  ctx.lineWidth = 2 * unit;
-  ctx.strokeRect(from, index.row[chosen] * rowHeight - scroll + pad - 0.5, to - from, tall + 1);
-}
-
-/**
- * Where the label of a bar begins: behind the diamond of its first key frame, where that would lie on it.
- *
- * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {number} b
- * @param {number} at        where it would begin, px
- * @param {(frame: number) => number} toX
- * @param {number} radius    of a diamond, px
- * @param {number} unit
- */
-function pastDiamond(index, b, at, toX, radius, unit) {
-  if (index.keyStart[b] === index.keyStart[b + 1]) return at;
-  const x = toX(index.keyFrame[index.keyStart[b]]);
-  return x + radius > at - 2 * unit && x - radius < at + 6 * unit ? x + radius + 3 * unit : at;
-}
-
-/**
- * Diamonds on the frames that people set, above labels so that none is hidden.
- *
- * @param {CanvasRenderingContext2D} ctx
- * @param {import('../../model/lanes_lod.js').LaneIndex} index
- * @param {TracksFrame} view
- * @param {import('./palette.js').Palette} palette
- * @param {number} firstRow
- * @param {number} lastRow
- */
-function paintKeys(ctx, index, view, palette, firstRow, lastRow) {
-  if (index.keyFrame.length === 0) return;
-  const { width, scroll, rowHeight, span } = view;
-  const scale = width / (span.last - span.first);
-  ctx.beginPath();
-  for (let r = firstRow; r <= lastRow; r += 1) {
-    const middle = (r + 0.5) * rowHeight - scroll;
-    const stop = index.rowStart[r + 1];
-    for (let b = lowerBound(index.last, index.rowStart[r], stop, Math.floor(span.first)); b < stop; b += 1) {
-      if (index.first[b] > span.last) break;
-      let drawn = -1e9;
-      for (let k = index.keyStart[b]; k < index.keyStart[b + 1]; k += 1) {
-        const x = (index.keyFrame[k] + 0.5 - span.first) * scale;
-        if (x < -8 || x > width + 8 || x - drawn < 2) continue;
-        diamond(ctx, x, middle, rowHeight * DIAMOND);
-        drawn = x;
-      }
-    }
-  }
-  ctx.fillStyle = palette.sourceColour[3];
-  ctx.strokeStyle = '#101317';
-  ctx.lineWidth = 1;
-  ctx.fill();
-  ctx.stroke();
-}
-
-/** @param {CanvasRenderingContext2D} ctx @param {number} x @param {number} y @param {number} r */
-function diamond(ctx, x, y, r) {
-  ctx.moveTo(x, y - r);
-  ctx.lineTo(x + r, y);
-  ctx.lineTo(x, y + r);
-  ctx.lineTo(x - r, y);
-  ctx.closePath();
+  ctx.strokeStyle = palette.colour.accent;
+  ctx.lineWidth = 2 * palette.unit;
+  ctx.strokeRect(from, index.row[chosen] * rowHeight - scroll + pad - 0.5, to - from, rowHeight - 2 * pad + 1);
 }

@@ -3,6 +3,7 @@
 
 import { fit, revealed, toScreen } from '../../model/geometry.js';
 import { NO_RUN } from '../../model/no_tracks.js';
+import { whyNoBox } from '../../model/no_box.js';
 import { trackName } from '../../model/track_name.js';
 import { LAYER_NAMES, SHORT_NAMES } from '../../operations/view.js';
 import { shownTrack } from '../../review/shown_tracks.js';
@@ -14,7 +15,7 @@ import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
 
 /** @typedef {import('../../page-types.js').App} App */
-/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../state-types.js').State} State */
 
 /**
  * @param {App} app
@@ -63,7 +64,7 @@ export function createPicture(app) {
   let quality = 'high';
   /** @type {State['review']} */
   let last = null;
-  /** @type {import('../../types.js').Draft|null} */
+  /** @type {import('../../state-types.js').Draft|null} */
   let draft = null;
   /** @type {State['labels']|null} */
   let labels = null;
@@ -153,7 +154,7 @@ export function createPicture(app) {
     const shown = review.selected ? shownTrack(review, review.selected) : null;
     const absent = review.selected && !shown && settledAt(review);
     const text = {
-      select: absent ? 'The selected track has no box in this frame. K carries its nearest one here.' : review.selected ? '' : review.run ? 'Click a box to select its track' : NO_RUN,
+      select: absent && review.selected ? whyNoBox(review.selected, review.docs[review.selected]) : review.selected ? '' : review.run ? 'Click a box to select its track' : NO_RUN,
       draw: 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
       merge: `Click the tracks to merge (${review.marked.length} marked), then press M. Escape ends.`,
       note: 'Click where the note belongs',

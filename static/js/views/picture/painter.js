@@ -3,15 +3,16 @@
  * Draws the layers of one frame over the picture. Each layer has a colour, a dash and a mark of its own, over a dark
  * casing, so that it can be told apart without colour and before any ground.
  *
- * @typedef {import('../../types.js').ReviewState} ReviewState
+ * @typedef {import('../../state-types.js').ReviewState} ReviewState
  * @typedef {import('../../types.js').Box} Box
- * @typedef {import('../../types.js').LayerName} LayerName
+ * @typedef {import('../../state-types.js').LayerName} LayerName
  * @typedef {import('../../model/geometry.js').Viewport} Viewport
  * @typedef {import('../../model/geometry.js').Size} Size
  */
 import { clamp, handlesOf, toScreen } from '../../model/geometry.js';
 import { placeLabels } from '../../model/label_places.js';
-import { shownTracks } from '../../review/shown_tracks.js';
+import { trackName } from '../../model/track_name.js';
+import { secondShown, shownTracks } from '../../review/shown_tracks.js';
 
 /** Line, dash (CSS px) and width of each layer. */
 export const STYLES = /** @type {Record<LayerName, {dash: number[], width: number}>} */ ({
@@ -69,10 +70,9 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     counts.detections++;
     if (on.detections) pen.box('detections', box, `${raw.toFixed(1)} → ${score.toFixed(1)}`);
   }
-  for (const track of review.secondOverlays[review.frame]?.tracks ?? []) {
-    if (track.state !== 'confirmed') continue;
+  for (const { key, box, class_id } of secondShown(review)) {
     counts.second++;
-    if (on.second) pen.box('second', track.box, `#${track.id} ${nameOf(track.class_id)}`);
+    if (on.second) pen.box('second', box, `${trackName(key, review.secondDocs[key])} ${nameOf(class_id)}`);
   }
   for (const { box, class_id } of review.truth[review.frame] ?? []) {
     counts.truth++;

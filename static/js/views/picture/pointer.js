@@ -163,7 +163,7 @@ const CURSORS = { n: 'ns-resize', s: 'ns-resize', e: 'ew-resize', w: 'ew-resize'
 
 /**
  * @param {HTMLElement} element
- * @param {import('../../types.js').ReviewState} review
+ * @param {import('../../state-types.js').ReviewState} review
  * @param {[number, number]} point
  */
 function setCursor(element, review, [x, y]) {

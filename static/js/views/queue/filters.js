@@ -5,7 +5,7 @@ import { filter } from '../app.js';
 import { fill, h, leaveKeysToPicture } from '../dom.js';
 import { icon } from '../icons.js';
 
-/** @typedef {import('../../types.js').QueueFilter} QueueFilter */
+/** @typedef {import('../../state-types.js').QueueFilter} QueueFilter */
 
 /**
  * @param {import('../app.js').ViewApp} app

@@ -1,16 +1,17 @@
 // @ts-check
 /** The queue: doubtful tracks first, filtered and counted. A virtual listbox: only the rows on screen exist. */
 
+import { deletedTracks } from '../../model/deleted.js';
 import { whyNoTracks } from '../../model/no_tracks.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
-import { mark, seek, select } from '../app.js';
+import { dialog, mark, seek, select } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
-import { count, percent } from '../format.js';
+import { count, percent, plural } from '../format.js';
 import { createFilters } from './filters.js';
 import { createRow } from './row.js';
 
-/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../model/track_entries.js').TrackEntry} TrackEntry */
 
 /** Rows above and below the visible ones, so that a quick scroll shows no gap. */
@@ -23,13 +24,15 @@ export function createQueue(app) {
   const filters = createFilters(app, signal);
   const left = h('strong', { class: 'queue-left' });
   const shown = h('span', { class: 'muted small' });
+  const deleted = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'What was deleted, with a way back', onclick: () => dialog(app, { kind: 'deleted' }) });
+  const judge = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'One verdict on all shown tracks (Shift+A)', onclick: () => dialog(app, { kind: 'judge' }) }, 'Judge all …');
   const bar = h('span');
   const meter = h('div', { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' }, bar);
   const list = h('div', { class: 'queue-rows' });
   const empty = h('p', { class: 'queue-empty muted' });
   const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by doubt' }, list);
   const element = h('section', { class: 'queue panel', 'aria-label': 'Queue' },
-    h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), shown),
+    h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), deleted, judge, shown),
     meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty));
 
   /** @type {State|null} */ let state = null;
@@ -131,6 +134,11 @@ export function createQueue(app) {
         const done = counts.total > 0 ? (counts.total - counts.left) / counts.total : 0;
         setText(left, review.tracks === null ? '' : `${count(counts.left)} left`);
         setText(shown, order.length === counts.total ? `of ${count(counts.total)}` : `${count(order.length)} of ${count(counts.total)} shown`);
+        judge.hidden = order.length < 2;
+        const gone = deletedTracks(review.docs).length;
+        deleted.hidden = gone === 0;
+        setText(deleted, `${count(gone)} deleted`);
+        deleted.setAttribute('aria-label', `${plural(gone, 'deleted track')}, show`);
         bar.style.setProperty('--part', `${done * 100}%`);
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} rejected, ${count(counts.needs_work)} need work`;
         setAttribute(meter, 'aria-valuenow', Math.round(done * 100));

@@ -17,7 +17,7 @@ import {covers, framesOf, isActive, rangeAround, recordingFor} from './choice.js
 import {entityOf, trackOf} from './selection.js';
 import {createStage} from './stage.js';
 
-/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Recording} Recording */
 
 /** Between two looks at a recording that is being made, ms. */

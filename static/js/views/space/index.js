@@ -14,7 +14,7 @@ import {icon} from '../icons.js';
 import {createSpaceApi} from './api.js';
 import {createFollower} from '../follower.js';
 
-/** @typedef {import('../../types.js').State} State */
+/** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('./api.js').Mode} Mode */
 /** @typedef {import('./api.js').Space} Space */
 

@@ -1,0 +1,21 @@
+"""What a track is called wherever people read it; the twin of static/js/model/track_name.js."""
+
+from __future__ import annotations
+
+from app.edits.documents import TrackDoc
+
+__all__ = ["track_name"]
+
+
+def track_name(key: str, doc: TrackDoc | None) -> str:
+    """An engine's track by its number, others by where they come from: ``#7``, ``#7 from 120``, ``drawn at 88``.
+
+    Args:
+        key: of the track.
+        doc: its document; without one, a person's track is just ``made by hand``.
+    """
+    if key.startswith("m"):
+        return f"#{key[1:]}"
+    if doc is not None and doc.segments:
+        return f"#{doc.segments[0].track} from {doc.segments[0].first}"
+    return f"drawn at {doc.frames()[0]}" if doc is not None and doc.keys else "made by hand"

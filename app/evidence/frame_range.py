@@ -1,0 +1,36 @@
+"""Ranges of frames that people ask for."""
+
+from __future__ import annotations
+
+from app.errors import Conflict, Invalid
+from app.evidence.service import EvidenceService
+
+__all__ = ["check_frames"]
+
+
+def check_frames(evidence: EvidenceService, run_id: str, first: int, stop: int, what: str, most: int) -> None:
+    """Refuse a range that the run has not stored.
+
+    Args:
+        evidence: knows the run.
+        run_id: the run.
+        first: first frame.
+        stop: frame after the last.
+        what: that is to be made of it, for the message.
+        most: frames at most.
+
+    Raises:
+        NotFound: no such run.
+        Conflict: the run has stored nothing.
+        Invalid: the range is empty, too long, or not within the frames of the run.
+    """
+    if not first < stop <= first + most:
+        raise Invalid(f"A {what} has 1 to {most} frames. Got {first} to {stop}.", field="stop")
+    stored = evidence.stored_frames(run_id)
+    if stored is None:
+        raise Conflict("The run has stored nothing yet. Wait for its first frames.", code="no_evidence")
+    if first < stored[0] or stop > stored[1] + 1:
+        raise Invalid(
+            f"The run has the frames {stored[0]} to {stored[1]}. Got {first} to {stop - 1}.",
+            field="first" if first < stored[0] else "stop",
+        )

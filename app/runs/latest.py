@@ -1,0 +1,17 @@
+"""Which run a video stands for where nobody names one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.storage.models import Run
+
+__all__ = ["latest_last"]
+
+
+def latest_last() -> tuple[Any, ...]:
+    """How to sort runs of a video so that the one it stands for comes last: a complete one, the engine's, the newest.
+
+    Somebody else's tracks, which were imported, are asked for by the run's own name.
+    """
+    return (Run.state == "complete").asc(), (Run.kind == "engine").asc(), Run.created.asc()

@@ -1,0 +1,124 @@
+// @ts-check
+/**
+ * What "Keep mine" does: edits that met somebody else's change, put so that they can be made on top of it. Pure.
+ *
+ * @typedef {import('../types.js').Command} Command
+ * @typedef {import('../state-types.js').ReviewState} ReviewState
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ * @typedef {import('./outbox.js').Pending} Pending
+ *
+ * @typedef {{author: string, time: string, name: string, frame: number|null}} Last   what was done to a track last, by whom
+ *
+ * @typedef {object} Plan
+ * @property {Command[]} commands               in order
+ * @property {TrackDoc[]} saved                 tracks that they change, as the server has them
+ * @property {TrackDoc[]} mine                  the same with them
+ * @property {{key: string, into: string|null}[]} moved   tracks that are gone: deleted, or merged into another one
+ * @property {{name: string, why: string}[]} lost         edits that make no sense any more
+ */
+import { CommandError, applyCommand } from '../model/commands.js';
+import { asCommand, keysOf, without } from './pending.js';
+import { docOf, docsFor } from './revisions.js';
+
+/**
+ * A deleted track is restored first; what was said of a merged one goes to the track that it is part of.
+ *
+ * @param {ReviewState} review
+ * @param {Record<string, TrackDoc>} confirmed   documents as the server has them
+ * @param {readonly Pending[]} held              in order
+ * @param {string} time                          for notes, ISO 8601
+ * @returns {Plan}
+ */
+export function planned(review, confirmed, held, time) {
+  let docs = confirmed;
+  /** @type {Command[]} */
+  const commands = [];
+  /** @type {Map<string, string|null>} */
+  const moved = new Map();
+  /** @type {Plan['lost']} */
+  const lost = [];
+  /** @param {Command} command @param {string} author */
+  const carryOut = (command, author) => {
+    const made = applyCommand({ ...docsFor({ ...review, docs }, command), ...docs }, command, { author, time });
+    docs = made.docs;
+    commands.push(command);
+  };
+  for (const one of held) {
+    // a verdict on many tracks brings none of them back
+    const kept = without(one, keysOf(one).filter((key) => docs[key]?.gone));
+    const own = kept && asCommand(kept.command);
+    if (!own) continue;
+    const { author } = one;
+    for (const key of [own.key, ...(own.others ?? [])]) {
+      const into = partOf(docs, key);
+      if (into !== key) moved.set(key, into);
+      else if (docs[key]?.gone) moved.set(key, null);
+    }
+    const there = redirected(docs, own);
+    if (there === null) continue;
+    const [before, count] = [docs, commands.length];
+    try {
+      for (const key of there.name === 'restore_track' ? [] : [there.key, ...(there.others ?? [])]) {
+        if (docs[key]?.gone) carryOut({ name: 'restore_track', key, frame: there.frame }, author);
+      }
+      carryOut(there, author);
+    } catch (thrown) {
+      if (!(thrown instanceof CommandError)) throw thrown;
+      // nothing is restored for the sake of what cannot be done
+      docs = before;
+      commands.length = count;
+      lost.push({ name: own.name, why: thrown.message });
+    }
+  }
+  const mine = Object.values(docs).filter((doc) => doc !== confirmed[doc.key]);
+  return {
+    commands,
+    saved: mine.flatMap(({ key }) => docOf({ ...review, docs: confirmed }, key) ?? []),
+    mine,
+    moved: [...moved].map(([key, into]) => ({ key, into })),
+    lost,
+  };
+}
+
+/** Whether nothing would become different: both have done the same. @param {Plan} plan */
+export function isAgreed({ saved, mine, lost }) {
+  return lost.length === 0 && mine.every((doc) => {
+    const other = saved.find(({ key }) => key === doc.key);
+    return other !== undefined && sameValue({ ...other, revision: 0 }, { ...doc, revision: 0 });
+  });
+}
+
+/** The track that a merged one is part of by now. @param {Record<string, TrackDoc>} docs @param {string} key */
+function partOf(docs, key) {
+  let at = key;
+  for (let steps = 0; docs[at]?.merged_into && steps < 100; steps += 1) at = /** @type {string} */ (docs[at].merged_into);
+  return at;
+}
+
+/**
+ * The command where its tracks are by now; null: it is done already.
+ * @param {Record<string, TrackDoc>} docs
+ * @param {Command} command
+ * @returns {Command|null}
+ */
+function redirected(docs, command) {
+  const key = partOf(docs, command.key);
+  const gone = docs[key]?.gone ?? false;
+  if (gone ? command.name === 'delete_track' : command.name === 'restore_track') return null;
+  const { spans: _theirs, ...rest } = command;
+  if (command.name !== 'merge') return { ...rest, key };
+  const others = [...new Set((command.others ?? []).map((other) => partOf(docs, other)))].filter((other) => other !== key);
+  return others.length ? { ...rest, key, others } : null;
+}
+
+/**
+ * Values of documents: plain ones, lists and objects whatever the order of their names.
+ * @param {unknown} a
+ * @param {unknown} b
+ * @returns {boolean}
+ */
+function sameValue(a, b) {
+  if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return a === b;
+  const names = Object.keys(a);
+  return names.length === Object.keys(b).length && names.every((name) => name in b && sameValue(Reflect.get(a, name), Reflect.get(b, name)));
+}

@@ -1,0 +1,111 @@
+// @ts-check
+/**
+ * The state of the page. Types only.
+ *
+ * @typedef {import('./types.js').Artefact} Artefact
+ * @typedef {import('./types.js').Box} Box
+ * @typedef {import('./types.js').Command} Command
+ * @typedef {import('./types.js').Label} Label
+ * @typedef {import('./types.js').LaneColumns} LaneColumns
+ * @typedef {import('./types.js').ModelVersion} ModelVersion
+ * @typedef {import('./types.js').Overlay} Overlay
+ * @typedef {import('./types.js').Parameter} Parameter
+ * @typedef {import('./types.js').Run} Run
+ * @typedef {import('./types.js').Session} Session
+ * @typedef {import('./types.js').TrackColumns} TrackColumns
+ * @typedef {import('./types.js').TrackDoc} TrackDoc
+ * @typedef {import('./types.js').TrackLane} TrackLane
+ * @typedef {import('./types.js').UndoTarget} UndoTarget
+ * @typedef {import('./types.js').Video} Video
+ */
+
+/** @typedef {'detections'|'predictions'|'search'|'relocalisations'|'results'|'corrected'|'truth'|'second'} LayerName */
+
+/**
+ * The whole state of the page. Immutable: actions return a new one that shares what did not change.
+ * @typedef {object} State
+ * @property {Route} route
+ * @property {Session|null} session
+ * @property {Label[]} labels
+ * @property {Parameter[]} parameters
+ * @property {Video[]|null} videos             null: not loaded yet
+ * @property {Record<string, Run[]>} runs      by video
+ * @property {Artefact[]|null} artefacts       null: not loaded yet
+ * @property {ModelVersion[]|null} models      the newest first; null: not loaded yet
+ * @property {ReviewState|null} review
+ * @property {Banner[]} banners
+ * @property {'online'|'offline'} connection
+ * @property {'light'|'dark'|'auto'} theme
+ * @property {Record<LayerName, boolean>} layers   as a person left them
+ * @property {Dialog|null} dialog
+ */
+
+/**
+ * @typedef {{screen: 'library'}
+ *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
+ *   | {screen: 'compare', a: string, b: string}
+ *   | {screen: 'models'} | {screen: 'files'}} Route
+ */
+
+/** @typedef {{key: string, frame: number, box: Box}} Draft   a box that was drawn and has no class yet: not a track until it gets one */
+
+/** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}}} Banner */
+
+/** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'judge'
+ *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'settings', data?: any}} Dialog */
+
+/**
+ * @typedef {object} ReviewState
+ * @property {Video} video
+ * @property {import('./model/timebase.js').Timebase|null} timebase
+ * @property {Run|null} run
+ * @property {TrackColumns|null} tracks
+ * @property {LaneColumns|null} lanes
+ * @property {Record<number, TrackLane>} laneOf        lanes of tracks that have been selected
+ * @property {Record<number, Overlay>} overlays        by frame, a window around the cursor
+ * @property {Record<number, Overlay>} secondOverlays
+ * @property {TrackColumns|null} secondTracks          null: not loaded yet
+ * @property {Record<string, TrackDoc>} secondDocs     its corrections, where they are to be seen
+ * @property {Record<number, {box: Box, class_id: number|null, track: number}[]>} truth   by frame
+ * @property {string|null} second                      the second run
+ * @property {number} frame                            the cursor
+ * @property {number|null} shown                       ordinal of the picture on screen; overlays are drawn only where it equals `frame`
+ * @property {boolean} playing
+ * @property {string|null} selected                    track key
+ * @property {Record<LayerName, boolean>} layers
+ * @property {{zoom: number, x: number, y: number}} viewport   zoom: screen px a picture px; x, y: picture point at the centre
+ * @property {{first: number, last: number}} span      frames that the lanes show
+ * @property {number|null} tau                         dragged tau; null: the run's
+ * @property {'select'|'draw'|'merge'|'note'} mode
+ * @property {string[]} marked                         keys marked for a merge
+ * @property {Record<string, TrackDoc>} docs
+ * @property {number} seq
+ * @property {UndoTarget|null} undo
+ * @property {UndoTarget|null} redo
+ * @property {{op_id: string, command: Command, held: boolean}[]} unsaved   operations without an acknowledgement yet; held: a person has to decide
+ * @property {{box: Box, key: string}|null} drag       box under the pointer
+ * @property {QueueFilter} filter
+ * @property {'recording'|'space'|null} beside         what stands beside the picture
+ */
+
+/**
+ * @typedef {object} QueueFilter
+ * @property {number|null} class_id
+ * @property {'all'|'open'|'accepted'|'rejected'|'needs_work'} review
+ * @property {number} least_doubt
+ * @property {string} text
+ * @property {'doubt'|'time'|'class'|'score'} sort
+ */
+
+/**
+ * A pure step from state to state; further arguments are its own.
+ * @typedef {(state: State, ...args: any[]) => State} Action
+ */
+
+/**
+ * @typedef {object} Store
+ * @property {() => State} get
+ * @property {(action: Action, ...args: any[]) => void} dispatch
+ * @property {(listener: (state: State) => void) => (() => void)} subscribe   returns what ends it
+ */
+export {};

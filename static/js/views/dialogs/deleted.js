@@ -1,0 +1,106 @@
+// @ts-check
+/** Tracks that people have deleted in this run, whoever it was, each with a way back. */
+
+import {deletedTracks, lastWords, pictureOf} from '../../model/deleted.js';
+import {labelOf} from '../../model/effective.js';
+import {trackName} from '../../model/track_name.js';
+import {seek, select} from '../../store/actions/review.js';
+import {fill, h} from '../dom.js';
+import {frameSpan, moment} from '../format.js';
+
+/** Rows of the log that one answer has at most; fewer are the last ones. */
+const PAGE = 1000;
+/** px */
+const PICTURE = 96;
+
+/**
+ * @param {import('./layer.js').Setup} setup
+ * @returns {import('./layer.js').Content}
+ */
+export function deletedDialog({app, close, signal}) {
+  const {store} = app;
+  /** @type {Map<string, import('../../model/deleted.js').Said>} */
+  let said = new Map();
+  let read = 0;
+  const list = h('ul', {class: 'made-list', 'aria-label': 'Deleted tracks'});
+  const done = h('button', {class: 'btn btn-primary', type: 'button', onclick: close}, 'Close');
+
+  /** @param {string} key @param {number} frame */
+  function restore(key, frame) {
+    if (!app.edit({name: 'restore_track', key, frame})) return;
+    store.dispatch((state) => select(seek(state, frame), key));
+    done.focus();
+  }
+
+  function show() {
+    const {review, labels} = store.get();
+    const tracks = review?.tracks ?? null;
+    /** @param {number} track */
+    const columnOf = (track) => tracks?.id.indexOf(track) ?? -1;
+    const found = review ? deletedTracks(review.docs, (track) => tracks?.last[columnOf(track)] ?? null) : [];
+    fill(list, ...found.map(({doc, first, last}) => {
+      const name = trackName(doc.key, doc);
+      const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
+      const text = doc.not_a_sign ? 'not a sign' : labels.find(({id}) => id === label)?.name ?? 'no class';
+      const by = said.get(doc.key);
+      return h('li', {class: 'made'}, picture(doc, last, labels.find(({id}) => id === label)?.picture),
+        h('div', {class: 'stack made-text'}, h('strong', null, `Track ${name}`),
+          h('span', {class: 'muted small'}, `${text} · ${first === last ? 'frame' : 'frames'} ${frameSpan(first, last)}`),
+          h('span', {class: 'muted small'}, by ? `deleted by ${by.author} · ${moment(by.time)}` : '\u00a0')),
+        h('div', {class: 'row made-actions'},
+          h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Restore track ${name}`, onclick: () => restore(doc.key, first)}, 'Restore')));
+    }));
+    list.hidden = found.length === 0;
+    none.hidden = found.length > 0;
+  }
+
+  /**
+   * What the engine saw of it, else its class.
+   *
+   * @param {import('../../types.js').TrackDoc} doc
+   * @param {number} last
+   * @param {string|undefined} drawn
+   */
+  function picture(doc, last, drawn) {
+    const from = pictureOf(doc, last);
+    const run = store.get().review?.run;
+    const instead = () => (drawn ? image.setAttribute('src', drawn) : image.removeAttribute('src'));
+    const image = h('img', {class: 'deleted-picture', alt: '', loading: 'lazy', decoding: 'async'});
+    if (from && run) {
+      image.addEventListener('error', instead, {once: true, signal});
+      image.src = app.api.cropUrl(run.id, from.track, from.frame, PICTURE);
+    } else instead();
+    return image;
+  }
+
+  /** Reads on in the log where it was left; the list can do without. */
+  async function readLog() {
+    const run = store.get().review?.run;
+    for (let rows = PAGE; run && rows === PAGE;) {
+      const {edits} = await app.api.edits(run.id, read, {signal});
+      rows = edits.length;
+      read = edits.at(-1)?.seq ?? read;
+      said = lastWords(said, edits);
+    }
+    show();
+  }
+  let reading = Promise.resolve();
+  const readOn = () => {
+    reading = reading.then(readLog).catch(() => undefined);
+  };
+
+  const none = h('p', {class: 'muted'}, 'No track is deleted any more.');
+  show();
+  readOn();
+  let docs = store.get().review?.docs;
+  return {
+    update({review}) {
+      if (review?.docs === docs) return; // somebody, here or in another page, has deleted or restored
+      docs = review?.docs;
+      show();
+      readOn();
+    },
+    title: 'Deleted tracks', size: 'narrow', focus: done, footer: [done],
+    body: h('div', {class: 'stack'}, h('p', {class: 'muted'}, 'A restored track is as it was before. Tracks that were merged come back by undoing the merge.'), list, none),
+  };
+}

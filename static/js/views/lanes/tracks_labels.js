@@ -1,0 +1,96 @@
+// @ts-check
+/** What is written and set on the bars of tracks: diamonds on key frames, and names that keep clear of them. */
+
+import { firstGap } from '../../model/gaps.js';
+
+/**
+ * @typedef {import('../../model/lanes_lod.js').LaneIndex} LaneIndex
+ * @typedef {import('./tracks_painter.js').TracksFrame} TracksFrame
+ */
+
+/** Where the reviewed part of a bar is marked, by state: nothing, accepted, rejected, needs work. */
+const MARKS = ['', '✓', '✕', '!'];
+/** Half the height of a diamond, as a share of the row. */
+const DIAMOND = 0.34;
+
+/**
+ * Names of bars that are wide enough: between the diamonds where there is room, else over them, for where key frames
+ * stand that close a name says more than one diamond.
+ *
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {LaneIndex} index
+ * @param {TracksFrame} view
+ * @param {import('./palette.js').Palette} palette
+ * @param {readonly number[]} bars
+ * @param {(classId: number) => {text: string, width: number}} label
+ */
+export function paintLabels(ctx, index, view, palette, bars, label) {
+  const { width, scroll, rowHeight, span } = view;
+  const scale = width / (span.last - span.first);
+  const { unit } = palette;
+  const pad = Math.max(1, Math.round(2 * unit));
+  const reach = rowHeight * DIAMOND;
+  ctx.font = palette.smallFont;
+  ctx.textBaseline = 'middle';
+  for (const b of bars) {
+    const left = Math.max(0, (index.first[b] - span.first) * scale) + 2 * unit;
+    const right = Math.min(width + 2, (index.last[b] + 1 - span.first) * scale) - 2 * unit;
+    const name = label(index.classId[b]);
+    const mark = MARKS[index.review[b]];
+    const plain = name.width + 4 * unit;
+    const marked = mark ? plain + 14 * unit : plain;
+    if (right - left < plain) continue;
+    const keys = index.keyStart[b];
+    /** @param {number} wide */
+    const gap = (wide) => firstGap(left, right, wide, index.keyStart[b + 1] - keys, (i) => (index.keyFrame[keys + i] + 0.5 - span.first) * scale, reach);
+    const free = gap(marked) ?? gap(plain);
+    const at = free ?? left;
+    const top = index.row[b] * rowHeight - scroll + pad;
+    const high = rowHeight - 2 * pad;
+    ctx.fillStyle = free === null ? 'rgb(255 255 255 / 0.92)' : 'rgb(255 255 255 / 0.72)';
+    ctx.fillRect(at, top + 1, plain, high - 2);
+    ctx.fillStyle = '#101317';
+    ctx.fillText(name.text, at + 2 * unit, top + high / 2 + 0.5);
+    if (mark && right - at >= marked) ctx.fillText(mark, at + plain + 4 * unit, top + high / 2 + 0.5);
+  }
+}
+
+/**
+ * Diamonds on the frames that people set.
+ *
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {LaneIndex} index
+ * @param {TracksFrame} view
+ * @param {import('./palette.js').Palette} palette
+ * @param {readonly number[]} bars
+ */
+export function paintKeys(ctx, index, view, palette, bars) {
+  if (index.keyFrame.length === 0) return;
+  const { width, scroll, rowHeight, span } = view;
+  const scale = width / (span.last - span.first);
+  ctx.beginPath();
+  for (const b of bars) {
+    const middle = (index.row[b] + 0.5) * rowHeight - scroll;
+    let drawn = -1e9;
+    for (let k = index.keyStart[b]; k < index.keyStart[b + 1]; k += 1) {
+      const x = (index.keyFrame[k] + 0.5 - span.first) * scale;
+      if (x < -8 || x > width + 8 || x - drawn < 2) continue;
+      diamond(ctx, x, middle, rowHeight * DIAMOND);
+      drawn = x;
+    }
+  }
+  ctx.fillStyle = palette.sourceColour[3];
+  ctx.strokeStyle = '#101317';
+  ctx.lineWidth = 1;
+  ctx.fill();
+  ctx.stroke();
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {number} x @param {number} y @param {number} r */
+function diamond(ctx, x, y, r) {
+  ctx.moveTo(x, y - r);
+  ctx.lineTo(x + r, y);
+  ctx.lineTo(x, y + r);
+  ctx.lineTo(x - r, y);
+  ctx.closePath();
+}
