@@ -265,6 +265,19 @@ def test_what_goes_out_comes_in(name: str, clip: Path, tracks: list[Track]) -> N
         _compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
 
 
+@pytest.mark.parametrize("name", [name for name, known in FORMATS.items() if known.write and not known.needs_pictures])
+def test_the_kind_of_pictures_says_whether_it_matters_without_them(name: str, clip: Path, tmp_path: Path) -> None:
+    known = FORMATS[name]
+    for switch in (switch for switch in known.export_switches if switch.name == "image"):
+        written = []
+        for value in switch.values:
+            out = tmp_path / value
+            export_dataset(_plain(clip), known, out, _options(known, switches={"image": value}), zipped=False)
+            texts = (path for path in sorted(out.rglob("*")) if path.is_file() and path.name != "manifest.json")
+            written.append([path.read_bytes() for path in texts])
+        assert (written[0] != written[1]) == ("where none go out" in switch.help)
+
+
 def _plain(clip: Path) -> Dataset:
     """Two signs with a gap, one over the other for a while."""
     tracks = [

@@ -25,12 +25,12 @@ from tsr_engine.exchange.cvat import (
     sniff_mode,
 )
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.names import prefixes
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import PictureNames
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureNames
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
@@ -209,7 +209,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     sniff=lambda path: sniff_mode(path) == "annotation",
-    export_switches=(Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),),
+    export_switches=(IMAGE_SWITCH,),
     import_switches=(SIZE_SWITCH,),
     docs="cvat-images.md",
 )

@@ -21,7 +21,7 @@ from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.names import prefixes
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import PictureNames
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureNames
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
@@ -301,7 +301,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     sniff=_sniff,
-    export_switches=(Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),),
+    export_switches=(IMAGE_SWITCH,),
     import_switches=(
         SIZE_SWITCH,
         Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),

@@ -16,7 +16,14 @@ from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.linking import LINK_SWITCH, LooseBoxes
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import PictureList, PictureNames, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.picture_lists import (
+    IMAGE_SWITCH,
+    PictureList,
+    PictureNames,
+    picture_lists,
+    subsets_in,
+    write_files,
+)
 from tsr_engine.exchange.whole_pixels import whole_pixels
 
 __all__ = ["FORMAT"]
@@ -144,7 +151,7 @@ FORMAT = Format(
     sniff=_sniff,
     export_switches=(
         Switch("corners", ("inclusive", "exclusive"), "Right and bottom: the last pixels of the sign, or its edges."),
-        Switch("image", ("jpg", "png", "ppm"), "Format of the pictures, where they go out."),
+        Switch("image", ("jpg", "png", "ppm"), IMAGE_SWITCH.help),
     ),
     import_switches=(
         Switch("corners", ("auto", "inclusive", "exclusive"), "As for export; auto: by the manifest, else inclusive."),

@@ -21,6 +21,7 @@ from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.outlet import Outlet
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
@@ -158,7 +159,7 @@ FORMAT = Format(
     sniff=sniff_mot,
     export_switches=(
         Switch("origin", ("0", "1"), "Positions from 0 as in CVAT, or from 1 as in MOTChallenge."),
-        Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),
+        IMAGE_SWITCH,
     ),
     import_switches=(
         Switch("origin", ("auto", "0", "1"), "As for export; auto: as the manifest beside tells, else 0."),

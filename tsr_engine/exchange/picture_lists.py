@@ -27,7 +27,9 @@ __all__ = [
     "write_files",
 ]
 
-IMAGE_SWITCH = Switch("image", ("jpg", "png"), "Format of the pictures, where they go out.")
+IMAGE_SWITCH = Switch(
+    "image", ("jpg", "png"), "Format of the pictures; where none go out, the ending of their names in the file."
+)
 
 
 @dataclass(frozen=True, slots=True)

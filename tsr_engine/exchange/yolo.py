@@ -17,13 +17,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import (
-    IMAGE_SWITCH,
-    PictureList,
-    picture_lists,
-    subsets_in,
-    write_files,
-)
+from tsr_engine.exchange.picture_lists import PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.sidecar import COLUMNS, SideText, csv_text
 from tsr_engine.exchange.yaml_names import quoted_name
 from tsr_engine.exchange.yolo_reader import SIDE, SIDE_OWN, label_files, read_yolo
@@ -117,7 +111,7 @@ FORMAT = Format(
     read=read_yolo,
     sniff=_sniff,
     export_switches=(
-        IMAGE_SWITCH,
+        Switch("image", ("jpg", "png"), "Format of the pictures, where they go out."),
         Switch("ignored", ("leave-out", "box"), "Boxes to ignore: left out, or written like all others."),
     ),
     import_switches=(

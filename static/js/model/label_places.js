@@ -13,10 +13,14 @@
  * @property {'above'|'below'} where    where it stands if nothing speaks against it
  */
 
+import { iou } from './geometry.js';
+
 /** Between a box and its label. */
 const GAP = 2;
 /** This share of a box or a label may be covered: the boxes that several layers have of one sign differ by a pixel or two. */
 const BEARABLE = 0.15;
+/** Boxes that share so much of their area are of one sign: what several layers say of it. */
+const ONE_SIGN = 0.3;
 /** A covered label cannot be read, a covered sign can still be seen. */
 const LABEL_WEIGHT = 5;
 /** How many lines away from its box a label may stand. */
@@ -43,7 +47,7 @@ export function placeLabels(wanted, screen) {
     [...near, ...further(label, screen)].some(([x, y], i) => {
       const place = /** @type {Box} */ ([x, y, x + wide, y + high]);
       let covered = 0;
-      for (const other of wanted) covered += shareOf(other.box, place);
+      for (const other of wanted) covered += shareOf(other.box, place) + strayed(label, place, other);
       for (const other of placed) covered += LABEL_WEIGHT * shareOf(other, place);
       if (covered < least) {
         best = i < near.length ? { x, y } : { x, y, apart: true };
@@ -90,6 +94,17 @@ function further({ box: [x1, y1, x2, y2], wide, high }, screen) {
 /** Moves a corner so that all of its label is on the screen. @param {{wide: number, high: number}} label @param {Size} screen @returns {(x: number, y: number) => [number, number]} */
 function within({ wide, high }, screen) {
   return (x, y) => [Math.min(Math.max(0, x), Math.max(0, screen.width - wide)), Math.min(Math.max(0, y), Math.max(0, screen.height - high))];
+}
+
+/**
+ * How much of a label lies in the box of another sign, 0..1: from near a small label covers little of a large box, but reads
+ * as if it were that one's.
+ *
+ * @param {WantedLabel} label @param {Box} place where it would stand @param {WantedLabel} other
+ */
+function strayed(label, place, other) {
+  const share = shareOf(place, other.box);
+  return share > 0 && iou(label.box, other.box) < ONE_SIGN ? share : 0;
 }
 
 /** How much of a box is covered by another, 0..1. @param {Box} a @param {Box} by */

@@ -54,3 +54,13 @@ test('where every side is taken a label stands some lines away and says so', () 
   assert.equal(places[0]?.apart, undefined);
   assert.ok(places.some((at) => at?.apart), 'some are not beside it');
 });
+
+test('from near, a label does not stand in the box of another sign', () => {
+  /** @type {Box[]} */
+  const boxes = [[300, -50, 500, 200], [280, 203, 520, 440]];  // the upper one is cut: its label would go below it
+  for (const shift of [0, 6]) {
+    const layers = /** @type {Box[]} */ (boxes.map((box) => box.map((edge) => edge + shift)));
+    const [upper] = placeLabels([...boxes, ...layers].map((box) => label(box)), SCREEN);
+    assert.ok(!meet(areaOf(upper), boxes[1]), `${areaOf(upper)} lies in ${boxes[1]}`);
+  }
+});
