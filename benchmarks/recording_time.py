@@ -9,6 +9,8 @@ work), and once by the command itself, whose time has the start of Python in it.
     python benchmarks/recording_time.py                # the shipped drive, enlarged
     python benchmarks/recording_time.py --clips DIR    # the leanest and the fattest clip of that size, joined
     python benchmarks/recording_time.py --work DIR     # keep drives and runs there, and use those that are there
+
+The experiment ``recordings`` puts it into the report.
 """
 
 from __future__ import annotations
@@ -43,6 +45,7 @@ from tsr_engine.records import Picture
 from tsr_engine.runs import RunRequest, track_video
 
 FRAMES, WIDTH, HEIGHT = 300, 1280, 720
+KINDS = ("copied", "encoded")
 MOST_MB, MOST_SECONDS = 5.0, 2.0
 _CRF = {"copied": (26, 32, 38, 44), "encoded": (20, 14, 8, 2)}
 """Qualities that are tried until the packets fit, or do not."""
@@ -63,7 +66,7 @@ def main() -> None:
     with ExitStack() as stack:
         work = asked.work or Path(stack.enter_context(tempfile.TemporaryDirectory()))
         work.mkdir(parents=True, exist_ok=True)
-        for kind in _CRF:
+        for kind in KINDS:
             found = measure(kind, work, asked.clips, asked.times)
             met &= found["megabytes"] <= MOST_MB and max(found["seconds"]) <= MOST_SECONDS
             print(json.dumps(found), flush=True)

@@ -1,0 +1,62 @@
+"""Exports of a drive of an hour and a half: time and memory of every format, written and read back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from benchmarks.exchange_scale import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measured
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+
+__all__ = ["EXPERIMENT"]
+
+
+def _run(_: Data) -> Result:
+    return Result(
+        "exports",
+        data=f"A made-up drive of {FRAMES:,} frames with {TRACKS:,} tracks of 25 to 50 boxes that come nearer with the "
+        "jitter of a tracker. Each format by itself in a fresh process, without pictures, as one ZIP file.",
+        figures={"formats": [measured(name, read=True) for name in WITHOUT_PICTURES]},
+        settings={"seed": 1},
+        machine=machine(),
+    )
+
+
+def _tell(result: Result) -> str:
+    rows = [["format", "writing", "CPU", "peak memory", "files", "unpacked", "reading", "CPU", "peak memory"]]
+    over = []
+    for one in result.figures["formats"]:
+        rows.append([one["format"], *_written(one), *_read(one)])
+        if one["seconds"] > MOST_SECONDS or one["peak_mb"] > MOST_MB:
+            over.append(one["format"])
+    boxes = sorted({one["boxes"] for one in result.figures["formats"]})
+    verdict = f"broken by {', '.join(over)}" if over else "kept by every format"
+    return (
+        f"{table(rows)}\nBudget: {MOST_SECONDS:g} s and {MOST_MB} MB for writing: {verdict}. Boxes: "
+        f"{', '.join(f'{n:,}' for n in boxes)}. The memory of reading is that of the process, which has written "
+        "before; the drive itself, made beforehand, is some 50 MB of each.\n"
+    )
+
+
+def _written(one: dict[str, Any]) -> list[str]:
+    return [
+        f"{one['seconds']:.1f} s",
+        f"{one['cpu_seconds']:.1f} s",
+        f"{one['peak_mb']} MB",
+        f"{one['files']:,}",
+        f"{one['mb']:.0f} MB",
+    ]
+
+
+def _read(one: dict[str, Any]) -> list[str]:
+    if "read_seconds" not in one:
+        return ["-", "-", "-"]
+    return [f"{one['read_seconds']:.1f} s", f"{one['read_cpu_seconds']:.1f} s", f"{one['read_peak_mb']} MB"]
+
+
+EXPERIMENT = Experiment(
+    "exports",
+    "Exports of a long drive",
+    "How long does an export of a drive of an hour and a half take, how much memory, and how long to read it back?",
+    _run,
+    _tell,
+)

@@ -1,0 +1,62 @@
+"""Rerun recordings of 300 frames at 720p: size and time, of packets that are copied and pictures encoded anew."""
+
+from __future__ import annotations
+
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.recording_time import FRAMES, HEIGHT, KINDS, MOST_MB, MOST_SECONDS, WIDTH, measure
+
+__all__ = ["EXPERIMENT"]
+
+TIMES = 6
+"""Recordings in one process."""
+
+
+def _run(data: Data) -> Result:
+    clips, work = data.need("clips"), data.scratch / "recordings"
+    work.mkdir(parents=True, exist_ok=True)
+    found = [measure(kind, work, clips, TIMES) for kind in KINDS]
+    return Result(
+        "recordings",
+        data=f"{FRAMES} frames of {WIDTH}x{HEIGHT} of the clip with the fewest and of the one with the most bytes a "
+        "frame, joined to themselves, tracked with the `default` preset; every layer, the series, the events and the "
+        "picture.",
+        figures={"drives": found},
+        machine=machine(),
+    )
+
+
+def _tell(result: Result) -> str:
+    rows = [["drive", "picture", "recording", "first in a process", "later ones", "`tsr record`, whole command"]]
+    over = []
+    for one in result.figures["drives"]:
+        first, later = one["seconds"][0], one["seconds"][1:]
+        rows.append(
+            [
+                one["source"].split(",")[0],
+                one["picture"],
+                f"{one['megabytes']:.2f} MB, {one['boxes']:,} boxes",
+                _with_cpu(first, one["cpu_seconds"][0]),
+                f"{min(later):.2f} to {max(later):.2f} s",
+                _with_cpu(one["command_seconds"], one["command_cpu_seconds"]),
+            ]
+        )
+        if one["megabytes"] > MOST_MB or first > MOST_SECONDS:
+            over.append(one["source"].split(",")[0])
+    verdict = f"broken by {', '.join(over)}" if over else "kept"
+    return (
+        f"{table(rows)}\nBar: {MOST_MB:g} MB and {MOST_SECONDS:g} s, the first in a process included: {verdict}. The "
+        "first one loads the Rerun SDK beside its work; in the review tool a worker that has loaded it stands by.\n"
+    )
+
+
+def _with_cpu(seconds: float, cpu: float) -> str:
+    return f"{seconds:.2f} s (CPU {cpu:.2f} s)"
+
+
+EXPERIMENT = Experiment(
+    "recordings",
+    "Recordings for Rerun",
+    "How large is a recording of ten seconds of a drive, and how long does it take to make?",
+    _run,
+    _tell,
+)
