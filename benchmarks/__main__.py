@@ -76,6 +76,9 @@ def _run(experiments: Sequence[Experiment], data: Data) -> None:
             result = experiment.run(data)
         except Skip as why:  # an old number never stands in for one that could not be taken
             result = Result(experiment.name, skipped=str(why), machine=machine())
+        if experiment.headline is not None:
+            earlier = RESULTS / f"{experiment.name}.json"
+            result = result.beside(Result.load(earlier) if earlier.is_file() else None, experiment.headline)
         result.save(RESULTS)
         sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -26,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.memory import memory
 from tsr_engine.errors import TsrError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
@@ -91,7 +91,7 @@ def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
             "seconds": round(seconds, 2),
             "cpu_seconds": round(time.process_time() - worked, 2),
             "load": round(os.getloadavg()[0], 1),
-            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024,
+            "peak_mb": round(memory()["peak_mb"]),
             "files": len(manifest.files),
             "mb": round(sum(entry["size"] for entry in manifest.files) / 1e6, 1),
             "boxes": manifest.counts["boxes"],
@@ -102,7 +102,7 @@ def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
             found["read_seconds"] = round(time.perf_counter() - begin, 2)
             found["read_cpu_seconds"] = round(time.process_time() - worked, 2)
             found["read_boxes"] = sum(len(track.frames) for track in back.videos[0].tracks())
-            found["read_peak_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+            found["read_peak_mb"] = round(memory()["peak_mb"])
     return found
 
 

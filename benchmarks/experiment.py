@@ -7,7 +7,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -68,6 +68,7 @@ class Result:
         settings: seeds, models, parameters.
         machine: where it ran, see ``machine``.
         skipped: why it did not run; empty: it did.
+        elsewhere: what it found before on other processors, by their name; see ``beside``.
     """
 
     name: str
@@ -76,6 +77,16 @@ class Result:
     settings: Mapping[str, Any] = field(default_factory=dict)
     machine: Mapping[str, Any] = field(default_factory=dict)
     skipped: str = ""
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
+
+    def beside(self, earlier: Result | None, headline: Callable[[Result], str]) -> Result:
+        """This result with what an earlier one found on another processor, in short; that of this one is replaced."""
+        if earlier is None or earlier.skipped or self.skipped:
+            return self
+        here, there = self.machine["processor"], earlier.machine["processor"]
+        found = {**earlier.elsewhere, there: f"{headline(earlier)} (commit {earlier.machine['commit']})"}
+        found.pop(here, None)
+        return replace(self, elsewhere=found)
 
     def save(self, folder: Path) -> None:
         """Write ``NAME.json``."""
@@ -100,6 +111,8 @@ class Experiment:
         run: does it; raises ``Skip``.
         tell: the report's text about its figures, Markdown.
         plot: draws ``NAME.svg``; None: there is nothing to draw.
+        headline: its figures that hang on the processor, in one clause, which stay in the report when it is run on
+            another one; None: none do.
     """
 
     name: str
@@ -108,6 +121,7 @@ class Experiment:
     run: Callable[[Data], Result]
     tell: Callable[[Result], str]
     plot: Callable[[Result, Path], None] | None = None
+    headline: Callable[[Result], str] | None = None
 
 
 def machine() -> dict[str, Any]:

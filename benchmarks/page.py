@@ -41,6 +41,8 @@ def write_report(experiments: Sequence[Experiment], results: Path, figures: Path
         if experiment.plot is not None:
             experiment.plot(result, picture)
             parts.append(f"![{experiment.title}](figures/{picture.name})\n\n")
+        for processor, headline in sorted(result.elsewhere.items()):
+            parts.append(f"On {processor}: {headline}.\n\n")
         parts.append(f"{_where(result)}\n\n")
     page.write_text("".join(parts).rstrip() + "\n", encoding="utf-8")
 

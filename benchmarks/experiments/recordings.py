@@ -49,6 +49,14 @@ def _tell(result: Result) -> str:
     )
 
 
+def _headline(result: Result) -> str:
+    clauses = (
+        f"{one['source'].split(',')[0]} {one['megabytes']:.2f} MB in {one['seconds'][0]:.2f} s the first time"
+        for one in result.figures["drives"]
+    )
+    return "; ".join(clauses)
+
+
 def _with_cpu(seconds: float, cpu: float) -> str:
     return f"{seconds:.2f} s (CPU {cpu:.2f} s)"
 
@@ -59,4 +67,5 @@ EXPERIMENT = Experiment(
     "How large is a recording of ten seconds of a drive, and how long does it take to make?",
     _run,
     _tell,
+    headline=_headline,
 )

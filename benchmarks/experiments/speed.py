@@ -39,10 +39,16 @@ def _tell(result: Result) -> str:
     )
 
 
+def _headline(result: Result) -> str:
+    f = result.figures
+    return f"{f['whole']:.1f} ms, of which the channel pyramid {f['pyramid']:.1f} and the cascade {f['scan']:.1f}"
+
+
 EXPERIMENT = Experiment(
     "speed",
     "Detection time",
     "How long does a picture take on one core?",
     _run,
     _tell,
+    headline=_headline,
 )

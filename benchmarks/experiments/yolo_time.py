@@ -117,6 +117,16 @@ def _tell(result: Result) -> str:
     )
 
 
+def _headline(result: Result) -> str:
+    f = result.figures
+    mine, whole = f["scenes"]["detection"]["median"], f["drive"]["whole engine"]["median"]
+    share = {name: ratios[EQUAL] for name, ratios in f["ratios"].items()}
+    return (
+        f"detection {mine:.1f} ms, {share['detection']:.3f} of the network's time at equal input; whole engine "
+        f"{whole:.1f} ms, {share['whole engine']:.3f}"
+    )
+
+
 _NETWORKS = {
     EQUAL: "YOLO11n in onnxruntime, 736x576",
     ENLARGED: "YOLO11n in onnxruntime, 1440x1152",
@@ -153,4 +163,5 @@ EXPERIMENT = Experiment(
     _run,
     _tell,
     _plot,
+    _headline,
 )

@@ -24,6 +24,7 @@ from typing import Any, Final
 import cv2
 import numpy as np
 
+from benchmarks.memory import memory
 from benchmarks.timing.looped import RATE
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, VideoIdentity
 from tsr_engine.evidence.schema import RUN_FILE
@@ -59,13 +60,6 @@ class Seen:
     picture: Picture
     detections: Detections
     shift: tuple[float, float]
-
-
-def memory() -> dict[str, float]:
-    """Resident memory of this process now and at its peak, MB (10^6 bytes)."""
-    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-    values = {line.split(":")[0]: line.split()[1] for line in lines if line.startswith(("VmRSS", "VmHWM"))}
-    return {"rss_mb": int(values["VmRSS"]) * 1024 / 1e6, "peak_mb": int(values["VmHWM"]) * 1024 / 1e6}
 
 
 def look_once(video: Path, components: Components, params: Params, kept: Path | None = None) -> list[Seen]:

@@ -51,6 +51,26 @@ def test_what_is_skipped_leaves_no_old_number(tmp_path: Path) -> None:
     assert not (tmp_path / "figures" / "one.svg").exists()
 
 
+def test_what_another_processor_took_stays_beside_it(tmp_path: Path) -> None:
+    def result(processor: str, value: float, commit: str = "c0ffee") -> Result:
+        return Result("one", "On toys.", {"value": value}, {}, {**machine(), "processor": processor, "commit": commit})
+
+    def headline(found: Result) -> str:
+        return f"{found.figures['value']} ms"
+
+    first = result("Slow", 40.0).beside(None, headline)
+    assert first.elsewhere == {}
+    second = result("Fast", 20.0).beside(first, headline)
+    third = result("Fast", 21.0).beside(second, headline)
+    assert third.elsewhere == {"Slow": "40.0 ms (commit c0ffee)"}
+    text = _write(tmp_path, third)
+    assert "It is 21.0." in text
+    assert "On Slow: 40.0 ms (commit c0ffee)." in text
+    back = result("Slow", 41.0, "beef").beside(third, headline)
+    assert back.elsewhere == {"Fast": "21.0 ms (commit c0ffee)"}
+    assert Result("one", skipped="no data").beside(third, headline).elsewhere == {}
+
+
 def test_a_missing_folder_skips_by_name(tmp_path: Path) -> None:
     data = Data(None, None, tmp_path / "nowhere", None, tmp_path)
     for name in ("gtsdb", "clips"):
