@@ -254,8 +254,17 @@ def test_progress_counts_to_the_end(drive: Path) -> None:
     track_video(RunRequest(drive, toys.PARAMS, stop=20), toys.components(toys.PARAMS), progress=seen.append)
     assert [at.done for at in seen] == list(range(1, 21))
     assert {at.total for at in seen} == {20}
+    assert (seen[0].rate, seen[0].remaining) == (None, None)  # of one frame, which waits for kernels, nothing follows
     assert seen[-1].remaining == 0.0
+    assert seen[-1].rate is not None
     assert seen[-1].rate > 0
+
+
+def test_the_first_frame_says_nothing_of_the_rate() -> None:
+    report = RunReport("drive.mp4", 640, 360, seconds=22.0, first_seconds=20.0, computed=41)
+    assert report.rate() == 20.0
+    assert report.rate(24.0) == 10.0
+    assert RunReport("drive.mp4", 640, 360, seconds=22.0, first_seconds=20.0, computed=1).rate() is None
 
 
 def test_evidence_of_another_video_or_parameters_is_refused(

@@ -51,8 +51,8 @@ class Progress:
     """Frames done, those of an earlier part of the run included."""
     total: int | None
     """Frames to do, as far as it is known."""
-    rate: float
-    """Frames a second of this call."""
+    rate: float | None
+    """Frames a second of this call after its first, which waits for kernels; None: there is only that one."""
     remaining: float | None
     """Seconds left at that rate."""
 
@@ -72,6 +72,8 @@ class RunReport:
     interrupted: bool = False
     seconds: float = 0.0
     """Wall time of this call."""
+    first_seconds: float = 0.0
+    """... of which until its first frame was done: models are warm and kernels compiled from then on."""
     computed: int = 0
     """Frames computed by this call."""
     tracks: list[TrackSummary] = field(default_factory=list)
@@ -80,6 +82,15 @@ class RunReport:
     stages: dict[str, array[float]] = field(default_factory=dict)
     """Stage -> seconds of each frame that went through it, in this call."""
     warnings: tuple[str, ...] = ()
+
+    def rate(self, seconds: float | None = None) -> float | None:
+        """Frames a second after the first frame of this call; None: nothing came after it.
+
+        Args:
+            seconds: wall time of this call so far; unset: it is over.
+        """
+        spent = (self.seconds if seconds is None else seconds) - self.first_seconds
+        return None if self.computed < 2 or spent <= 0 else (self.computed - 1) / spent
 
     def stage_table(self) -> list[tuple[str, int, float, float]]:
         """Rows ``(stage, frames, median ms, 95th percentile ms)``."""

@@ -225,6 +225,8 @@ class _Run:
                 evidence = self._one_frame(core, shift, frame, decode_seconds)
                 self._pass_on(evidence)
                 self._annotate(frame, evidence)
+                if self.report.computed == 1:
+                    self.report.first_seconds = time.perf_counter() - began
                 self._tell(total, began)
         finally:
             source.close()  # type: ignore[attr-defined]
@@ -291,8 +293,8 @@ class _Run:
     def _tell(self, total: int | None, began: float) -> None:
         if self.progress is None:
             return
-        rate = self.report.computed / max(time.perf_counter() - began, 1e-9)
-        left = None if total is None else max(0, total - self.report.frames) / max(rate, 1e-9)
+        rate = self.report.rate(time.perf_counter() - began)
+        left = None if total is None or rate is None else max(0, total - self.report.frames) / rate
         self.progress(Progress(self.report.frames, total, rate, left))
 
     def _finish(self, failure: BaseException | None) -> None:

@@ -23,6 +23,8 @@ class TrackColumns(Model):
     last: list[int]
     frames: list[int]
     detected: list[int]
+    clearest: list[int]
+    """Frame of the last detection, where a sign that a camera nears is largest; the first frame if there is none."""
     class_id: list[int | None]
     share: list[float | None]
     runner_up: list[int | None]
@@ -47,6 +49,7 @@ class TrackFacts:
     last: IntColumn
     frames: IntColumn
     detected: IntColumn
+    clearest: IntColumn
     score: FloatColumn
     side: FloatColumn
     class_id: IntColumn
@@ -90,6 +93,7 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         last=last,
         frames=frames,
         detected=detected,
+        clearest=_clearest(reader, first),
         score=table[5],
         side=table[6],
         class_id=class_id,
@@ -143,6 +147,7 @@ def track_columns(
         last=facts.last.tolist(),
         frames=facts.frames.tolist(),
         detected=facts.detected.tolist(),
+        clearest=facts.clearest.tolist(),
         class_id=[None if c < 0 else c for c in facts.class_id.tolist()],
         share=_optional(facts.share),
         runner_up=[None if c < 0 else c for c in facts.runner_up.tolist()],
@@ -157,6 +162,17 @@ def track_columns(
         tau=facts.tau,
         complete=complete,
     )
+
+
+def _clearest(reader: EvidenceReader, first: IntColumn) -> IntColumn:
+    """Last detection of each confirmed track: one look into the index a track; its largest box would ask for all rows."""
+    rows = reader.query(
+        "SELECT (SELECT f.frame FROM track_frames f WHERE f.track_id = t.track_id AND f.source = 'detected' "
+        "AND f.frame <= t.last_frame ORDER BY f.frame DESC LIMIT 1) "
+        "FROM tracks t WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
+    )
+    found = columns(rows, 1)[0]
+    return np.where(np.isnan(found), first, found).astype(np.int64)
 
 
 def _optional(values: FloatColumn) -> list[float | None]:

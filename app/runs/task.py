@@ -71,7 +71,7 @@ def track(task: TaskContext) -> None:
         row.state, row.finished = "complete", datetime.now(UTC)
         row.frames_done = row.frames_total = report.frames
         row.tracks, row.engine_version, row.models = len(report.tracks), __version__, dict(components.models)
-        row.rate = report.computed / report.seconds if report.seconds and report.computed else row.rate
+        row.rate = report.rate() or row.rate
         row.summary = {
             "seconds": round(report.seconds, 2),
             "events": dict(sorted(report.events.items())),

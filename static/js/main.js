@@ -47,8 +47,8 @@ function readRoute() {
   const before = store.get().route.screen;
   // what a dialog asks belongs to the screen that it was opened on
   store.dispatch((state) => setRoute(state.route.screen === route.screen ? state : closeDialog(state), route));
-  // its progress has changed by what was reviewed meanwhile
-  if (route.screen === 'library' && before === 'review') void app.load(() => api.videos(), setVideos).catch(() => {});
+  // its progress has changed by what was reviewed since it was last seen, here or by somebody else
+  if (route.screen === 'library' && before !== 'library') void app.load(() => api.videos(), setVideos).catch(() => {});
   const { review } = store.get();
   if (route.screen === 'review' && review?.video.id === route.video && (route.run === null || route.run === review.run?.id)) {
     if (route.frame !== null) store.dispatch((state) => seek(state, /** @type {number} */ (route.frame)));

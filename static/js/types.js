@@ -103,6 +103,7 @@
  * @property {number[]} last
  * @property {number[]} frames
  * @property {number[]} detected       frames with a detection
+ * @property {number[]} clearest       frame of the last detection, where a sign that a camera nears is largest
  * @property {(number|null)[]} class_id
  * @property {(number|null)[]} share   of the fused class in all votes
  * @property {(number|null)[]} runner_up

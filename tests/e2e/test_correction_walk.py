@@ -319,7 +319,7 @@ def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
     # and the other choice: what the first page has saved stands
     wait(page, lambda s: s["docs"][key]["not_a_sign"])  # the first page has heard of it
     choose(page, key)  # a verdict has moved on to the next track
-    theirs = edited(page, lambda: page.keyboard.press("w"))["docs"][key]["review"]
+    theirs = edited(page, lambda: page.keyboard.press("x"))["docs"][key]["review"]
     other.keyboard.press("Shift+x")
     dialog.wait_for()
     dialog.get_by_role("button", name="Take the saved version").click()

@@ -149,6 +149,23 @@ def test_a_split_that_cannot_be_dealt_says_why_and_the_choice_is_remembered(page
     expect(dialog.get_by_label("Validation", exact=True)).to_have_value("30")
 
 
+def test_truth_that_comes_in_from_the_library_is_shown(page: Page, desk: Desk) -> None:
+    page.get_by_role("link", name="Library").click()
+    name = SHIPPED[1].video.name
+    page.get_by_role("button", name=f"Import annotations for {name}").click()
+    dialog = page.get_by_role("dialog")
+    dialog.locator("[name=import-as][value=truth]").check()
+    _choose(page, "seen.csv", SHIPPED[1].truth.read_bytes())
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    dialog.get_by_role("button", name="Show the ground truth").click(timeout=WORK)
+    page.wait_for_function(
+        "() => tsr.store.get().review?.layers.truth && (tsr.store.get().review.truth[0] ?? null) !== null",
+        timeout=30_000,
+    )
+    for truth in desk.server.call("GET", f"/videos/{desk.video}/truths")["truths"]:
+        desk.server.call("DELETE", f"/truths/{truth['id']}")
+
+
 def test_a_file_comes_in_as_truth_and_its_layer_is_shown(page: Page, desk: Desk) -> None:
     _review(page, desk)
     page.get_by_role("button", name="Import annotations").click()

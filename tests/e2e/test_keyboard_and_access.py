@@ -130,6 +130,10 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     page.keyboard.press("j")
     now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     key = now["selected"]
+    start_at = now["tracks"]["first"][now["tracks"]["id"].index(int(key[1:]))]
+    assert now["frame"] > start_at  # it opens where the sign is clearest
+    page.keyboard.press("t")
+    now = wait(page, lambda s: s["frame"] == start_at and s["shown"] == s["frame"])
     page.keyboard.press("v")
     now = wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])
     at = str(now["frame"])

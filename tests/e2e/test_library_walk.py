@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -149,6 +150,27 @@ def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_remo
     expect(page.get_by_role("dialog")).to_have_count(0)
     _open_runs(page, DRIVE.video.name)
     expect(page.get_by_role("dialog").get_by_role("listitem").filter(has_text="looser gate")).to_have_count(0)
+
+
+def test_the_library_counts_what_was_reviewed_whichever_way_one_comes_back(page: Page, server: LiveServer) -> None:
+    video = server.wait_for_run(DRIVE.video.name)
+    card = page.get_by_role("listitem").filter(has=page.get_by_role("heading", name=DRIVE.video.name, exact=True))
+    expect(card.get_by_text(re.compile(r"^0 of \d+ tracks reviewed$"))).to_be_visible()
+    page.get_by_role("link", name=f"Review {video['name']}").click()
+    page.wait_for_function("() => tsr.store.get().review?.tracks")
+    page.keyboard.press("j")
+    page.keyboard.press("a")
+    page.wait_for_function("() => Object.values(tsr.store.get().review.docs).some(doc => doc.review === 'accepted')")
+    page.wait_for_function("() => tsr.store.get().review.unsaved.length === 0")
+    page.get_by_role("link", name="Files").click()
+    page.get_by_role("link", name="Library").click()
+    expect(card.get_by_text(re.compile(r"^1 of \d+ tracks reviewed$"))).to_be_visible()
+    page.go_back()
+    page.go_back()
+    page.wait_for_function("() => tsr.store.get().review?.undo")
+    page.keyboard.press("Control+z")
+    page.wait_for_function("() => Object.values(tsr.store.get().review.docs).every(doc => doc.review === 'open')")
+    page.wait_for_function("() => tsr.store.get().review.unsaved.length === 0")
 
 
 def test_a_what_if_lists_what_changes_and_opens_its_frame(page: Page) -> None:

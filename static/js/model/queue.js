@@ -37,6 +37,9 @@ export const queueOrder = (state) => shownQueue(state).map(({ key }) => key);
  * The track that follows the selected one. A selected track that the filter hides (it has just been accepted, say)
  * still has its place in the order, so that walking goes on from there.
  *
+ * Forward goes to what is still to be decided, unless the filter asks for one state or nothing is left; back goes to
+ * every track, so that a verdict can be looked at once more.
+ *
  * @param {State} state
  * @param {1|-1} direction
  * @returns {string|null} null: there is none in that direction
@@ -46,16 +49,17 @@ export function nextInQueue(state, direction) {
   if (review === null) return null;
   const entries = trackEntries(review.tracks, review.docs);
   const queue = queueOf(entries, review.filter, state.labels);
-  if (queue.length === 0) return null;
-  const at = queue.findIndex((entry) => entry.key === review.selected);
-  if (at >= 0) return queue[at + direction]?.key ?? null;
   const selected = entries.find((entry) => entry.key === review.selected);
-  if (selected === undefined) return (direction > 0 ? queue[0] : queue[queue.length - 1]).key;
+  const others = queue.filter((entry) => entry !== selected);
   const compare = comparator(review.filter.sort);
-  let place = 0;
-  while (place < queue.length && compare(queue[place], selected) < 0) place += 1;
-  return queue[direction > 0 ? place : place - 1]?.key ?? null;
+  const before = selected === undefined ? (direction > 0 ? 0 : others.length) : others.filter((entry) => compare(entry, selected) < 0).length;
+  if (direction < 0) return others[before - 1]?.key ?? null;
+  const working = review.filter.review === 'all' && others.some(isLeft);
+  return others.slice(before).find((entry) => !working || isLeft(entry))?.key ?? null;
 }
+
+/** Whether a person still has to decide. @param {TrackEntry} entry */
+const isLeft = ({ review }) => review === 'open' || review === 'needs_work';
 
 /**
  * What is said where the queue goes no further: what was passed over is not done.
@@ -94,7 +98,7 @@ export function queueOf(entries, filter, labels) {
 export function queueCounts(entries) {
   const counts = { total: entries.length, open: 0, accepted: 0, rejected: 0, needs_work: 0, left: 0 };
   for (const entry of entries) counts[entry.review] += 1;
-  counts.left = counts.open + counts.needs_work;
+  counts.left = entries.filter(isLeft).length;
   return counts;
 }
 

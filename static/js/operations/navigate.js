@@ -3,6 +3,7 @@
 
 import { endOfQueue, nextInQueue } from '../model/queue.js';
 import { playOrPause, seek, select, setPlaying, step } from '../store/actions/review.js';
+import { clearestFrame } from '../model/clearest.js';
 import { spanOf } from '../model/effective.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
@@ -22,8 +23,8 @@ const go = (app, frame) => {
 };
 
 /**
- * Show a track: select it, and go to its first frame unless the cursor is inside it.
- * @param {App} app
+ * Show a track: select it, and go to where it is clearest unless the cursor is inside it.
+ * @param {Pick<App, 'store'>} app
  * @param {string} key
  */
 export function openTrack(app, key) {
@@ -33,7 +34,8 @@ export function openTrack(app, key) {
   const span = doc && spanOf(doc, (id) => (tracks ? tracks.last[tracks.id.indexOf(id)] ?? null : null));
   app.store.dispatch((state) => {
     const inside = span && state.review && span.first <= state.review.frame && state.review.frame <= span.last;
-    return select(span && !inside ? seek(state, span.first) : state, key);
+    const clearest = doc && clearestFrame(doc, tracks ?? null);
+    return select(clearest !== null && !inside ? seek(state, clearest) : state, key);
   });
 }
 
@@ -75,7 +77,7 @@ export const navigation = [
     id: 'go-to-frame', label: 'Go to a frame by its number', keys: ['G'], group: GROUP,
     run: () => /** @type {HTMLInputElement|null} */ (document.querySelector('.picture-frame'))?.focus(),
   }),
-  operation({ id: 'next-in-queue', label: 'Next in the queue', keys: ['J'], icon: 'down', group: 'Queue', run: (app) => queueStep(app, 1) }),
+  operation({ id: 'next-in-queue', label: 'Next undecided track', keys: ['J'], icon: 'down', group: 'Queue', run: (app) => queueStep(app, 1) }),
   operation({ id: 'previous-in-queue', label: 'Previous in the queue', keys: ['Shift+J'], icon: 'up', group: 'Queue', run: (app) => queueStep(app, -1) }),
   operation({
     id: 'to-track', label: 'Go to the start of the track', keys: ['T'], group: 'Queue', disabled: needsTrack,

@@ -2,8 +2,9 @@
 /** Judging tracks: accept, reject, needs work, label, not a sign, notes. */
 
 import { openDialog } from '../store/actions/page.js';
-import { nextInQueue } from '../model/queue.js';
+import { endOfQueue, nextInQueue, queueCounts, shownQueue } from '../model/queue.js';
 import { openTrack } from './navigate.js';
+import { toast } from '../views/toasts.js';
 import { editSelected, needsRun, needsTrack, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -11,18 +12,23 @@ import { editSelected, needsRun, needsTrack, operation } from './helpers.js';
 const GROUP = 'Verdict';
 
 /**
- * Judge the selected track and go on with the next one in the queue.
- * @param {App} app
+ * Judge the selected track and go on with the next one that is left. A verdict that it has already stays: a key that is
+ * pressed once too often must not take it back.
+ * @param {Pick<App, 'store'|'edit'>} app
  * @param {'accepted'|'rejected'|'needs_work'} review
+ * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
  */
-function judge(app, review) {
-  const state = app.store.get();
-  const key = state.review?.selected;
+export function judge(app, review, say = toast) {
+  const before = app.store.get();
+  const key = before.review?.selected;
   if (!key) return;
-  const present = state.review?.docs[key]?.review ?? 'open';
-  const next = nextInQueue(state, 1);
-  if (!editSelected(app, { name: 'set_review', review: present === review ? 'open' : review })) return;
-  if (present !== review && next !== null && next !== key) openTrack(app, next);
+  const present = before.review?.docs[key]?.review ?? 'open';
+  const next = nextInQueue(before, 1);
+  if (present !== review && !editSelected(app, { name: 'set_review', review })) return;
+  const { left } = queueCounts(shownQueue(app.store.get()));
+  if (left === 0) say('Nothing in the queue is left to be decided.', { topic: 'queue' });
+  else if (next !== null) openTrack(app, next);
+  else if (present === review) say(endOfQueue(before, 1), { topic: 'queue' });
 }
 
 /** @type {import('../page-types.js').Operation[]} */

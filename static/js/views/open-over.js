@@ -7,13 +7,14 @@ const PATIENCE = 20_000;
 /**
  * @param {import('../page-types.js').App} app
  * @param {string|null} run      on the screen, now or soon; null: whichever it is
- * @param {{second?: {run: string, corrected: boolean}|null, truth?: string|null}} over   run and ground truth to lie over it
+ * @param {{second?: {run: string, corrected: boolean}|null, truth?: string|null, video?: string|null}} over   run and ground truth to lie
+ *   over it; `video`: on the screen, where no run says it
  */
-export function openOver(app, run, {second = null, truth = null}) {
+export function openOver(app, run, {second = null, truth = null, video = null}) {
   if (second === null && truth === null) return;
   /** @param {import('../state-types.js').State} state */
   function check(state) {
-    if (!state.review?.timebase || (run !== null && state.review.run?.id !== run)) return;
+    if (!state.review?.timebase || (run !== null && state.review.run?.id !== run) || (video !== null && state.review.video.id !== video)) return;
     stop();
     if (second !== null) app.loader.showSecond(second.run, second.corrected);
     if (truth !== null) app.loader.showTruth(truth);

@@ -35,6 +35,7 @@ def test_track_columns_say_what_the_records_say(home: Any) -> None:
         assert columns["last"][place] == frames[-1][0]
         assert columns["frames"][place] == len(frames)
         assert columns["detected"][place] == sum(t.detection is not None for _, t in frames)
+        assert columns["clearest"][place] == max(frame for frame, t in frames if t.detection is not None)
         assert columns["relocalised"][place] == sources["relocalised"]
         last = [t.recognition for _, t in frames if t.recognition is not None][-1]
         assert columns["class_id"][place] == last.class_id

@@ -61,6 +61,17 @@ test('the end of the queue says what was passed over', () => {
   assert.equal(endOfQueue(state({}, {}, 'm2'), -1), 'This is the beginning of the queue. 2 tracks after this one are still to be decided.');
 });
 
+test('forward goes to what is left, back to every track', () => {
+  const done = { m3: doc(3, { review: 'accepted' }) };
+  assert.equal(nextInQueue(state(done, {}, 'm2'), 1), 'm1', 'm3 has been accepted');
+  assert.equal(nextInQueue(state(done, {}, 'm1'), -1), 'm3');
+  assert.equal(nextInQueue(state({ m3: doc(3, { review: 'needs_work' }) }, {}, 'm2'), 1), 'm3');
+  assert.equal(nextInQueue(state({ ...done, m1: doc(1, { review: 'rejected' }) }, {}, 'm3'), 1), null, 'what is left lies before');
+  const all = { ...done, m1: doc(1, { review: 'rejected' }), m2: doc(2, { review: 'accepted' }) };
+  assert.equal(nextInQueue(state(all, {}, 'm2'), 1), 'm3', 'nothing is left: to look once more');
+  assert.equal(nextInQueue(state(all, { review: 'accepted' }, 'm2'), 1), 'm3', 'these were asked for');
+});
+
 test('a track that the filter hides after accepting keeps its place', () => {
   const docs = { m3: doc(3, { review: 'accepted' }) };
   assert.equal(nextInQueue(state(docs, { review: 'open' }, 'm3'), 1), 'm1');

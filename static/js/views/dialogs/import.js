@@ -9,6 +9,7 @@ import {skippedItems} from '../artefact-row.js';
 import {fill, h, setText} from '../dom.js';
 import {bytes, count, plural} from '../format.js';
 import {icon} from '../icons.js';
+import {openOver} from '../open-over.js';
 import {recall, remember} from '../preferences.js';
 import {runTitle} from '../run-words.js';
 import {createDropField} from './drop-field.js';
@@ -145,7 +146,7 @@ export function importDialog({app, data, close, signal}) {
     if (found.kind === 'truth') {
       if (here) return;
       location.hash = formatRoute({screen: 'review', video: data.video, run: null, frame: null, track: null});
-      app.loader.showTruth(found.id);
+      openOver(app, null, {truth: found.id, video: data.video});
       return;
     }
     location.hash = formatRoute({screen: 'review', video: data.video, run: found.id, frame: here && review ? review.frame : null, track: null});

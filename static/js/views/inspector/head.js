@@ -28,7 +28,7 @@ export function createHead(app, signal) {
   /** @type {Review} */ let now = 'open';
   let key = '';
   const buttons = CHOICES.map((choice) => {
-    const button = h('button', { class: 'btn btn-small', type: 'button', title: `${choice.label} (${choice.key})` }, icon(choice.icon), choice.label);
+    const button = h('button', { class: 'btn btn-small', type: 'button' }, icon(choice.icon), choice.label);
     button.addEventListener('click', () => edit(app, key, { name: 'set_review', review: now === choice.review ? 'open' : choice.review }), { signal });
     return button;
   });
@@ -62,7 +62,11 @@ export function createHead(app, signal) {
         setText(votes, `${whose} ${percent(read.share)}${runner}`);
       }
       setAttribute(margin, 'aria-label', votes.textContent);
-      buttons.forEach((button, k) => setAttribute(button, 'aria-pressed', String(CHOICES[k].review === entry.review)));
+      buttons.forEach((button, k) => {
+        const given = CHOICES[k].review === entry.review;
+        setAttribute(button, 'aria-pressed', String(given));
+        setAttribute(button, 'title', given ? 'Click again to take the verdict back' : `${CHOICES[k].label} (${CHOICES[k].key})`);
+      });
     },
   };
 }
