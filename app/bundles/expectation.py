@@ -10,7 +10,9 @@ not a sign, rejected, deleted         ``absent``; a second track on a sign that 
 deleted from some frame on            ``absent`` in the frames that went
 pieces of several tracks in one       ``one``
 pieces of one track in several        ``apart``
-accepted                              ``found`` and ``label``, as it stands
+accepted                              ``found``; and ``label``, as it stands, unless the track goes on
+                                      behind the last frame: its votes are not all in yet, and a class that
+                                      they do not give in time would be a bug that nobody saw
 ====================================  ==================================================================
 """
 
@@ -93,7 +95,7 @@ class _Maker:
         if not pieces or accepted:
             self._expect(doc.key, "found")
         label = doc.class_id
-        if label is None and accepted:
+        if label is None and accepted and not self._goes_on(doc):
             label = self._label(doc)
         if label is not None:
             self.expected.append(Expected(id=f"{doc.key}.label", kind="label", sign=doc.key, class_id=label))
@@ -222,6 +224,11 @@ class _Maker:
         if number not in self._known:
             self._known[number] = self.machine.one(number)
         return self._known[number]
+
+    def _goes_on(self, doc: TrackDoc) -> bool:
+        """Whether the engine has boxes of it behind the last frame."""
+        later = ((piece, self._track(piece.track)) for piece in doc.segments if piece.last >= self.stop)
+        return any(found is not None and int(found.frames[-1]) >= self.stop for _, found in later)
 
     def _label(self, doc: TrackDoc) -> int | None:
         """The engine's class, which stands."""

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import uuid
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
 from app.videos.table import restamp
 from app.videos.view import VideoView, video_view
-from tsr_engine.bundle.expectation import read_expectation
+from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.judge import sentence
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
 from tsr_engine.bundle.manifest import Manifest
@@ -59,6 +59,10 @@ class BundleReportView(Model):
     stop: int
     offset: int
     """Frame of the original video that the clip's frame 0 is."""
+    frame: int
+    """Where to look first, in the clip: what did not come true, else the first frame that is judged."""
+    track: str | None
+    """Which track to look at there."""
     expected: list[ExpectedView]
     corrections: int
     other_pictures: int
@@ -120,12 +124,15 @@ class BundleImports:
             )
             for one in expectation.expected
         ]
+        frame, sign = _look(expectation, expected, frames.first)
         report = BundleReportView(
             note=manifest.note,
             video_name=manifest.video.name,
             first=frames.first - offset,
             stop=frames.stop - offset,
             offset=offset,
+            frame=frame - offset,
+            track=sign if sign in {*kept, *(f"m{track}" for track in spans)} else None,
             expected=expected,
             corrections=len(kept),
             other_pictures=facts["other_pictures"],
@@ -266,6 +273,15 @@ class BundleImports:
         session.flush()
         told = {"seq": row.seq, "op_id": row.op_id, "author": author, "docs": list(after.values())}
         self._events.publish(session, "edit", run.id, told)
+
+
+def _look(expectation: Expectation, expected: Sequence[ExpectedView], first: int) -> tuple[int, str | None]:
+    """Frame of the original video and sign of the first expectation that did not come true, else of the first one."""
+    views = sorted(zip(expectation.expected, expected, strict=True), key=lambda pair: pair[1].met)
+    if not views:
+        return first, None
+    one = views[0][0]
+    return (one.frames or expectation.signs[one.sign].frames[-1:])[0], one.sign
 
 
 def _configuration(manifest: Manifest) -> tuple[str, dict[str, Any]]:

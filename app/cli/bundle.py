@@ -72,7 +72,7 @@ def bundle(
 
     first, stop = frame_range(frames)
     given = None if video is None else existing(video, "video")
-    source = named_sources([run], home, given if _is_bare(run) else None)[0]
+    source = named_sources([run], home, given if _is_bare(run) else None, say)[0]
     with as_command_error():
         request = bundle_request(
             source,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json
+from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
 from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def export(
     except ValidationError as error:
         raise _usage(error) from None
     check_request(request)
-    sources = named_sources(names, home, None if video is None else existing(video, "video"))
+    sources = named_sources(names, home, None if video is None else existing(video, "video"), say)
     with progress_bar("exporting", "steps") as show, stop_on_interrupt() as stopped, as_command_error():
 
         def tell(done: int, of: int) -> None:

@@ -165,7 +165,7 @@ def track_columns(
 
 
 def _clearest(reader: EvidenceReader, first: IntColumn) -> IntColumn:
-    """Last detection of each confirmed track: one look into the index a track; its largest box would ask for all rows."""
+    """Last detection of each confirmed track: one look into the index a track; its largest box asks for all rows."""
     rows = reader.query(
         "SELECT (SELECT f.frame FROM track_frames f WHERE f.track_id = t.track_id AND f.source = 'detected' "
         "AND f.frame <= t.last_frame ORDER BY f.frame DESC LIMIT 1) "

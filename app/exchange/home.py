@@ -14,11 +14,11 @@ from app.exchange.named import RUN_ID
 from app.runs.latest import latest_last
 from app.settings import DATABASE_FILE, Settings, load_settings
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Run, TrackDocument, Video
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["named_video", "open_home", "run_named"]
+__all__ = ["named_video", "open_home", "run_named", "stands_for"]
 
 _VIDEO = re.compile("[0-9a-f]{64}")
 
@@ -81,3 +81,23 @@ def run_named(session: Session, name: str) -> str:
     if not runs:
         raise InputError(f"{video.name} has no complete run. Start one in 'tsr review', and wait for its end.")
     return runs[-1]
+
+
+def stands_for(session: Session, run_id: str) -> str:
+    """One sentence for who has named a video: which run that is; if it has no corrections, which other one has."""
+    run = session.get_one(Run, run_id)
+    others = session.scalars(select(Run).where(Run.video_id == run.video_id, Run.id != run_id)).all()
+    documents = select(TrackDocument.run_id).where(TrackDocument.run_id.in_([run_id, *(one.id for one in others)]))
+    corrected = set(session.scalars(documents.distinct()))
+    name = session.get_one(Video, run.video_id).name
+    text = f"{name} stands for {_called(run)}"
+    better = [] if run_id in corrected else [one for one in others if one.id in corrected and one.state == "complete"]
+    if not better:
+        return f"{text}."
+    newest = max(better, key=lambda one: one.created)
+    return f"{text}, which has no corrections; {_called(newest)} has: give its id to take that one."
+
+
+def _called(run: Run) -> str:
+    name = f" {run.name!r}" if run.name else ""
+    return f"the run{name} of {run.created:%Y-%m-%d %H:%M} UTC ({run.id})"

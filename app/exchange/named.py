@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -33,7 +33,13 @@ def _command_error(error: ApiError) -> TsrError:
     return StorageError(error.message) if isinstance(error, StorageFull) else InputError(error.message)
 
 
-def named_sources(names: Sequence[str], home: Path | None, video: Path | None) -> list[Source]:
+def _nobody(_sentence: str) -> None:
+    """Nobody asks."""
+
+
+def named_sources(
+    names: Sequence[str], home: Path | None, video: Path | None, tell: Callable[[str], None] = _nobody
+) -> list[Source]:
     """The runs behind names.
 
     Args:
@@ -41,6 +47,7 @@ def named_sources(names: Sequence[str], home: Path | None, video: Path | None) -
             run.
         home: data folder of runs and videos.
         video: the file of a bare evidence folder.
+        tell: told in one sentence which run a video stands for.
 
     Raises:
         InputError: there is no such run, or it cannot be exported.
@@ -53,7 +60,7 @@ def named_sources(names: Sequence[str], home: Path | None, video: Path | None) -
     for name in names:
         folder = _bare(Path(name))
         with as_command_error():
-            sources.append(evidence_source(folder, video) if folder is not None else _stored(name, home))
+            sources.append(evidence_source(folder, video) if folder is not None else _stored(name, home, tell))
     return sources
 
 
@@ -63,14 +70,20 @@ def track_key(text: str) -> str:
     return f"m{number}" if number.isdecimal() else text.strip()
 
 
-def _stored(name: str, home: Path | None) -> Source:
+def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source:
     """A run of a data folder."""
-    from app.exchange.home import open_home, run_named  # the database takes longer to load than all else here
+    from app.exchange.home import (  # the database takes longer to load than all else here
+        open_home,
+        run_named,
+        stands_for,
+    )
     from app.exchange.stored import home_source
 
     inside = _inside(Path(name))
     with open_home(home if inside is None else inside) as (settings, database), database.read() as session:
         run_id = Path(name).resolve().name if inside is not None else run_named(session, name)
+        if run_id != Path(name).name:
+            tell(stands_for(session, run_id))
         return home_source(session, settings.home, run_id)
 
 

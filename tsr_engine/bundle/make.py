@@ -299,7 +299,10 @@ class _Maker:
         cut = [t for t in cut if t.track_id in set(output.tracks)]
         if cut:
             names = ", ".join(f"{t.track_id} (to frame {t.last_frame})" for t in cut[:5])
-            self.warnings.append(f"Tracks that go on behind the last frame are judged as they stand there: {names}.")
+            self.warnings.append(
+                f"Tracks that go on behind the last frame are judged as they stand there: {names}. Their class is only "
+                "expected where somebody has corrected it."
+            )
         if not self.lead.whole:
             self.warnings.append(
                 f"Tracks were in view all the way back, so the engine starts at frame {self.lead.start} without them."

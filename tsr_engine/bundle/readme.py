@@ -56,8 +56,8 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         ),
         _title("What is inside"),
         _items(
-            f"{manifest.clip.file}: the frames {frames.start} to {last} of {manifest.video.name}. {manifest.clip.how} "
-            f"Frame 0 of the clip is frame {manifest.clip.offset} of the video. {_lead(manifest)}",
+            f"{manifest.clip.file}: the frames {manifest.clip.offset} to {last} of {manifest.video.name}; frame 0 of "
+            f"the clip is frame {manifest.clip.offset} of the video. {manifest.clip.how} {_lead(manifest)}",
             "frames.csv: for each of these frames its number in the clip, its time in the video in seconds, and the "
             "SHA-256 of the decoded picture.",
             f"output.csv: what the engine said in the frames {frames.first} to {last}, one row a track and frame. "
@@ -93,9 +93,13 @@ def _with(network: NetworkFacts | None) -> str:
 
 def _lead(manifest: Manifest) -> str:
     frames = manifest.frames
+    earlier = f" What comes before {frames.start} is there to be decoded from a key frame on."
+    text = f"The engine works on the frames {frames.start} to {frames.stop - 1}."
+    if manifest.clip.offset < frames.start:
+        text += earlier
     if frames.start == frames.first:
-        return "The engine starts with the first of them, as in the run."
-    text = f"The frames before {frames.first} only lead in, so that the engine knows what it knew in the run."
+        return text
+    text += f" Those before {frames.first} only lead in, so that the engine knows what it knew in the run."
     if not frames.whole_lead_in:
         text += (
             f" That is not quite so here: signs that were in view before frame {frames.start} are found anew, so "

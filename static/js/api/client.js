@@ -10,7 +10,7 @@ import {upload} from './upload.js';
 /** @typedef {import('../types.js').Command} Command */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
 /** @typedef {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal}} Sending */
-/** @typedef {{note: string, video_name: string, first: number, stop: number, expected: {id: string, expected: string, met: boolean, got: string}[], corrections: number, other_pictures: number, skipped: string[], engine_version: string}} BundleReport */
+/** @typedef {{note: string, video_name: string, first: number, stop: number, offset: number, frame: number, track: string|null, expected: {id: string, expected: string, met: boolean, got: string}[], corrections: number, other_pictures: number, skipped: string[], engine_version: string}} BundleReport */
 /** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[]}} Folder */
 /** @typedef {{preset: string, parameters: Record<string, unknown>, first?: number, stop?: number|null, name?: string}} RunRequest */
 /** @typedef {{id: string, name: string, count: number}} Truth */

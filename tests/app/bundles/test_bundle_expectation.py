@@ -74,9 +74,17 @@ def test_merged_and_split(home: Any) -> None:
 
 
 def test_accepted_tracks_must_stay_as_they_are(home: Any) -> None:
-    found = expected(home, whole(review="accepted"))
+    found = expected(home, whole(review="accepted"), stop=75)
     assert ids(found) == ["m2.found", "m2.label"]
     assert found.expected[1].class_id == LABEL
+
+
+def test_a_label_that_nobody_corrected_is_not_expected_before_all_votes_are_in(home: Any) -> None:
+    assert ids(expected(home, whole(review="accepted"), stop=70)) == ["m2.found"]
+    corrected = expected(home, whole(review="accepted", class_id=WRONG), stop=70)
+    assert ids(corrected) == ["m2.found", "m2.label"]  # that is the bug
+    ended = expected(home, whole(review="accepted", last=69), stop=70)  # a person says where it ends
+    assert ids(ended) == ["m2.found", "m2.label"]
 
 
 def test_hidden_frames_ask_for_nothing(home: Any, toy_homes: Any) -> None:

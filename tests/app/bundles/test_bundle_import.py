@@ -70,6 +70,9 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     assert (report["first"], report["stop"]) == (FIRST - offset, STOP - offset)
     assert (report["note"], report["corrections"], report["other_pictures"]) == ("reads as a stop sign", 2, 0)
     assert [one["met"] for one in report["expected"]] == [False, False, False, True]
+    # what did not come true, in the frame of the clip in which its sign is seen last
+    assert report["track"] == report["expected"][0]["id"].split(".")[0]
+    assert report["first"] <= report["frame"] < report["stop"]
     assert (told["run"]["kind"], told["run"]["state"], told["run"]["first"]) == ("engine", "complete", START)
     assert told["run"]["parameters"] == {"tau": 3.0}
     assert not told["video"]["missing"], "the answer is given when the clip is in its place"

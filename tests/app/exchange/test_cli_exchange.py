@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from exchange_desk import Desk, assert_same_track, visible
 from toy_home import ToyHome
 
 from app.cli.main import run as tsr
+from app.exchange.home import open_home, run_named, stands_for
+from app.storage.models import Run
 from tsr_engine.exchange.registry import FORMATS
 
 
@@ -70,6 +73,32 @@ def test_a_run_and_a_video_go_out_with_their_corrections(
     assert tsr([*arguments, *(more if "empty" in known else more[:-2])]) == 0
     assert (folder / "manifest.json").is_file()
     assert list(folder.rglob("*.jpg"))
+
+
+def test_a_video_says_which_run_it_stands_for(
+    desk: Desk, home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wanted = ["--home", str(home), "--format", "tracks-csv", "--json"]
+    for name, told in (("drive.mp4", True), (desk.run_id, False)):
+        capsys.readouterr()
+        assert tsr(["export", name, *wanted, "--out", str(tmp_path / name)]) == 0
+        said = capsys.readouterr()
+        json.loads(said.out)
+        assert said.err.startswith("tsr: drive.mp4 stands for the run") == told
+        assert (f"({desk.run_id})." in said.err) == told
+    # a newer one that nobody has corrected stands for it, and says that corrections lie elsewhere
+    with open_home(home) as (_, database), database.write() as session:
+        corrected = session.get_one(Run, desk.run_id)
+        columns = {c.name: getattr(corrected, c.name) for c in Run.__table__.columns}
+        later = {"id": "f" * 32, "name": "again", "created": corrected.created + timedelta(hours=1)}
+        session.add(Run(**{**columns, **later}))
+        session.flush()
+        told_now = stands_for(session, run_named(session, "drive.mp4"))
+        session.rollback()
+    assert (
+        f"the run 'again' of {later['created']:%Y-%m-%d %H:%M} UTC ({'f' * 32}), which has no corrections" in told_now
+    )
+    assert f"({desk.run_id}) has: give its id" in told_now
 
 
 def test_a_bare_evidence_folder_goes_out_without_a_home(

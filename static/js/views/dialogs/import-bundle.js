@@ -37,13 +37,13 @@ export function importBundleDialog({app, data, close, signal}) {
       fill(result,
         h('p', {class: 'import-done', role: 'status'}, icon('check'), h('strong', null, `${video.name} is in the library. Its frames are decoded once before they can be looked at.`)),
         report.note && h('blockquote', {class: 'note-quote'}, report.note),
-        h('p', {class: 'muted small'}, `Frames ${count(report.first)} to ${count(report.stop - 1)} of ${report.video_name}; ${count(report.corrections)} corrections; made with tsr ${report.engine_version}.`),
+        h('p', {class: 'muted small'}, `Frames ${count(report.first + report.offset)} to ${count(report.stop - 1 + report.offset)} of ${report.video_name}${report.offset ? `, ${count(report.first)} to ${count(report.stop - 1)} of this clip` : ''}; ${count(report.corrections)} corrections; made with tsr ${report.engine_version}.`),
         report.other_pictures > 0 && h('p', {class: 'field-hint'}, `${count(report.other_pictures)} pictures decode to other values here than where it was made, so small differences are to be expected.`),
         report.expected.length > 0 && h('table', {class: 'table'},
           h('thead', null, h('tr', null, h('th', {scope: 'col'}, 'Expected'), h('th', {scope: 'col'}, 'When it was made'))),
           h('tbody', null, ...report.expected.map((one) => h('tr', null, h('td', null, one.expected), h('td', null, one.met ? '✓ ' : '✗ ', one.got))))),
         report.skipped.length > 0 && h('ul', {class: 'skipped-list small'}, ...report.skipped.map((text) => h('li', null, text))),
-        h('div', {class: 'row'}, h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: run.id, frame: null, track: null}), onclick: close}, icon('eye'), 'Review it')));
+        h('div', {class: 'row'}, h('a', {class: 'btn btn-primary', href: formatRoute({screen: 'review', video: video.id, run: run.id, frame: report.frame, track: report.track}), onclick: close}, icon('eye'), 'Review it')));
       result.querySelector('a')?.focus();
     } catch (thrown) {
       if (signal.aborted) return;
