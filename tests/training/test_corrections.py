@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -204,3 +205,7 @@ class TestExports:
             open_export(tmp_path, lambda *_: None, tmp_path)
         with pytest.raises(InputError, match="There is no export"):
             open_export(tmp_path / "nowhere", lambda *_: None, tmp_path)
+        with zipfile.ZipFile(tmp_path / "bug.zip", "w") as archive:
+            archive.writestr("manifest.json", '{"bundle": 1}')
+        with pytest.raises(ImportFormatError, match=r"^.*bug\.zip: is no export of this tool but another archive"):
+            open_export(tmp_path / "bug.zip", lambda *_: None, tmp_path)

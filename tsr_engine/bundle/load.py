@@ -21,7 +21,13 @@ from tsr_engine.io.video_probe import check_file
 
 __all__ = ["LIMITS", "Bundle", "BundleFrame", "is_bundle", "open_bundle"]
 
-LIMITS = ArchiveLimits(entries=200, total=8 << 30, single=4 << 30, directory=1 << 20)
+LIMITS = ArchiveLimits(
+    entries=200,
+    total=8 << 30,
+    single=4 << 30,
+    directory=1 << 20,
+    advice="So it is no bug bundle; if it is an export, 'tsr import' reads it.",
+)
 """What a bundle may unfold to."""
 _NEEDED = (README, FRAMES, OUTPUT, EXPECTATION, CORRECTIONS, f"{EVIDENCE}/run.json", f"{EVIDENCE}/evidence.sqlite")
 _TEXT_BYTES = 64 << 20

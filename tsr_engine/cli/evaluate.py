@@ -56,7 +56,7 @@ def tracking(
     out: OutOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Score tracking: localisation error (Eq. 7), coverage, identities, Tables I and II by physical sign.
+    """Score tracking: localisation error (equation 7), coverage, identities, Tables I and II by physical sign.
 
     Truth is a CSV with the columns frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore.
 

@@ -75,7 +75,7 @@ def prior(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
 ) -> None:  # fmt: skip
-    """Estimate the spatial prior and its weight (Eq. 8) for the detector in --out; or blend corrected boxes in.
+    """Estimate the spatial prior and its weight (equation 8) for the detector in --out; or blend corrected boxes in.
 
     \b
     Example:
@@ -89,7 +89,7 @@ def weight(
     out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, export: ExportOption = [],  # noqa: B006
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
 ) -> None:  # fmt: skip
-    """Learn the prior's weight anew (Eq. 8) from corrections; the table of the prior stays.
+    """Learn the prior's weight anew (equation 8) from corrections; the table of the prior stays.
 
     \b
     Example:

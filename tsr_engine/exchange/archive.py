@@ -66,6 +66,7 @@ class ArchiveLimits:
         single: most bytes of one file.
         ratio: most bytes that a packed byte may unfold to; text of annotations stays below 60.
         directory: most bytes of the list of entries, checked before it is read.
+        advice: what to do about one with more entries.
     """
 
     entries: int = 400_000
@@ -73,6 +74,7 @@ class ArchiveLimits:
     single: int = 8 << 30
     ratio: int = 250
     directory: int = 64 << 20
+    advice: str = "Split it."
 
 
 def unpack(
@@ -147,7 +149,7 @@ def _check_directory(path: Path, limits: ArchiveLimits) -> None:
     if entries > limits.entries or directory > limits.directory:
         raise ImportFormatError(
             f"{path.name}: has {entries} entries in a list of {directory} bytes; at most {limits.entries} in "
-            f"{limits.directory} are read. Split it."
+            f"{limits.directory} are read. {limits.advice}"
         )
 
 

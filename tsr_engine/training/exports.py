@@ -70,7 +70,16 @@ def open_export(path: Path, find: Callable[[str, str], Path | None], scratch: Pa
             raise ImportFormatError(f"{path}: expected an export folder or a ZIP file of one. Name such a one.")
         folder = Path(tempfile.mkdtemp(prefix="export-", dir=scratch))
         unpack(path, folder)
-    content = read_manifest(folder).content
+    try:
+        content = read_manifest(folder).content
+    except ImportFormatError:
+        if folder is path:
+            raise
+        # where it was unpacked means nothing to anybody
+        raise ImportFormatError(
+            f"{path}: is no export of this tool but another archive, a bug bundle perhaps. Name one that 'tsr export' "
+            "made."
+        ) from None
     chosen = format_named(str(content["format"]["name"]))
     if chosen.read is None:
         raise ImportFormatError(

@@ -4,7 +4,10 @@
 import { trackName } from '../model/track_name.js';
 
 /** They are about a whole track: the frame in which they were given says nothing. */
-const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'set_review', 'review_tracks', 'import', 'import_bundle', 'adopt']);
+const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'set_review', 'adopt']);
+
+/** They are about several tracks: the first one says nothing. */
+const SEVERAL = new Set(['review_tracks', 'import', 'import_bundle']);
 
 /** @type {Record<string, string>} */
 const NAMES = {
@@ -48,7 +51,8 @@ export const describe = (name) => NAMES[name] ?? name;
  */
 export function describeUndone(name, frame, track) {
   const what = describe(name).toLowerCase();
-  if (WHOLE.has(name)) return track === undefined || name === 'review_tracks' ? what : `${what}, track ${track}`;
+  if (SEVERAL.has(name)) return what;
+  if (WHOLE.has(name)) return track === undefined ? what : `${what}, track ${track}`;
   return frame === null ? what : `${what} in frame ${frame}`;
 }
 

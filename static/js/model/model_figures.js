@@ -30,7 +30,7 @@ const FIGURES = /** @type {Record<string, [string, 1|-1|0, boolean]>} */ ({
 const COUNTS = ['pictures', 'signs', 'crops'];
 
 const GROUPS = /** @type {Record<string, [string, string]>} */ ({
-  corrections: ['Held-out corrections', 'Corrected signs that the new version has not learned from.'],
+  corrections: ['Held-out corrections', 'Of a trial version that has not learned from these signs; the version itself has learned from all.'],
   remembered: ['Remembered training data', 'What the version still gets right of the data that the shipped one was made from.'],
   gtsdb: ['GTSDB scenes', 'Scenes that training reports on.'],
   gtsrb: ['GTSRB tracks', 'Tracks that training held out.'],

@@ -13,6 +13,9 @@ const STATES = {
 /** @param {ModelVersion} version @returns {[string, string]} */
 export const modelState = (version) => STATES[version.state] ?? [version.state, ''];
 
+/** What the parts of a version are called. @type {Record<string, string>} */
+export const PART_NAMES = {detector: 'Detector', prior: 'Spatial prior', lambda: 'Weight of the prior', classifier: 'Classifier', online: 'Start of the online detector'};
+
 /** Sign and word of a change. @type {Record<import('../model/model_figures.js').Verdict, [string, string]>} */
 export const VERDICTS = {better: ['▲', 'better'], worse: ['▼', 'worse'], same: ['=', 'same'], new: ['+', 'new']};
 
@@ -43,12 +46,26 @@ export function lineage(version, all) {
   if (edits) rows.push(['Corrections', edits]);
   const folders = Object.entries(asked.folders ?? {}).map(([name, path]) => `${name.toUpperCase()} in ${path}`).join(', ');
   if (folders) rows.push(['Data', folders]);
-  rows.push(['Parts', (from.parts ?? asked.parts ?? []).join(', ')]);
+  rows.push(['Parts', (from.parts ?? asked.parts ?? []).map((/** @type {string} */ name) => PART_NAMES[name] ?? name).join(', ')]);
   rows.push(['Seed', String(from.seed ?? asked.seed ?? 0)]);
   const used = from.used;
   if (used && typeof used.frames === 'number') rows.push(['Learned from', `${plural(used.signs ?? 0, 'sign')} in ${plural(used.frames, 'frame')} of ${videosOf(used.videos ?? [])}`]);
-  if (from.held_out?.by && from.held_out.by !== 'none') rows.push(['Held out', `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}`]);
+  if (from.held_out?.by && from.held_out.by !== 'none') rows.push(['Measured on', `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}, with a trial version that had not learned from ${(from.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`]);
   return rows;
+}
+
+/**
+ * The version that made a run: the one whose files the run's are.
+ *
+ * @param {Pick<import('../types.js').Run, 'models'>} run
+ * @param {readonly ModelVersion[]|null} versions   null: not loaded
+ * @returns {string} empty: it used no models, or they are not known
+ */
+export function modelsOf({models}, versions) {
+  const parts = Object.entries(models);
+  if (parts.length === 0 || versions === null) return '';
+  const made = versions.find((version) => parts.every(([part, digest]) => version.models[part] === digest));
+  return made ? `Models: ${made.name}` : 'Models that are not here any more';
 }
 
 /** One video by its name, where it has one and is not only known by its hash. @param {string[]} videos */

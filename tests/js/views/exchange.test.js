@@ -8,7 +8,7 @@ import {madeWords, tellWhenMade} from '../../../static/js/views/made_notice.js';
 import {createStore} from '../../../static/js/store/store.js';
 import {initialState} from '../../../static/js/store/initial.js';
 import {putArtefact, setArtefacts} from '../../../static/js/store/actions/page.js';
-import {lineage, modelProgress} from '../../../static/js/views/model-words.js';
+import {lineage, modelProgress, modelsOf} from '../../../static/js/views/model-words.js';
 
 /** @param {object} [more] */
 const artefact = (more = {}) => /** @type {import('../../../static/js/types.js').Artefact} */ ({
@@ -58,13 +58,22 @@ test('a range lies around the track, else around the cursor, and within the run'
   assert.deepEqual(end, {first: 900, last: 999});
 });
 
+test('a run says which models made it', () => {
+  const versions = /** @type {any[]} */ ([{name: 'Version 2', models: {detector: 'a', classifier: 'c'}}, {name: 'Shipped', models: {detector: 'a', classifier: 'b'}}]);
+  assert.equal(modelsOf({models: {detector: 'a', classifier: 'b'}}, versions), 'Models: Shipped');
+  assert.equal(modelsOf({models: {detector: 'a', classifier: 'c'}}, versions), 'Models: Version 2');
+  assert.equal(modelsOf({models: {detector: 'z'}}, versions), 'Models that are not here any more');
+  assert.equal(modelsOf({models: {}}, versions), '', 'somebody else’s tracker');
+  assert.equal(modelsOf({models: {detector: 'a'}}, null), '');
+});
+
 test('lineage names parent, exports, corrections, data and seed', () => {
   const version = /** @type {any} */ ({id: 'v2', parent_id: 'v1', state: 'running', stage: 'trial: boosting', done: 3, total: 9, lineage: {
     asked: {exports: [{artefact: 'e', name: 'drive.zip'}], folders: {gtsdb: '/d'}, seed: 4, parts: ['detector']},
     exports: [{videos: [{name: 'drive.mp4', edit_revision: 12}]}], used: {frames: 30, signs: 2, videos: ['drive.mp4']}, held_out: {by: 'sign', signs: ['s']}, seed: 4, parts: ['detector'],
   }});
   const rows = Object.fromEntries(lineage(version, [/** @type {any} */ ({id: 'v1', name: 'First'})]));
-  assert.deepEqual(rows, {'Made from': 'First', Exports: 'drive.zip', Corrections: 'drive.mp4 up to edit 12', Data: 'GTSDB in /d', Parts: 'detector', Seed: '4', 'Learned from': '2 signs in 30 frames of drive.mp4', 'Held out': '1 sign, chosen by sign'});
+  assert.deepEqual(rows, {'Made from': 'First', Exports: 'drive.zip', Corrections: 'drive.mp4 up to edit 12', Data: 'GTSDB in /d', Parts: 'Detector', Seed: '4', 'Learned from': '2 signs in 30 frames of drive.mp4', 'Measured on': '1 sign, chosen by sign, with a trial version that had not learned from it'});
   assert.equal(modelProgress(version), 'trial: boosting · 3 of 9');
   assert.equal(Object.fromEntries(lineage({...version, parent_id: 'gone'}, []))['Made from'], 'a version that was removed');
 });

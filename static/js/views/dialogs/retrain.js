@@ -8,15 +8,16 @@ import {fill, h, setText} from '../dom.js';
 import {moment} from '../format.js';
 import {icon} from '../icons.js';
 import {content} from '../artefact-words.js';
+import {PART_NAMES} from '../model-words.js';
 import {toast} from '../toasts.js';
 import {field, group, numberInput, tick} from './fields.js';
 
 const PARTS = /** @type {const} */ ([
-  ['detector', 'Detector', 'Boosted trees go on from the earlier version.'],
-  ['prior', 'Spatial prior', 'Where in the picture signs stand, and how large.'],
-  ['lambda', 'Weight of the prior', 'Found again on the corrections.'],
-  ['classifier', 'Classifier', 'Keeps what it knew by the memory of its training data.'],
-  ['online', 'Start of the online detector', 'First samples of each class.'],
+  ['detector', PART_NAMES.detector, 'Boosted trees go on from the earlier version.'],
+  ['prior', PART_NAMES.prior, 'Where in the picture signs stand, and how large.'],
+  ['lambda', PART_NAMES.lambda, 'Found again on the corrections.'],
+  ['classifier', PART_NAMES.classifier, 'Keeps what it knew by the memory of its training data.'],
+  ['online', PART_NAMES.online, 'First samples of each class.'],
 ]);
 
 /**

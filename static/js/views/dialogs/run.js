@@ -7,6 +7,7 @@ import {dropRun, openDialog, putRun, setModels, setRuns} from '../../store/actio
 import {fill, h, reconcile, setText} from '../dom.js';
 import {moment, plural} from '../format.js';
 import {icon} from '../icons.js';
+import {modelsOf} from '../model-words.js';
 import {createParameters, presetValue} from '../parameters.js';
 import {runChanges, runKind, runName, runPart, runProgress, runState, runTone} from '../run-words.js';
 import {toast} from '../toasts.js';
@@ -83,7 +84,7 @@ function showRun({app}, item, run) {
   setText(part('badge'), runState(run));
   part('badge').className = `badge run-badge ${runTone(run)}`;
   const range = run.first > 0 || run.stop !== null ? `frames ${run.first} to ${run.stop === null ? 'the end' : run.stop - 1}` : '';
-  setText(part('changes'), [run.name ? runKind(run) : '', range, runChanges(run)].filter(Boolean).join(' · '));
+  setText(part('changes'), [run.name ? runKind(run) : '', range, runChanges(run), modelsOf(run, app.store.get().models)].filter(Boolean).join(' · '));
   part('changes').hidden = !part('changes').textContent;
   setText(part('progress'), runProgress(run));
   part('progress').classList.toggle('field-error', run.state === 'failed');
