@@ -98,7 +98,7 @@ def bundle(
         report = make_bundle(request, tell)
     summary = report_summary(report)
     if json:
-        print_json({"out": str(out), "size": report.size, **summary})
+        print_json({"out": str(out), "run": source.run_id, "size": report.size, **summary})
     else:
         console = out_console()
         console.print(

@@ -219,7 +219,7 @@ def import_file(
             video = named_video(session, onto)
         run_id = None
         if kind == "annotation":
-            source = named_sources([run or video.id], settings.home, None)[0]
+            source = named_sources([run or video.id], settings.home, None, say)[0]
             run_id = source.provenance["run"]["id"]
         try:
             result = imports.bring_in(video.id, incoming, kind, run_id)  # type: ignore[arg-type]

@@ -75,6 +75,7 @@ def record(
         truth=truth,
         focus_frame=frame,
         focus_track=focus,
+        called=source.called,
     )
     with progress_bar("recording", "steps") as show, stop_on_interrupt() as stopped:
 
@@ -89,7 +90,7 @@ def record(
     if json:
         from app.recordings.summary import report_summary
 
-        print_json({"out": str(out), "size": report.size, **report_summary(report)})
+        print_json({"out": str(out), "run": source.run_id, "size": report.size, **report_summary(report)})
         return
     console = out_console()
     console.print(
@@ -125,7 +126,7 @@ def _focus(source: Source, first: int, stop: int | None, frame: int | None, trac
 
 def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:
     """Corrections and ground truth of a run of a data folder; none for bare evidence."""
-    if "id" not in source.provenance["run"]:
+    if source.run_id is None:
         return None, None
     from app.exchange.home import open_home
     from app.recordings.annotation import corrected_rows, truth_of

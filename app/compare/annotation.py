@@ -22,6 +22,9 @@ def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc]) -> Box
     Args:
         machine: boxes of the run's confirmed tracks, keys ``m...``.
         documents: of the touched tracks, by key.
+
+    Returns:
+        Boxes by frame; in a frame the engine's tracks by number, then those that people made by key.
     """
     touched = np.array([key in documents for key in machine.keys], np.bool_)
     keep = ~touched[machine.track] if len(machine) else np.zeros(0, np.bool_)
@@ -31,7 +34,7 @@ def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc]) -> Box
     parts = [
         (machine.frame[keep], machine.track[keep], machine.boxes[keep], machine.class_id[keep], machine.source[keep])
     ]
-    for key, document in documents.items():
+    for key, document in sorted(documents.items()):
         if document.gone or document.not_a_sign or document.review == "rejected":
             continue
         if key not in place:

@@ -86,6 +86,20 @@ class Source:
     origin: str
     provenance: Mapping[str, Any]
 
+    @property
+    def run_id(self) -> str | None:
+        """The run's name in its data folder; None: a bare evidence folder."""
+        found = self.provenance["run"].get("id")
+        return None if found is None else str(found)
+
+    @property
+    def called(self) -> str:
+        """What a sentence calls the run; a folder of the data folder means nothing to anybody."""
+        if self.run_id is None:
+            return f"the run in {self.folder}"
+        name = self.provenance["run"]["name"]
+        return f"the run{f' {name!r}' if name else ''} of {self.video.name}"
+
     def tracks(self) -> Iterator[Track]:
         """A new pass over the tracks."""
         return run_tracks(self.folder, self.documents, self.first, self.stop, self.video.frames, self.origin)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import undefer
 
 from app.artefacts.service import ArtefactService
@@ -12,7 +12,7 @@ from app.edits.stored import documents_of
 from app.jobs.context import TaskContext
 from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
-from app.storage.models import Run, Video
+from app.storage.models import Edit, Run, Video
 from app.videos.same_file import is_untouched
 from app.videos.table import unpack
 
@@ -30,6 +30,7 @@ def record_run(task: TaskContext) -> None:
         run = session.get_one(Run, artefact.run_id)
         video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
         documents = documents_of(session, run.id)
+        edits = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run.id)) or 0
         truth = truth_of(session, video.id, options.get("truth"))
     path = Path(video.path)
     there = path.is_file()
@@ -47,7 +48,9 @@ def record_run(task: TaskContext) -> None:
         focus_frame=options.get("frame"),
         focus_track=int(track[1:]) if track.startswith("m") and track[1:].isdecimal() else None,
         name=options.get("name") or "",
+        called=f"the run{f' {run.name!r}' if run.name else ''} of {video.name}",
         notes={"run": run.id, "run_name": run.name, "preset": run.preset},
     )
     report = write_recording(request, lambda done, of: artefacts.progress(task, artefact.id, done, of))
-    artefacts.complete(task, artefact.id, report.path, report_summary(report))
+    # the page tells by the edits whether a corrected box that is picked in the viewer is still the same track's
+    artefacts.complete(task, artefact.id, report.path, {**report_summary(report), "edits": edits})

@@ -27,15 +27,6 @@ def test_help_lists_every_command_and_the_exit_codes(capsys: Capture) -> None:
     assert "Exit codes" in out
 
 
-@pytest.mark.parametrize("group", ["", "train", "eval"])
-def test_no_line_of_a_list_of_commands_is_cut_off(group: str, capsys: Capture) -> None:
-    assert run([*group.split(), "--help"]) == 0
-    out = capsys.readouterr().out
-    lines = [line for line in out.split("Commands")[-1].splitlines() if line.startswith("  ")]
-    assert len(lines) > 3
-    assert [line for line in lines if line.count("(") != line.count(")") or line.endswith("Eq.")] == []
-
-
 @pytest.mark.parametrize("command", LEAVES)
 def test_help_of_every_command_has_an_example(command: str, capsys: Capture) -> None:
     assert run([*command.split(), "--help"]) == 0

@@ -32,14 +32,16 @@ class Desk:
         self.server, self.browser, self.video, self.run = server, browser, video, run
 
     def page(self, *, deaf: bool = False) -> Page:
-        """A signed-in page on the review screen; a deaf one hears nothing of what others do."""
+        """A signed-in page on the review screen with all corrections; a deaf one hears nothing of what others do."""
         page = self.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
         if deaf:
             page.route(re.compile(r"/api/events(\?.*)?$"), lambda route: route.abort())
         page.set_default_timeout(1000 * PATIENCE)
         page.goto(self.server.link())
         page.evaluate(f"location.hash = '#/review/{self.video}/{self.run}'")
+        corrected = self.documents().keys()
         wait(page, lambda s: s["shown"] == s["frame"] and s["tracks"] is not None and s["overlay"] is not None)
+        wait(page, lambda s: s["docs"].keys() >= corrected)
         return page
 
     def documents(self) -> dict[str, Any]:

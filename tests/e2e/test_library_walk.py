@@ -8,7 +8,6 @@ import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -210,9 +209,10 @@ def test_the_theme_is_kept_over_a_reload(page: Page) -> None:
     expect(page.locator("html")).to_have_attribute("data-theme", "dark")
 
 
-def test_thousands_of_videos_cost_what_is_on_screen_and_all_are_found(page: Page) -> None:
+def test_thousands_of_videos_cost_what_is_on_screen_and_all_are_found(server: LiveServer, page: Page) -> None:
+    one = server.call("GET", "/videos")["videos"][0]
+
     def many(route: Route) -> None:
-        one: dict[str, Any] = route.fetch().json()["videos"][0]
         days = (
             {**one, "id": f"{i:064x}", "name": f"drive {i}.mp4", "runs": 0, "latest_run": None} for i in range(2000)
         )

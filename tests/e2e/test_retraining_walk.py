@@ -88,6 +88,8 @@ def test_the_loop_by_clicks(page: Page) -> None:
     expect(page.get_by_text("Mine is being made.")).to_be_visible()
     expect(mine.get_by_text("ready")).to_be_visible(timeout=WORK)
     expect(mine).to_contain_text("corrections.zip")
+    expect(mine.locator(".origin")).to_contain_text("Start of the online detector")
+    expect(mine.locator(".origin")).to_contain_text("a trial version that had not learned from")
     expect(mine.get_by_text("in use")).to_be_hidden()
 
     mine.get_by_role("button", name="Use Mine").click()
@@ -102,6 +104,8 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_role("button", name="Start the run").click()
     second = dialog.locator(".run-item").filter(has_text="Second")
     expect(second.locator(".run-badge")).to_have_text("complete", timeout=WORK, ignore_case=True)
+    expect(second.locator(".run-changes")).to_contain_text("Models: Mine")
+    expect(page.locator("select option").filter(has_text="Second")).to_contain_text("· Mine")
     dialog.get_by_role("button", name="Close", exact=True).last.click()
     expect(dialog).to_be_hidden()
 
@@ -113,6 +117,7 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_role("button", name="Compare").click()
     expect(page.get_by_role("heading", name="Compare", exact=True)).to_be_visible(timeout=WORK)
     expect(page.get_by_text("Recall").first).to_be_visible(timeout=WORK)
+    expect(page.get_by_role("region", name="Candidate")).to_contain_text("Models: Mine")
 
     page.get_by_role("link", name="Models").click()
     page.get_by_role("button", name="Roll back").click()

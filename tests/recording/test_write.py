@@ -14,7 +14,7 @@ import pytest
 from tsr_engine.errors import EvidenceError, StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.recording import LAYERS, BoxRows, RecordingReport, RecordingRequest, write_recording
-from tsr_engine.recording.layers import UNKNOWN_CLASS
+from tsr_engine.recording.layers import TAU_COLOUR, TRACK_COLOURS, UNKNOWN_CLASS
 from tsr_engine.records import FrameEvidence
 
 FIRST, STOP = 1, 26
@@ -104,6 +104,45 @@ def test_corrections_and_truth_come_from_the_caller(back: Any, report: Recording
     assert back.column("video/corrected", "Boxes2D:labels")[6] == ["h6", "h6"]
     assert back.column("video/corrected", "Boxes2D:class_ids")[24] == [14]
     assert report.boxes["truth"] == 1
+
+
+def test_a_result_does_not_write_over_the_label_of_its_corrected_box(
+    back: Any, run: Path, tmp_path: Path, read_back: Any
+) -> None:
+    def labelled(recording: Any, layer: str) -> bool:
+        return bool(recording.static(LAYERS[layer].entity, "Boxes2D:show_labels")[0])
+
+    assert (labelled(back, "corrected"), labelled(back, "results")) == (True, False)
+    assert back.column("video/results", "Boxes2D:labels")[2], "the pointer still reads them"
+    for corrected in (None, rows([29], "h")):  # nobody has corrected anything, or nothing in these frames
+        out = tmp_path / "plain.rrd"
+        write_recording(RecordingRequest(run, out, FIRST, STOP, corrected=corrected))
+        assert labelled(read_back.ReadBack(out), "results")
+
+
+def test_lines_of_different_tracks_have_different_colours(back: Any, report: RecordingReport) -> None:
+    def colours(track: int, value: str) -> list[int]:
+        found: list[int] = back.static(f"tracks/m{track}/{value}", "SeriesLines:colors")
+        return found
+
+    def packed(rgb: tuple[int, int, int]) -> int:
+        return rgb[0] << 24 | rgb[1] << 16 | rgb[2] << 8 | 255
+
+    assert len(report.tracks) == 2
+    for value, width in (("gate/log10_l_positive", 1), ("score", 3), ("votes", 3)):
+        one, two = (colours(track, value) for track in report.tracks)
+        assert len(one) == len(two) == width
+        assert len({*one, *two}) == 2 * width, value
+    assert colours(report.tracks[0], "svm/decision") == [packed(TRACK_COLOURS[0])], "a track keeps its colour"
+    assert back.static("gate/log10_tau", "SeriesLines:colors") == [packed(TAU_COLOUR)]
+
+
+def test_colours_of_tracks_can_be_told_from_each_other_and_from_the_threshold() -> None:
+    import cv2
+
+    lab = cv2.cvtColor(np.array([[*TRACK_COLOURS, TAU_COLOUR]], np.float32) / 255, cv2.COLOR_RGB2LAB)[0]
+    apart = np.linalg.norm(lab[:, None] - lab[None], axis=2) + 1e3 * np.eye(len(lab))
+    assert apart.min() > 25, "ten times what one can just tell apart"
 
 
 def test_classes_have_names_and_colours(back: Any, stored: list[FrameEvidence]) -> None:
@@ -208,8 +247,10 @@ def test_equal_content_has_an_equal_name_and_other_content_another(
 
 def test_a_range_outside_of_the_run_is_refused(run: Path, tmp_path: Path) -> None:
     for first, stop in ((0, 31), (5, 5), (-1, 3)):
-        with pytest.raises(UsageError, match="frames 0 to 29"):
+        with pytest.raises(UsageError, match=f"^The run in {run} has stored the frames 0 to 29"):
             write_recording(RecordingRequest(run, tmp_path / "x.rrd", first, stop))
+    with pytest.raises(UsageError, match=r"^The run 'Run 1' of drive\.mp4 has stored the frames 0 to 29"):
+        write_recording(RecordingRequest(run, tmp_path / "x.rrd", 5, 31, called="the run 'Run 1' of drive.mp4"))
     assert not list(tmp_path.iterdir())
 
 

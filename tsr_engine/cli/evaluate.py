@@ -174,7 +174,7 @@ def fusion(
     out: OutOption = None,
     json: JsonOption = False,
 ) -> None:
-    """Score fused tracks: share of right ones after 1, 2, ... frames by way of weighting (Fig. 13).
+    """Score fused tracks: share of right ones by number of frames and way of weighting (figure 13).
 
     \b
     Example:
@@ -326,7 +326,7 @@ def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[i
     """Frames of a video and its result rows, without writing anything."""
     import tempfile
 
-    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.cli.progress import progress_bar, rate_text
     from tsr_engine.evaluation.tracking_rows import read_results
     from tsr_engine.pipeline import load_components
     from tsr_engine.runs import RunRequest, track_video
@@ -336,7 +336,7 @@ def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[i
         report = track_video(
             RunRequest(video, params, csv=csv),
             load_components(params, models),
-            progress=lambda at: show(at.done, at.total, f"{at.rate:.1f}/s"),
+            progress=lambda at: show(at.done, at.total, rate_text(at.rate)),
         )
         for warning in report.warnings:
             say(f"warning: {warning}")

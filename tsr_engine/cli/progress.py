@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["progress_bar"]
+__all__ = ["progress_bar", "rate_text"]
 
 Show = Callable[[int, int | None, str], None]
 
@@ -38,3 +38,8 @@ def progress_bar(title: str, unit: str) -> Iterator[Show]:
     with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bar:
         task = bar.add_task(title, total=None, rate="")
         yield lambda done, total, rate: bar.update(task, completed=done, total=total, rate=rate)
+
+
+def rate_text(rate: float | None) -> str:
+    """What stands beside the bar: frames a second; nothing while only the first frame is done."""
+    return "" if rate is None else f"{rate:.1f}/s"

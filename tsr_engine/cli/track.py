@@ -78,7 +78,7 @@ def track(
     params = make_params(preset, settings)
     network = make_network(onnx, onnx_size, onnx_layout)
     from tsr_engine.cli.interrupt import stop_on_interrupt
-    from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.cli.progress import progress_bar, rate_text
     from tsr_engine.io.video_probe import check_file
     from tsr_engine.pipeline import load_components
     from tsr_engine.runs import RunRequest, track_video
@@ -88,7 +88,7 @@ def track(
     request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart)
     with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
         report = track_video(
-            request, components, progress=lambda at: show(at.done, at.total, _rate(at.rate)), stop=stopped
+            request, components, progress=lambda at: show(at.done, at.total, rate_text(at.rate)), stop=stopped
         )
     for warning in report.warnings:
         say(f"warning: {warning}")
@@ -142,11 +142,6 @@ def track_as_json(track: Any) -> dict[str, Any]:
         "best_score": round(track.best_score, 4),
         "largest_side": round(track.largest_side, 1),
     }
-
-
-def _rate(rate: float | None) -> str:
-    """What stands beside the progress bar; nothing while only the first frame is done."""
-    return "" if rate is None else f"{rate:.1f}/s"
 
 
 def print_report(report: RunReport, timing: bool) -> None:

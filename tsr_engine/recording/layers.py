@@ -14,6 +14,7 @@ __all__ = [
     "LAYERS",
     "TAU_COLOUR",
     "TIME_TIMELINE",
+    "TRACK_COLOURS",
     "UNKNOWN_CLASS",
     "VIDEO",
     "Layer",
@@ -81,6 +82,22 @@ LAYERS: Final = {
 """Layers by name; colours as on the review screen."""
 
 TAU_COLOUR: Final[Rgb] = (230, 60, 60)
+TRACK_COLOURS: Final[tuple[Rgb, ...]] = (
+    (80, 150, 255),
+    (255, 165, 40),
+    (60, 190, 90),
+    (205, 120, 255),
+    (250, 230, 80),
+    (0, 215, 220),
+    (255, 130, 175),
+    (165, 115, 65),
+    (235, 235, 235),
+    (120, 95, 190),
+    (175, 235, 160),
+    (130, 130, 20),
+)
+"""Colours of lines in the plots, in the order of tracks: a viewer's own may give two tracks nearly the same one. They
+keep off the threshold's."""
 _HUES: Final[dict[Category, float]] = {"prohibitory": 0.0, "danger": 0.11, "mandatory": 0.6, "other": 0.42}
 _NO_CLASS: Final[Rgb] = (190, 190, 190)
 

@@ -111,8 +111,8 @@ class Sink:
         self._static(entity, rr.AssetVideo(contents=data, media_type="video/mp4"))
         self._columns(entity, frames, frames.ordinal, rr.VideoFrameReference.columns_nanos(nanos))
 
-    def boxes(self, layer: Layer, frames: Frames, rows: BoxRows) -> None:
-        """Boxes of a layer; a frame without any is said to be empty."""
+    def boxes(self, layer: Layer, frames: Frames, rows: BoxRows, labelled: bool) -> None:
+        """Boxes of a layer; a frame without any is said to be empty. Unlabelled ones tell theirs to the pointer."""
         rr = self._rr
         centres = (rows.boxes[:, :2] + rows.boxes[:, 2:]) / 2
         halves = (rows.boxes[:, 2:] - rows.boxes[:, :2]) / 2
@@ -120,19 +120,19 @@ class Sink:
         columns: dict[str, Any] = {"centers": centres, "half_sizes": halves, "labels": list(rows.labels)}
         columns["class_ids"] = rows.class_numbers()
         self._columns(layer.entity, frames, frames.ordinal, rr.Boxes2D.columns(**columns).partition(counts))
-        style: dict[str, Any] = {"radii": [-layer.radius], "show_labels": layer.labelled}
+        style: dict[str, Any] = {"radii": [-layer.radius], "show_labels": labelled}
         if layer.colour is not None:
             style["colors"] = [layer.colour]
         self._static(layer.entity, rr.Boxes2D.from_fields(**style))
 
-    def scalars(self, entity: str, frames: Frames, series: Series, title: str, colour: Rgb | None = None) -> None:
+    def scalars(self, entity: str, frames: Frames, series: Series, title: str, colours: list[Rgb]) -> None:
         """Values over time; with a title that the lines are named after, or none that a plot shows at first."""
         rr = self._rr
         columns = rr.Scalars.columns(scalars=series.values.ravel())
         self._columns(entity, frames, series.at, columns.partition([series.values.shape[1]] * len(series.at)))
         if title:
             names = [f"{title} {name}" for name in series.names]
-            self._static(entity, rr.SeriesLines(names=names, colors=None if colour is None else [colour]))
+            self._static(entity, rr.SeriesLines(names=names, colors=colours))
 
     def states(self, entity: str, frames: Frames, at: Ints, states: tuple[str, ...]) -> None:
         """States of a track, where they change."""

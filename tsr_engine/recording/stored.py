@@ -26,19 +26,26 @@ def class_name(class_id: int | None) -> str:
     return CATALOGUE[class_id].short if class_id is not None and 0 <= class_id < len(CATALOGUE) else "?"
 
 
-def frames_of(reader: EvidenceReader, first: int | None, stop: int | None) -> Frames:
+def frames_of(reader: EvidenceReader, first: int | None, stop: int | None, called: str = "the run") -> Frames:
     """The frames ``first <= k < stop`` of a run; unset: from its first, to its last.
+
+    Args:
+        reader: of the run.
+        first: first frame.
+        stop: frame after the last.
+        called: what a refusal calls the run.
 
     Raises:
         UsageError: the run has not stored all of them.
     """
     low, high = reader.first_frame, reader.last_frame
+    who = f"{called[:1].upper()}{called[1:]}"
     if low is None or high is None:
-        raise UsageError(f"{reader.folder} has stored no frame yet. Wait for the run, or choose another one.")
+        raise UsageError(f"{who} has stored no frame yet. Wait for the run, or choose another one.")
     start, end = low if first is None else first, high + 1 if stop is None else stop
     if not low <= start < end <= high + 1:
         raise UsageError(
-            f"{reader.folder} has stored the frames {low} to {high}, so a range is within {low}:{high + 1} and not "
+            f"{who} has stored the frames {low} to {high}, so a range is within {low}:{high + 1} and not "
             f"empty. Got {start}:{end}."
         )
     rows = reader.query(

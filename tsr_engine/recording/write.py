@@ -23,9 +23,9 @@ from tsr_engine.recording.about import about_text
 from tsr_engine.recording.blueprint import PLOTTED, Opening, make_blueprint
 from tsr_engine.recording.clip import Clip, cut_clip
 from tsr_engine.recording.content import BoxRows, Frames, Lines, Moments, Series
-from tsr_engine.recording.layers import EVENTS, LAYERS, TAU_COLOUR, VIDEO, track_entity
+from tsr_engine.recording.layers import EVENTS, LAYERS, TAU_COLOUR, TRACK_COLOURS, VIDEO, Rgb, track_entity
 from tsr_engine.recording.sink import Sink, load_sdk, video_stamps
-from tsr_engine.recording.stored import box_layers, class_name, events, frames_of, track_lines
+from tsr_engine.recording.stored import LEADING, box_layers, class_name, events, frames_of, track_lines
 
 __all__ = ["RecordingReport", "RecordingRequest", "write_recording"]
 
@@ -49,6 +49,7 @@ class RecordingRequest:
         focus_track: the track that it is about; its lines come first.
         name: for people; unset: made from video and frames.
         notes: further facts for the page "About".
+        called: what a refusal calls the run, in the middle of a sentence; unset: by its folder.
     """
 
     evidence: Path
@@ -65,6 +66,7 @@ class RecordingRequest:
     focus_track: int | None = None
     name: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
+    called: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,9 +127,10 @@ def write_recording(
         EvidenceReader(request.evidence) as reader,
         ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-picture") as beside,
     ):
-        frames = frames_of(reader, request.first, request.stop)
+        called = request.called or f"the run in {reader.folder}"
+        frames = frames_of(reader, request.first, request.stop, called)
         progress(0, 4)
-        picture = beside.submit(_picture, request, reader.header.video, reader.folder, frames)
+        picture = beside.submit(_picture, request, reader.header.video, called, frames)
         layers = {name: rows.within(frames) for name, rows in box_layers(reader, frames)}
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
@@ -170,13 +173,13 @@ class _Content:
         return digest.hexdigest()
 
 
-def _picture(request: RecordingRequest, known: VideoIdentity, folder: Path, frames: Frames) -> tuple[Clip | None, str]:
+def _picture(request: RecordingRequest, known: VideoIdentity, called: str, frames: Frames) -> tuple[Clip | None, str]:
     """The picture, and one sentence: where it is from."""
     if request.video is None:
         return None, "None: the recording was made without the video."
     if not request.known and video_sha256(request.video) != known.sha256:
         raise EvidenceError(
-            f"{request.video} is not the video of the run in {folder}: that was {known.name} with the SHA-256 "
+            f"{request.video} is not the video of {called}: that was {known.name} with the SHA-256 "
             f"{known.sha256[:12]}... . Name that file."
         )
     clip = cut_clip(request.video, frames, video_stamps, table=request.table, exact=request.exact)
@@ -234,16 +237,19 @@ def _log(content: _Content, sink: Sink) -> None:
     frames = content.frames
     sink.name(content.title())
     sink.classes()
+    corrected = content.layers.get("corrected")
     for name, rows in content.layers.items():
-        sink.boxes(LAYERS[name], frames, rows)
+        # a result lies under its corrected box, where two labels cannot be read
+        covered = name == "results" and corrected is not None and len(corrected) > 0
+        sink.boxes(LAYERS[name], frames, rows, LAYERS[name].labelled and not covered)
     if np.isfinite(content.tau) and content.tau > 0:
         every = np.full((len(frames), 1), content.tau)
-        sink.scalars("gate/tau", frames, Series(frames.ordinal, every, ("tau",)), "gate", TAU_COLOUR)
+        sink.scalars("gate/tau", frames, Series(frames.ordinal, every, ("tau",)), "gate", [TAU_COLOUR])
         sink.scalars(
-            "gate/log10_tau", frames, Series(frames.ordinal, np.log10(every), ("log10 tau",)), "gate", TAU_COLOUR
+            "gate/log10_tau", frames, Series(frames.ordinal, np.log10(every), ("log10 tau",)), "gate", [TAU_COLOUR]
         )
-    for one in content.lines:
-        _log_track(one, frames, sink)
+    for order, one in enumerate(content.lines):
+        _log_track(one, order, frames, sink)
     sink.log_entries(EVENTS, frames, content.moments)
 
 
@@ -269,8 +275,16 @@ def _log_picture(content: _Content, sink: Sink, clip: Clip | None, picture: str)
         sink.video(VIDEO, clip.data, frames, clip.nanos)
 
 
-def _log_track(one: Lines, frames: Frames, sink: Sink) -> None:
+def _log_track(one: Lines, order: int, frames: Frames, sink: Sink) -> None:
     title = f"#{one.track_id} {class_name(one.class_id)}"
     for value, series in one.values.items():
-        sink.scalars(track_entity(one.track_id, value), frames, series, title if value in PLOTTED else "")
+        shown = title if value in PLOTTED else ""
+        sink.scalars(track_entity(one.track_id, value), frames, series, shown, _colours(order, value, series))
     sink.states(track_entity(one.track_id, "state"), frames, *one.states)
+
+
+def _colours(order: int, value: str, series: Series) -> list[Rgb]:
+    """Colours of the lines of one value of the track in that place of the order, other ones than its neighbours'."""
+    width = series.values.shape[1]
+    first = order * (LEADING if value == "votes" else width)
+    return [TRACK_COLOURS[(first + line) % len(TRACK_COLOURS)] for line in range(width)]

@@ -8,6 +8,7 @@
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('./outbox.js').Pending} Pending
  * @typedef {import('./outbox.js').Outbox} Outbox
+ * @typedef {{op_id: string, author: string, command: Command}} Early
  */
 import { ApiError, sentence } from '../api/errors.js';
 import { CommandError, applyCommand } from '../model/commands.js';
@@ -61,7 +62,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   let confirmed = {};
   /** @type {Pending[]} */
   let pending = [];
-  /** Made before the documents have come; checked and sent when they have. @type {Command[]} */
+  /** Made before the documents have come: shown on what the engine said, checked and sent when they have. @type {Early[]} */
   let early = [];
   /** Refused because somebody else was first; kept in the outbox until a person decides. @type {Pending[]} */
   let held = [];
@@ -88,10 +89,10 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   function show() {
     const review = store.get().review;
     if (review === null || run === null) return;
-    const docs = projected(review, confirmed, pending, new Date().toISOString());
-    /** @param {boolean} waits @returns {(one: Pending) => {op_id: string, command: Command, held: boolean}} */
+    const docs = projected(review, confirmed, [...pending, ...early], new Date().toISOString());
+    /** @param {boolean} waits @returns {(one: Pending|Early) => {op_id: string, command: Command, held: boolean}} */
     const entry = (waits) => ({ op_id, command }) => ({ op_id, command: /** @type {Command} */ (command), held: waits });
-    const unsaved = [...held.map(entry(true)), ...pending.map(entry(false))];
+    const unsaved = [...held.map(entry(true)), ...pending.map(entry(false)), ...early.map(entry(false))];
     store.dispatch((state) => changeReview(state, { docs, unsaved }));
   }
 
@@ -280,7 +281,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     const subject = subjectOf(docs, about.frame);
     store.dispatch((state) => select(about.frame === null ? state : seek(state, about.frame), subject?.key ?? null));
     const doc = subject ?? docs[0];
-    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc))}`, { topic: 'undo' });
+    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc), docs.length)}`, { topic: 'undo' });
   }
 
   /** @returns {Promise<void>} */
@@ -327,9 +328,8 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     const review = store.get().review;
     if (review === null || run === null) return false;
     if (!ready) {
-      early = [...early, command];
-      const unsaved = early.map((one, k) => ({ op_id: `early ${k}`, command: one, held: false }));
-      store.dispatch((state) => changeReview(state, { unsaved }));
+      early = [...early, { op_id: newId(), author: author(), command }];
+      show();
       return true;
     }
     try {
@@ -357,12 +357,12 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       confirmed = Object.fromEntries(annotation.docs.map((doc) => [doc.key, doc]));
       pending = kept;
       ready = true;
+      const made = early;
+      early = [];
       store.dispatch((state) => changeReview(state, { seq: annotation.seq, undo: annotation.undo, redo: annotation.redo }));
       show();
       if (kept.length) toast(`${kept.length} change${kept.length === 1 ? '' : 's'} of an earlier visit ${kept.length === 1 ? 'is' : 'are'} being saved.`);
-      const made = early;
-      early = [];
-      for (const command of made) edit(command);
+      for (const { command } of made) edit(command);
       void send();
     },
     close() {

@@ -47,7 +47,7 @@ export function revisionsSeen(review, confirmed, command) {
  * Documents with everything on its way applied. What no longer makes sense is left out: the server will say so.
  * @param {ReviewState} review
  * @param {Record<string, TrackDoc>} confirmed
- * @param {readonly Pending[]} pending   in order
+ * @param {readonly Pick<Pending, 'command'|'author'>[]} pending   in order
  * @param {string} time                  for notes, ISO 8601
  * @returns {Record<string, TrackDoc>}
  */

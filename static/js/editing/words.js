@@ -47,10 +47,12 @@ export const describe = (name) => NAMES[name] ?? name;
  * @param {string} name        of the command
  * @param {number|null} frame
  * @param {string} [track]     as `trackName` has it
+ * @param {number} [tracks]    how many it concerned; unset: not known
  * @returns {string}
  */
-export function describeUndone(name, frame, track) {
+export function describeUndone(name, frame, track, tracks = 0) {
   const what = describe(name).toLowerCase();
+  if (name === 'import' && tracks > 0) return `${what} of ${tracks} track${tracks === 1 ? '' : 's'}`;
   if (SEVERAL.has(name)) return what;
   if (WHOLE.has(name)) return track === undefined ? what : `${what}, track ${track}`;
   return frame === null ? what : `${what} in frame ${frame}`;

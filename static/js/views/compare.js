@@ -6,10 +6,11 @@ import {setRuns} from '../store/actions/page.js';
 import {createConfusion} from './compare-confusion.js';
 import {createFigures} from './compare-figures.js';
 import {createPlaces} from './compare-places.js';
-import {fill, h} from './dom.js';
+import {fill, h, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
+import {modelsOf} from './model-words.js';
 import {openDialog} from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -33,6 +34,8 @@ export function createCompare(app) {
   /** @type {AbortController|null} */
   let under = null;
   let key = '';
+  /** The open comparison. @type {{found: Comparison, cards: HTMLElement[]}|null} */
+  let open = null;
 
   /** @param {string} a @param {string} b */
   async function load(a, b) {
@@ -46,6 +49,7 @@ export function createCompare(app) {
       const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels({signal: both});
       if (both.aborted) return;
       show(found, a, b, labels);
+      tellModels(app.store.get());
       if (!app.store.get().runs[found.video_id]) {
         await app.load(() => app.api.runs(found.video_id, {signal: both}), (state, runs) => setRuns(state, found.video_id, runs));
       }
@@ -66,6 +70,8 @@ export function createCompare(app) {
    */
   function show(found, a, b, labels) {
     const places = createPlaces(app, found);
+    const cards = [sideCard('Reference', found.sides.reference), sideCard('Candidate', found.sides.candidate)];
+    open = {found, cards};
     /** @param {import('../api/compare-types.js').Places} chosen */
     const choose = (chosen) => {
       last = {sides: `${a} ${b}`, places: chosen};
@@ -77,17 +83,29 @@ export function createCompare(app) {
         h('h1', null, 'Compare'), video && h('span', {class: 'muted'}, `${video.name}, frames ${count(found.first)} to ${count(found.last)}`), h('span', {class: 'grow'}),
         h('button', {class: 'btn', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: found.video_id, run: runOf(b) ?? runOf(a)}}))}, icon('settings'), 'Choose others'),
         h('a', {class: 'btn', href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}`}, icon('refresh'), 'Swap')),
-      h('div', {class: 'compare-sides'}, sideCard('Reference', found.sides.reference), h('span', {class: 'compare-against muted'}, 'against'), sideCard('Candidate', found.sides.candidate)),
+      h('div', {class: 'compare-sides'}, cards[0], h('span', {class: 'compare-against muted'}, 'against'), cards[1]),
       h('div', {class: 'compare-columns'},
         h('div', {class: 'compare-numbers'}, createFigures(found, choose), createConfusion(found, labels, choose)),
         places.element));
     if (last?.sides === `${a} ${b}`) places.show(last.places);
   }
 
+  /** Which models made the runs of both sides; runs and versions may come later than the figures. @param {import('../state-types.js').State} state */
+  function tellModels(state) {
+    if (open === null) return;
+    for (const [at, side] of [open.found.reference, open.found.candidate].entries()) {
+      const run = state.runs[open.found.video_id]?.find(({id}) => id === runOf(side));
+      const words = /** @type {HTMLElement} */ (open.cards[at].querySelector('.side-models'));
+      setText(words, run ? modelsOf(run, state.models) : '');
+      words.hidden = !words.textContent;
+    }
+  }
+
   return {
     element,
     update(state) {
       if (state.route.screen !== 'compare') return;
+      tellModels(state);
       const next = `${state.route.a} ${state.route.b}`;
       if (next === key) return;
       key = next;
@@ -113,5 +131,6 @@ function sideCard(role, side) {
   return h('section', {class: 'compare-side', 'aria-label': role},
     h('span', {class: 'muted small'}, `${role} · ${KINDS[side.kind] ?? side.kind}`),
     h('strong', {class: 'truncate', title: side.name}, side.name),
-    h('span', {class: 'muted small'}, `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`));
+    h('span', {class: 'muted small'}, `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`),
+    h('span', {class: 'side-models muted small', hidden: true}));
 }

@@ -61,7 +61,8 @@ export function startLive(app, hooks = {}) {
       await app.load(() => Promise.all([api.session(), api.labels(), api.parameters(), api.videos()]),
         (state, [session, labels, parameters, videos]) => setVideos(setParameters(setLabels(setSession(state, session), labels), parameters), videos));
       store.dispatch((state) => hideBanner(state, 'load'));
-      await app.load(() => Promise.all([api.artefacts(), store.get().models && api.models()]),
+      // runs are told apart by their models; without those everything else goes on
+      await app.load(() => Promise.all([api.artefacts(), api.models().catch(() => store.get().models)]),
         (state, [artefacts, models]) => (models ? setModels(setArtefacts(state, artefacts), models) : setArtefacts(state, artefacts)));
       for (const video of Object.keys(store.get().runs)) {
         await app.load(() => api.runs(video), (state, runs) => setRuns(state, video, runs));

@@ -54,18 +54,44 @@ export function lineage(version, all) {
   return rows;
 }
 
+/** Parts that a run uses, as app/training/folders.py has them; it may have noted others, such as an ONNX network. */
+const USED = ['detector', 'prior', 'classifier', 'online'];
+
 /**
  * The version that made a run: the one whose files the run's are.
  *
  * @param {Pick<import('../types.js').Run, 'models'>} run
  * @param {readonly ModelVersion[]|null} versions   null: not loaded
+ * @returns {string|null} its name; null: there is none of these files any more; empty: the run used no models, or the versions are not known
+ */
+function versionOf({models}, versions) {
+  const parts = USED.filter((part) => models[part]);
+  if (parts.length === 0 || versions === null) return '';
+  return versions.find((version) => parts.every((part) => version.models[part] === models[part]))?.name ?? null;
+}
+
+/**
+ * Which models made a run, for where it is described.
+ *
+ * @param {Pick<import('../types.js').Run, 'models'>} run
+ * @param {readonly ModelVersion[]|null} versions   null: not loaded
  * @returns {string} empty: it used no models, or they are not known
  */
-export function modelsOf({models}, versions) {
-  const parts = Object.entries(models);
-  if (parts.length === 0 || versions === null) return '';
-  const made = versions.find((version) => parts.every(([part, digest]) => version.models[part] === digest));
-  return made ? `Models: ${made.name}` : 'Models that are not here any more';
+export function modelsOf(run, versions) {
+  const name = versionOf(run, versions);
+  return name === null ? 'Models that are not here any more' : name && `Models: ${name}`;
+}
+
+/**
+ * The same in one word, for lists in which it tells runs apart: where there is but one version it says nothing.
+ *
+ * @param {Pick<import('../types.js').Run, 'models'>} run
+ * @param {readonly ModelVersion[]|null} versions   null: not loaded
+ * @returns {string} ` · Version 2`, or empty
+ */
+export function modelsTag(run, versions) {
+  const name = (versions ?? []).filter(({state}) => state === 'complete').length > 1 && versionOf(run, versions);
+  return name ? ` · ${name}` : '';
 }
 
 /** One video by its name, where it has one and is not only known by its hash. @param {string[]} videos */

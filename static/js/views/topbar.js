@@ -6,6 +6,7 @@ import {openDialog, setTheme} from '../store/actions/page.js';
 import {isActive} from './artefact-words.js';
 import {fill, h, setAttribute, setText} from './dom.js';
 import {icon} from './icons.js';
+import {modelsTag} from './model-words.js';
 import {runTitle} from './run-words.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -63,7 +64,7 @@ export function createTopBar(app) {
   return {
     element,
     update(state) {
-      if (state.videos !== last.videos || state.runs !== last.runs || state.route !== last.route || state.review?.run !== last.review?.run) {
+      if (state.videos !== last.videos || state.runs !== last.runs || state.models !== last.models || state.route !== last.route || state.review?.run !== last.review?.run) {
         showChooser(state, chooser, videos, runs);
         for (const link of links) setAttribute(link, 'aria-current', link.dataset.screen === state.route.screen ? 'page' : null);
       }
@@ -97,7 +98,7 @@ function showChooser(state, chooser, videos, runs) {
   if (route.screen !== 'review') return;
   options(videos, (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]), route.video, 'not in the library');
   const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
-  options(runs, own.map((run) => [run.id, runTitle(run)]), state.review?.run?.id ?? route.run ?? '', 'not there any more');
+  options(runs, own.map((run) => [run.id, `${runTitle(run)}${modelsTag(run, state.models)}`]), state.review?.run?.id ?? route.run ?? '', 'not there any more');
   runs.hidden = own.length === 0;
 }
 

@@ -131,6 +131,9 @@ def test_an_import_becomes_truth_run_and_annotation(
     assert [t["name"] for t in desk.get(f"/api/videos/{desk.video_id}/truths")["truths"]] == ["a.zip"]
     same = answer(capsys, *onto, "annotation", "--run", desk.run_id)
     assert (same["same"], same["tracks"], same["edit"]) == (3, 0, None)
+    for named, told in (((), True), (("--run", desk.run_id), False)):
+        assert tsr([*onto, "annotation", *named]) == 0
+        assert ("drive.mp4 stands for the run" in capsys.readouterr().err) == told
     made = answer(capsys, *onto, "run", "--name", "theirs")
     assert desk.get(f"/api/runs/{made['id']}")["name"] == "theirs"
     theirs = desk.tracks(made["id"]).values()

@@ -18,7 +18,9 @@ from app.settings import Settings
 from app.storage.models import Job, Run
 from sample_videos import SHIPPED
 
-FRAMES = 40
+FRAMES = 96
+LATEST = 50
+"""Runs tell three times a second how far they are: behind this frame enough is left that one is seen under way."""
 
 
 @dataclass

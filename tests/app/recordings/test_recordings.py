@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 from pathlib import Path
@@ -77,6 +78,7 @@ def test_a_recording_becomes_a_file_with_corrections_and_truth(server: Server, h
     assert "not encoded anew" in summary["picture"]
     assert summary["boxes"]["truth"] == 1
     assert summary["boxes"]["corrected"] > 0
+    assert summary["edits"] == saved.json()["seq"]
     assert summary["tracks"][0] == track.track_id, "the track that it is about comes first"
     assert made["name"] == f"drive_{FIRST}-{STOP - 1}.rrd"
     file = server.client.get(f"/rerun/recordings/{made['id']}.rrd")
@@ -145,7 +147,15 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     out = tmp_path / "a.rrd"
     frames = ["--frames", f"{FIRST}:{STOP}", "--out", str(out)]
     assert command(["record", home.run_id, "--home", str(server.settings.home), *frames, "--json"]) == 0
-    assert '"stop": 40' in capsys.readouterr().out
+    told = json.loads(capsys.readouterr().out)
+    assert (told["stop"], told["run"]) == (40, home.run_id)
+    # who names a video has never seen the folder that its run lies in
+    assert command(["record", "drive.mp4", "--home", str(server.settings.home), "--frames", "3:9999", *frames[2:]]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "drive.mp4 stands for the run" in said
+    assert "of drive.mp4 has stored the frames 0 to 74, so a range is within 0:75" in said
+    assert str(home.folder.parent) not in said
+    assert str(server.settings.home) not in said
     bare = tmp_path / "bare"
     shutil.copytree(home.folder, bare)
     assert command(["record", str(bare), *frames]) == 0

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
-import { named } from '../../../static/js/editing/words.js';
+import { describeUndone, named } from '../../../static/js/editing/words.js';
 import { correctedKeys } from '../../../static/js/review/shown_tracks.js';
 import { select } from '../../../static/js/store/actions/review.js';
 import { RUN, createServer, createWorld, setBox } from './world.js';
@@ -18,6 +18,16 @@ test('an edit shows at once and counts as unsaved until the server has answered'
   assert.equal(review().unsaved.length, 0);
   assert.equal(review().docs.m1.revision, 1);
   assert.deepEqual(await outbox.load(RUN), []);
+});
+
+test('what several tracks are about names none of them, what one is about names it', () => {
+  assert.equal(describeUndone('import', 12, '#1', 9), 'import of 9 tracks');
+  assert.equal(describeUndone('import', 12, '#1', 1), 'import of 1 track');
+  assert.equal(describeUndone('import', 12), 'import');
+  assert.equal(describeUndone('import_bundle', 12, '#1', 2), 'bug bundle opened');
+  assert.equal(describeUndone('review_tracks', 12, '#1', 2), 'verdict on several tracks');
+  assert.equal(describeUndone('adopt', 12, '#1', 1), 'track taken over, track #1');
+  assert.equal(describeUndone('set_box', 12, '#1', 1), 'box corrected in frame 12');
 });
 
 test('what was said of tracks is told from what nobody has said anything of', async () => {
@@ -183,12 +193,13 @@ test('going to another run while a request is under way sends the new run\'s edi
   assert.ok(server.docs.m2);
 });
 
-test('an edit made before the corrections have come is shown as unsaved, and sent when they have', async () => {
+test('an edit made before the corrections have come is shown, as unsaved, and sent when they have', async () => {
   const { editor, server, review, toasts } = await createWorld();
   editor.close();
   const opened = editor.open('r'.repeat(32));
   assert.equal(editor.edit(setBox('m1', 5, 20)), true);
   assert.equal(review().unsaved.length, 1);
+  assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]); // the next press of an arrow goes on from here
   assert.deepEqual(server.log, []);
   await opened;
   await editor.settled();

@@ -1,10 +1,11 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
+import {blankDoc, emptyDoc} from '../../../static/js/model/documents.js';
 import {covers, framesOf, rangeAround, recordingFor} from '../../../static/js/views/recording/choice.js';
 import {readMessage} from '../../../static/js/views/recording/messages.js';
 import {seekRequest, selectRequest} from '../../../static/js/views/recording/protocol.js';
-import {entityOf, trackOf} from '../../../static/js/views/recording/selection.js';
+import {recordedKeys, entityOf, trackOf} from '../../../static/js/views/recording/selection.js';
 
 /** @param {Uint8Array} data */
 const hex = (data) => Buffer.from(data).toString('hex');
@@ -30,6 +31,24 @@ test('a selection is a link within the recording', () => {
   const data = selectRequest('video/results[#1]');
   assert.equal(hex(data.subarray(0, 4)), '221f0a1d');
   assert.equal(new TextDecoder().decode(data.subarray(4)), 'recording://video/results[#1]');
+});
+
+test('a corrected box names its track, also a drawn one, while the recording shows the same corrections', () => {
+  assert.equal(trackOf('/video/corrected', 1, OVERLAY, ['m7', 'hab']), 'hab');
+  assert.equal(trackOf('/video/corrected', 1, undefined, ['m7', 'hab']), 'hab');
+  assert.equal(trackOf('/video/corrected', 2, OVERLAY, ['m7', 'hab']), null);
+  assert.equal(trackOf('/video/corrected', 0, OVERLAY), null, 'edited since');
+});
+
+test('corrected boxes lie in the recording by number, then drawn ones; what is no sign is not there', () => {
+  const box = /** @type {const} */ ([0, 0, 9, 9]);
+  const key = {box, occluded: false, outside: false, interpolate: true, class_id: 1};
+  const own = (/** @type {string} */ name) => ({...blankDoc(name), class_id: 1, keys: {3: key}});
+  const track = (/** @type {number} */ id) => ({id, box, state: 'confirmed', class_id: 1, prediction: null, relocalisation: null});
+  const whole = (/** @type {number} */ id) => emptyDoc({track: id, first: 0, last: 9});
+  const docs = {hb: own('hb'), ha: own('ha'), m10: {...whole(10), review: 'accepted'}, m4: {...whole(4), review: 'rejected'}, m5: {...whole(5), not_a_sign: true}};
+  const review = /** @type {any} */ ({frame: 3, docs, tracks: null, overlays: {3: {tracks: [track(10), track(4), track(9), track(5)], detections: []}}});
+  assert.deepEqual(recordedKeys(review), ['m9', 'm10', 'ha', 'hb']);
 });
 
 test('what is picked in the viewer names its track', () => {

@@ -8,7 +8,7 @@ import {madeWords, tellWhenMade} from '../../../static/js/views/made_notice.js';
 import {createStore} from '../../../static/js/store/store.js';
 import {initialState} from '../../../static/js/store/initial.js';
 import {putArtefact, setArtefacts} from '../../../static/js/store/actions/page.js';
-import {lineage, modelProgress, modelsOf} from '../../../static/js/views/model-words.js';
+import {lineage, modelProgress, modelsOf, modelsTag} from '../../../static/js/views/model-words.js';
 
 /** @param {object} [more] */
 const artefact = (more = {}) => /** @type {import('../../../static/js/types.js').Artefact} */ ({
@@ -65,6 +65,17 @@ test('a run says which models made it', () => {
   assert.equal(modelsOf({models: {detector: 'z'}}, versions), 'Models that are not here any more');
   assert.equal(modelsOf({models: {}}, versions), '', 'somebody else’s tracker');
   assert.equal(modelsOf({models: {detector: 'a'}}, null), '');
+  assert.equal(modelsOf({models: {detector: 'a', classifier: 'b', 'onnx 640x640 yolo': 'd'}}, versions), 'Models: Shipped', 'a network beside them');
+});
+
+test('a list of runs tells them apart by their models once there are several versions', () => {
+  const [two, shipped] = /** @type {any[]} */ ([{name: 'Version 2', state: 'complete', models: {detector: 'a'}}, {name: 'Shipped', state: 'complete', models: {detector: 'b'}}]);
+  assert.equal(modelsTag({models: {detector: 'a'}}, [two, shipped]), ' · Version 2');
+  assert.equal(modelsTag({models: {detector: 'b'}}, [two, shipped]), ' · Shipped');
+  assert.equal(modelsTag({models: {detector: 'b'}}, [{...two, state: 'running'}, shipped]), '', 'there is but one');
+  assert.equal(modelsTag({models: {}}, [two, shipped]), '');
+  assert.equal(modelsTag({models: {detector: 'z'}}, [two, shipped]), '');
+  assert.equal(modelsTag({models: {detector: 'a'}}, null), '');
 });
 
 test('lineage names parent, exports, corrections, data and seed', () => {

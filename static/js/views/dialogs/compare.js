@@ -6,6 +6,7 @@ import {formatRoute} from '../../model/route.js';
 import {setRuns} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {plural} from '../format.js';
+import {modelsTag} from '../model-words.js';
 import {runTitle} from '../run-words.js';
 import {toast} from '../toasts.js';
 
@@ -28,11 +29,14 @@ export function compareDialog({app, data, close, signal}) {
       const [runs, found] = await Promise.all([app.load(() => api.runs(data.video, {signal}), (state, known) => setRuns(state, data.video, known)), api.truths(data.video, {signal})]);
       truths = found;
       const usable = runs.filter(({state}) => state === 'complete');
+      const versions = store.get().models;
+      /** @param {import('../../types.js').Run} run */
+      const titleOf = (run) => `${runTitle(run)}${modelsTag(run, versions)}`;
       for (const select of [reference, candidate]) {
         const before = select.value;
         fill(select,
-          usable.length > 0 && h('optgroup', {label: 'Runs'}, ...usable.map((run) => h('option', {value: `run:${run.id}`}, runTitle(run)))),
-          usable.length > 0 && h('optgroup', {label: 'Corrected'}, ...usable.filter(({kind}) => kind !== 'whatif').map((run) => h('option', {value: `annotation:${run.id}`}, `Corrections of ${runTitle(run)}`))),
+          usable.length > 0 && h('optgroup', {label: 'Runs'}, ...usable.map((run) => h('option', {value: `run:${run.id}`}, titleOf(run)))),
+          usable.length > 0 && h('optgroup', {label: 'Corrected'}, ...usable.filter(({kind}) => kind !== 'whatif').map((run) => h('option', {value: `annotation:${run.id}`}, `Corrections of ${titleOf(run)}`))),
           truths.length > 0 && h('optgroup', {label: 'Ground truth'}, ...truths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
         if (before) select.value = before;
       }

@@ -92,7 +92,7 @@ export function retrainDialog({app, data, close, signal}) {
     title: 'Retrain', size: 'wide', submit, focus: name,
     body: h('div', {class: 'run-dialog'},
       h('section', {class: 'run-column', 'aria-labelledby': 'retrain-from'}, h('h3', {id: 'retrain-from'}, 'Learn from'), exports, none,
-        h('p', {class: 'field-hint'}, 'Only tracks that people have accepted, corrected or drawn teach. Some of them are held out, so that the figures are of signs that the new version has not seen.'),
+        h('p', {class: 'field-hint'}, 'Only tracks that people have accepted, corrected or drawn teach. The new version learns from all of them; its figures are those of a trial version that learns without some, and is measured on these.'),
         h('details', {class: 'details'}, h('summary', null, 'Public data on this machine'), h('div', {class: 'stack'},
           field('GTSDB folder', gtsdb, 'With exports it gives figures; without any, the parts are trained on it from the start, which takes long.'), field('GTSRB folder', gtsrb)))),
       h('section', {class: 'run-column', 'aria-labelledby': 'retrain-how'}, h('h3', {id: 'retrain-how'}, 'How'),

@@ -28,6 +28,8 @@ export function runDialog(setup) {
   const form = newRun(setup, video?.frames ?? null);
   /** @type {readonly Run[]|null|undefined} */
   let shown = null;
+  /** @type {readonly import('../../types.js').ModelVersion[]|null} */
+  let versions = null;
 
   app.load(() => api.runs(data.video, {signal}), (state, runs) => setRuns(state, data.video, runs)).catch((thrown) => {
     if (!signal.aborted) fill(none, sentence(thrown));
@@ -41,8 +43,9 @@ export function runDialog(setup) {
     footer: form.footer, submit: form.submit, focus: form.focus,
     update(state) {
       const runs = state.runs[data.video];
-      if (runs === shown) return;
+      if (runs === shown && state.models === versions) return;
       shown = runs;
+      versions = state.models;
       none.hidden = Boolean(runs?.length);
       reconcile(list, runs ?? [], ({id}) => id, (run) => runItem(setup, run), (item, run) => showRun(setup, item, run));
     },

@@ -14,6 +14,7 @@ import {expectList, expectObject} from '../../api/shapes.js';
  * @property {string|null} error
  * @property {{first: number, stop: number}} options
  * @property {number|null} size     bytes
+ * @property {{edits?: number}} [summary]   edits: sequence number of the last edit that it shows
  */
 /** @typedef {{ready: boolean, version: string, message: string}} ViewerState */
 /** @typedef {{first: number, stop: number, frame: number|null, track: string|null}} RecordingOrder */

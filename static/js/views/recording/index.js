@@ -14,7 +14,7 @@ import {count} from '../format.js';
 import {icon} from '../icons.js';
 import {createRecordingApi} from './api.js';
 import {covers, framesOf, isActive, rangeAround, recordingFor} from './choice.js';
-import {entityOf, trackOf} from './selection.js';
+import {recordedKeys, entityOf, trackOf} from './selection.js';
 import {createStage} from './stage.js';
 
 /** @typedef {import('../../state-types.js').State} State */
@@ -172,7 +172,8 @@ export function createRecordingView(app) {
       },
       selected: (entity, instance) => {
         const review = app.store.get().review;
-        const key = trackOf(entity, instance, review?.overlays[review.frame]);
+        const same = review && current?.summary?.edits === review.seq;
+        const key = trackOf(entity, instance, review?.overlays[review.frame], same ? recordedKeys(review) : []);
         if (!review || key === null) return;
         picked = key;
         if (key !== review.selected) app.store.dispatch((now) => select(now, key));

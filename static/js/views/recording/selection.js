@@ -1,6 +1,8 @@
 // @ts-check
 /** Which track an entity of a recording is about, and the other way round. Pure. */
 
+import {shownTracks} from '../../review/shown_tracks.js';
+
 /** @typedef {import('../../types.js').Overlay} Overlay */
 
 /**
@@ -9,15 +11,31 @@
  * @param {string|null} entity        path, such as `/video/results` or `/tracks/m7/gate/l_positive`
  * @param {number|null} instance      which of its boxes
  * @param {Overlay|undefined} overlay of the frame that the viewer shows
+ * @param {readonly string[]} [corrected]   of `recordedKeys`; unset: the recording shows other corrections than the page
  * @returns {string|null}   key of the track
  */
-export function trackOf(entity, instance, overlay) {
+export function trackOf(entity, instance, overlay, corrected = []) {
   if (entity === null) return null;
   const parts = entity.split('/').filter(Boolean);
   if (parts[0] === 'tracks') return /^m\d+$/.test(parts[1] ?? '') ? parts[1] : null;
-  if (parts[0] !== 'video' || instance === null || !overlay) return null;
+  if (parts[0] !== 'video' || instance === null) return null;
+  if (parts[1] === 'corrected') return corrected[instance] ?? null;
+  if (!overlay) return null;
   const id = idsOf(parts[1] ?? '', overlay)[instance] ?? null;
   return id === null ? null : `m${id}`;
+}
+
+/**
+ * Keys of the corrected boxes of a frame, in the order of the recording (`app/compare/annotation.py`): the engine's tracks by
+ * number, then those that people made.
+ *
+ * @param {import('../../state-types.js').ReviewState} review
+ * @returns {string[]}
+ */
+export function recordedKeys(review) {
+  const keys = shownTracks(review).filter(({key, not_a_sign}) => !not_a_sign && review.docs[key]?.review !== 'rejected').map(({key}) => key);
+  const engine = keys.filter((key) => key.startsWith('m')).sort((a, b) => Number(a.slice(1)) - Number(b.slice(1)));
+  return [...engine, ...keys.filter((key) => !key.startsWith('m')).sort()];
 }
 
 /**
