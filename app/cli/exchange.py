@@ -148,8 +148,10 @@ def export(
     counts = summary["counts"]
     console = out_console()
     rejected = f", {_count(counts['negatives'], 'rejected track')}" if counts["negatives"] else ""
+    fell = ", ".join(f"{side} {tracks}" for side, tracks in summary["split"]["tracks"].items())
     console.print(
-        f"{out}: {_count(counts['tracks'], 'track')}{rejected}, {_count(counts['boxes'], 'box', 'boxes')}, "
+        f"{out}: {_count(counts['tracks'], 'track')}{fell and f' ({fell})'}{rejected}, "
+        f"{_count(counts['boxes'], 'box', 'boxes')}, "
         f"{_count(counts['pictures'], 'picture')} in {_count(summary['files'] + 1, 'file')} ({summary['title']}).",
         soft_wrap=True,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,7 +17,7 @@ from tsr_engine.exchange.filters import Filters, filtered
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.manifest import Manifest
 from tsr_engine.exchange.registry import format_named, switches_of
-from tsr_engine.exchange.split import Split, deal
+from tsr_engine.exchange.split import SUBSETS, Split, deal
 
 __all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export_sources", "summary_of"]
 
@@ -132,7 +133,8 @@ def summary_of(manifest: Manifest) -> dict[str, Any]:
         "format": content["format"]["name"],
         "title": content["format"]["title"],
         "counts": manifest.counts,
-        "split": {name: content["split"][name] for name in ("rule", "seed", "shares", "groups")},
+        "split": {name: content["split"][name] for name in ("rule", "seed", "shares", "groups")}
+        | {"tracks": _fell(content)},
         "videos": [
             {
                 "name": video["name"],
@@ -146,6 +148,13 @@ def summary_of(manifest: Manifest) -> dict[str, Any]:
         "skipped": manifest.skipped[:_MOST_SKIPPED],
         "skipped_count": len(manifest.skipped),
     }
+
+
+def _fell(content: Mapping[str, Any]) -> dict[str, int]:
+    """How many signs each subset got; empty without a split. What people rejected is none."""
+    rejected = {(v["sha256"] or v["name"], one["id"]) for v in content["videos"] for one in v.get("negatives", ())}
+    sides = Counter(side for video, uid, side in content["split"]["tracks"] if (video, uid) not in rejected)
+    return {side: sides[side] for side in SUBSETS if side in sides}
 
 
 def _filters(request: ExportRequest) -> Filters:

@@ -65,7 +65,7 @@ class View:
         self._woken = threading.Condition()
         self._ended = False
         self._settled = threading.Event()
-        self.host = Host(title)
+        self.host = Host(f"Legend, colours · {title}")  # the bar of the panel, which begins closed
         set_up(self.host.server)
         self._stage = stage(self.host.server.scene)
         self._gui = _Gui(self.host.server, self)

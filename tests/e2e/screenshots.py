@@ -307,6 +307,7 @@ def _facts(server: LiveServer) -> dict[str, Any]:
         "truth": truth["id"],
         "track": f"m{tracks['id'][at]}",
         "frame": (tracks["first"][at] + tracks["last"][at]) // 2,
+        "frames": video["frames"],
     }
 
 
@@ -353,7 +354,8 @@ def main(arguments: list[str] | None = None) -> int:
         for all_scenes, flags in ((SCENES, FLAGS), (VIEWS, [*FLAGS, *GRAPHICS])):
             scenes = [scene for scene in all_scenes if chosen.scene is None or scene.name in chosen.scene]
             if scenes and all_scenes is VIEWS:  # only now, for one of the scenes is that there is no recording
-                record(server, facts["run"], 0, 79, facts["track"])
+                first = max(0, facts["frame"] - 40)  # the frame that the pictures are of lies in it
+                record(server, facts["run"], first, min(first + 80, facts["frames"]), facts["track"])
             browser = playwright.chromium.launch(executable_path=CHROMIUM, args=flags)
             for size, theme in kinds:
                 page = _page(browser, server, size, theme)

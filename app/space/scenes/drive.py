@@ -9,7 +9,7 @@ import numpy as np
 from app.space.colours import INK, Entry, Paint, linear, paint
 from app.space.data import sign_sizes
 from app.space.geometry import UPRIGHT, Camera, focal_length, frustum_scale, metric_positions
-from app.space.scenes.stage import Image, Look, Stage, drop
+from app.space.scenes.stage import ENGINES, Image, Look, Stage, drop
 from app.space.wish import Wish
 from tsr_engine.recognition.catalogue import CATALOGUE
 
@@ -64,6 +64,7 @@ class DriveScene:
                 f"{wish.size:g} times size class 2 (discs 0.60 m, triangles and stop 0.90 m).",
                 "Z = f D / w. Bright: seen so far; faint: still to come. Pictograms are "
                 "drawn twice as large as the signs.",
+                ENGINES,
             ),
         )
 

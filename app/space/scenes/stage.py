@@ -17,9 +17,11 @@ from app.space.wish import Wish
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["Image", "Look", "Scene", "Stage", "clock"]
+__all__ = ["ENGINES", "Image", "Look", "Scene", "Stage", "clock"]
 
 Image = NDArray[np.uint8]
+ENGINES = "Boxes and classes are the engine's; corrections are not drawn."
+"""A note of the scenes that show tracks."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.space.colours import COLOURS, INK, Paint, linear, paint
 from app.space.geometry import UPRIGHT, Volume, bead_places, corner_rows, nice_step, pick_rows, strands
-from app.space.scenes.stage import Image, Look, Stage, clock, drop
+from app.space.scenes.stage import ENGINES, Image, Look, Stage, clock, drop
 from app.space.wish import Wish
 from tsr_engine.recognition.catalogue import CATALOGUE
 
@@ -86,6 +86,7 @@ class VolumeScene:
         data = self._stage.data
         shown = len(np.unique(data.track[self._within()]))
         notes = [f"{shown:,} of {len(data.ids):,} tracks. Solid: within a second of the cursor, selected or doubtful."]
+        notes.append(ENGINES)
         if self._left_out:
             notes.append(f"{self._left_out:,} blocks are left out; choose a shorter stretch to see all.")
         return tuple(notes)

@@ -155,8 +155,9 @@ export function createLoader(app, hooks) {
   /** @param {string} video @param {AbortSignal} signal */
   async function truths(video, signal) {
     const found = await api.truths(video, { signal });
-    const next = found.find(({ id }) => id === wantedTruth)?.id ?? found[0]?.id ?? null;
-    if (truth !== null && truth !== next) store.dispatch((state) => changeReview(state, { truth: {} }));
+    const shown = found.find(({ id }) => id === wantedTruth) ?? found[0];
+    const next = shown?.id ?? null;
+    store.dispatch((state) => changeReview(state, { truthName: shown?.name ?? null, ...(truth !== null && truth !== next ? { truth: {} } : {}) }));
     truth = next;
     sync();
   }

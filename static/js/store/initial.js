@@ -51,6 +51,7 @@ export const initialReview = (video, layers = USUAL_LAYERS) => ({
   secondTracks: null,
   secondDocs: {},
   truth: {},
+  truthName: null,
   second: null,
   frame: 0,
   shown: null,

@@ -41,14 +41,15 @@ export function facts(artefact, of) {
 }
 
 /**
- * What a finished export holds: `12 tracks, 840 boxes, 3 files`.
+ * What a finished export holds: `12 tracks (train 9, val 3), 840 boxes, 3 files`.
  *
  * @param {Artefact} artefact
  */
 export function content(artefact) {
   const counts = artefact.summary.counts;
   if (counts === null || typeof counts !== 'object' || counts === undefined) return '';
-  const parts = Object.entries(counts).filter(([, value]) => typeof value === 'number' && value > 0).map(([name, value]) => `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}`.replaceAll('_', ' '));
+  const fell = Object.entries(artefact.summary.split?.tracks ?? {}).map(([side, tracks]) => `${side} ${count(tracks)}`).join(', ');
+  const parts = Object.entries(counts).filter(([, value]) => typeof value === 'number' && value > 0).map(([name, value]) => `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}${name === 'tracks' && fell ? ` (${fell})` : ''}`.replaceAll('_', ' '));
   if (typeof artefact.summary.files === 'number') parts.push(plural(artefact.summary.files, 'file'));
   return parts.join(', ');
 }

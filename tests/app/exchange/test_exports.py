@@ -111,8 +111,20 @@ def test_pictures_and_split_go_along(untouched: Desk) -> None:
     names = unzipped(desk.download(artefact))
     assert any(name.endswith(".jpg") for name in names)
     assert artefact["summary"]["split"]["rule"] == "sign"
+    assert artefact["summary"]["split"]["tracks"] == {"train": artefact["summary"]["counts"]["tracks"]}
     crops = desk.export(format="gtsrb", pictures="annotated", stop=40)
     assert crops["state"] == "complete", crops["error"]
+    assert crops["summary"]["split"]["tracks"] == {}
+
+
+def test_how_a_split_fell_is_told_of_signs_alone(desk: Desk) -> None:
+    """``correct`` rejects one track and draws another: what is no sign is on a side too, and is not counted."""
+    asked: dict[str, Any] = {"states": ["open", "accepted", "rejected"], "format": "gtsrb", "pictures": "annotated"}
+    artefact = desk.export(**asked, split={"train": 1, "val": 0, "test": 1}, split_by="sign")
+    assert artefact["state"] == "complete", artefact["error"]
+    summary = artefact["summary"]
+    assert sum(summary["split"]["tracks"].values()) == summary["counts"]["tracks"] > 1
+    assert list(summary["split"]["tracks"]) == ["train", "test"]
 
 
 @pytest.mark.parametrize(

@@ -104,6 +104,7 @@ def test_the_metric_drive_names_its_assumptions(host: Host) -> None:
     assert "90°" in look.notes[0]
     assert "f = 640 px" in look.notes[0]
     assert "0.7 times" in look.notes[0]
+    assert "corrections are not drawn" in look.notes[-1]
 
 
 def test_a_click_on_a_block_names_its_track_and_frame(host: Host) -> None:

@@ -21,7 +21,7 @@ async function create() {
   const lanes = [];
   /** What requests for lanes end with. @type {{thrown: Error|null}} */
   const failure = { thrown: null };
-  /** Ground truths of the video, those that were removed, and requests for boxes. @type {{list: {id: string}[], gone: Set<string>, asked: string[]}} */
+  /** Ground truths of the video, those that were removed, and requests for boxes. @type {{list: {id: string, name?: string}[], gone: Set<string>, asked: string[]}} */
   const truths = { list: [], gone: new Set(), asked: [] };
   const api = /** @type {any} */ ({
     video: async () => video,
@@ -164,11 +164,12 @@ test('a ground truth that another of its name has replaced is looked up anew, wi
   loader.showTruth('old');
   await settle();
   assert.equal(truths.asked[0], 'old/0');
-  truths.list = [{ id: 'new' }];
+  truths.list = [{ id: 'new', name: 'second pass' }];
   truths.gone.add('old');
   store.dispatch((state) => seek(state, 1000));
   await settle();
   assert.ok(truths.asked.some((name) => name.startsWith('new/')), truths.asked.join());
+  assert.equal(store.get().review?.truthName, 'second pass'); // what the layer's button says
   assert.deepEqual(store.get().banners, []);
 });
 

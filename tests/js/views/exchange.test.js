@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
 import {content, facts, partOf, skipped} from '../../../static/js/views/artefact-words.js';
-import {expectedWords} from '../../../static/js/views/dialogs/bundle.js';
+import {expectedWords, goingOnWords} from '../../../static/js/views/dialogs/bundle.js';
 import {rangeAround, rangeWords} from '../../../static/js/views/dialogs/frame-range.js';
 import {madeWords, tellWhenMade} from '../../../static/js/views/made_notice.js';
 import {createStore} from '../../../static/js/store/store.js';
@@ -19,6 +19,7 @@ test('a file is described by what it is, of what, how large', () => {
   assert.match(facts(artefact({summary: {title: 'YOLO'}}), 'drive.mp4'), /^Export: YOLO · drive\.mp4 · 1\.5 kB · /);
   assert.match(facts(artefact({kind: 'recording', options: {first: 1000, stop: 1300}, size: null}), ''), /^Recording · frames 1,000 to 1,299 · /);
   assert.equal(content(artefact({summary: {counts: {videos: 1, tracks: 2, boxes: 1, by: {}}, files: 3}})), '1 video, 2 tracks, 1 box, 3 files');
+  assert.equal(content(artefact({summary: {counts: {tracks: 1300, boxes: 2}, split: {tracks: {train: 1200, val: 100}}}})), '1,300 tracks (train 1,200, val 100), 2 boxes');
   assert.equal(content(artefact()), '');
 });
 
@@ -42,6 +43,9 @@ test('a range says why it is offered, and what the replay will be held against',
   assert.match(expectedWords(0), /No track is corrected yet/);
   assert.match(expectedWords(1), /what you said of 1 track, as far as these frames show it/);
   assert.match(expectedWords(3), /3 tracks.*show them/);
+  assert.equal(goingOnWords([], 9), '');
+  assert.match(goingOnWords(['#3'], 1209), /^Track #3 goes on behind frame 1,209: .* takes it in whole\.$/);
+  assert.match(goingOnWords(['#1', '#2', '#3', '#4', '#5', '#6'], 9), /^Tracks #1, #2, #3, #4 and 2 more go on .* takes them in whole\.$/);
 });
 
 test('a range lies around the track, else around the cursor, and within the run', () => {

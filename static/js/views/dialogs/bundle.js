@@ -3,10 +3,10 @@
 
 import {sentence} from '../../api/errors.js';
 import {trackName} from '../../model/track_name.js';
-import {correctedKeys} from '../../review/shown_tracks.js';
+import {correctedKeys, shownSpan} from '../../review/shown_tracks.js';
 import {putArtefact} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
-import {plural} from '../format.js';
+import {count, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {tellWhenMade} from '../made_notice.js';
 import {toast} from '../toasts.js';
@@ -26,6 +26,22 @@ export function expectedWords(corrected) {
   return `The replay is held against what you said of ${plural(corrected, 'track')}, as far as these frames show ${corrected === 1 ? 'it' : 'them'}.`;
 }
 
+/** Tracks that a sentence names. */
+const NAMED = 4;
+
+/**
+ * The tracks whose end the clip does not show; empty: none.
+ *
+ * @param {readonly string[]} names
+ * @param {number} last   last frame of the clip
+ */
+export function goingOnWords(names, last) {
+  if (names.length === 0) return '';
+  const more = names.length - NAMED;
+  const named = names.slice(0, NAMED).join(', ') + (more > 0 ? ` and ${more} more` : '');
+  return `${names.length === 1 ? `Track ${named} goes` : `Tracks ${named} go`} on behind frame ${count(last)}: without all its votes the class is expected only where you named it. A later last frame takes ${names.length === 1 ? 'it' : 'them'} in whole.`;
+}
+
 /**
  * @param {import('./layer.js').Setup} setup
  * @returns {import('./layer.js').Content}
@@ -38,17 +54,27 @@ export function bundleDialog({app, close, signal}) {
   const range = createFrameRange(review, {id: 'bundle', begin: OFFERED, most: MOST, changed: (wrong) => {
     setText(error, wrong);
     go.disabled = wrong !== '';
+    sayExpected();
   }});
   const only = review?.selected ? tick('checkbox', {}, `It is about track ${trackName(review.selected, review.docs[review.selected])} alone`) : null;
 
   const expected = h('p', {class: 'field-hint'});
-  const sayExpected = () => {
-    const corrected = review ? correctedKeys(review) : [];
-    const meant = only?.input.checked ? corrected.filter((key) => key === review?.selected) : corrected;
+  const goingOn = h('p', {class: 'field-hint', role: 'status'});
+  /** Said anew with the frames and the choice of tracks. */
+  function sayExpected() {
+    if (review === null) return;
+    const corrected = correctedKeys(review);
+    const meant = only?.input.checked ? corrected.filter((key) => key === review.selected) : corrected;
     setText(expected, `${expectedWords(meant.length)} The file holds pictures of the drive; send it only to people who may see them.`);
-  };
+    const found = range.value();
+    const cut = 'error' in found ? [] : meant.filter((key) => {
+      const span = shownSpan(review.docs[key], review.tracks);
+      return span !== null && span.first < found.stop && span.last >= found.stop;
+    });
+    setText(goingOn, 'error' in found ? '' : goingOnWords(cut.map((key) => trackName(key, review.docs[key])), found.stop - 1));
+    goingOn.hidden = goingOn.textContent === '';
+  }
   only?.input.addEventListener('change', sayExpected, {signal});
-  sayExpected();
 
   async function submit() {
     const found = range.value();
@@ -74,7 +100,7 @@ export function bundleDialog({app, close, signal}) {
     title: 'Report a bug', size: 'narrow', submit, focus: note,
     body: h('div', {class: 'stack'},
       h('p', {class: 'muted'}, 'The clip of these frames, the parameters and models, what the engine gave and what you corrected, in one ZIP. Whoever gets it runs ', h('code', {class: 'mono'}, 'tsr replay FILE'), ' and sees whether it is fixed.'),
-      field('What is wrong', note), range.element, only?.element,
+      field('What is wrong', note), range.element, goingOn, only?.element,
       expected),
     footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
   };

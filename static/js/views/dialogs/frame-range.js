@@ -2,9 +2,9 @@
 /** First and last frame of a piece of a run, begun around the selected track. */
 
 import {docOf} from '../../editing/revisions.js';
-import {spanOf} from '../../model/effective.js';
 import {numberIn} from '../../model/exchange.js';
 import {trackName} from '../../model/track_name.js';
+import {shownSpan} from '../../review/shown_tracks.js';
 import {h, setText} from '../dom.js';
 import {plural} from '../format.js';
 import {field, numberInput} from './fields.js';
@@ -49,8 +49,7 @@ export function createFrameRange(review, {id, begin, most, changed}) {
   const first = run?.first ?? 0;
   const last = Math.max(first, first + (run?.frames_done ?? 1) - 1);
   const doc = review?.selected ? docOf(review, review.selected) : null;
-  const tracks = review?.tracks;
-  const span = doc && spanOf(doc, (track) => (tracks ? tracks.last[tracks.id.indexOf(track)] ?? null : null));
+  const span = doc && shownSpan(doc, review?.tracks);
   const offered = rangeAround({frame: review?.frame ?? 0, span, first, last, most: begin});
   const from = numberInput(`${id}-first`, String(offered.first), tell, {inputmode: 'numeric'});
   const to = numberInput(`${id}-last`, String(offered.last), tell, {inputmode: 'numeric'});

@@ -139,7 +139,7 @@ export function createPicture(app) {
     // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
     const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'no class' : names.get(id) ?? String(id)));
-    legend.update(review.layers, counts);
+    legend.update(review.layers, counts, review.truthName);
   }
 
   /** @param {NonNullable<State['review']>} review */
@@ -266,8 +266,11 @@ function createLegend(app) {
   });
   return {
     element,
-    /** @param {Record<string, boolean>} on @param {Record<string, number>} counts */
-    update(on, counts) {
+    /** @param {Record<string, boolean>} on @param {Record<string, number>} counts @param {string|null} truth   name of the ground truth */
+    update(on, counts, truth) {
+      const title = `${LAYER_NAMES.truth}${truth === null ? '' : `: ${truth}`} (${LAYERS.indexOf('truth') + 1})`;
+      const named = rows.get('truth')?.button;
+      if (named && named.title !== title) named.title = title;
       for (const [name, { button, count }] of rows) {
         const pressed = String(on[name]);
         if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
