@@ -13,7 +13,7 @@
 import { ApiError, sentence } from '../api/errors.js';
 import { CommandError, applyCommand } from '../model/commands.js';
 import { subjectOf } from '../model/effective.js';
-import { trackName } from '../model/track_name.js';
+import { listed, trackName } from '../model/track_name.js';
 import { changeReview, select, seek } from '../store/actions/review.js';
 import { hideBanner, openDialog, showBanner } from '../store/actions/page.js';
 import { isAgreed, planned } from './keeping.js';
@@ -215,8 +215,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     if (less === next) return false;
     if (less === null) forget(next);
     else replace(less);
-    const more = current.length - NAMED;
-    const names = current.slice(0, NAMED).map(({ key }) => trackName(key, confirmed[key])).join(', ') + (more > 0 ? ` and ${more} more` : '');
+    const names = listed(current.map(({ key }) => trackName(key, confirmed[key])), NAMED);
     toast(`No verdict on ${current.length === 1 ? 'track' : 'tracks'} ${names}: somebody else was first.`);
     return true;
   }

@@ -2,7 +2,7 @@
 /** Where a track is best looked at: a sign is told from its largest boxes, and a track begins with its smallest. Pure. */
 
 import { keyFramesOf, lastKey } from './documents.js';
-import { spanOf } from './effective.js';
+import { shownSpan } from './effective.js';
 import { area } from './geometry.js';
 
 /**
@@ -15,7 +15,7 @@ import { area } from './geometry.js';
  */
 export function clearestFrame(doc, tracks) {
   const placeOf = (/** @type {number} */ id) => tracks?.id.indexOf(id) ?? -1;
-  const span = spanOf(doc, (id) => tracks?.last[placeOf(id)] ?? null);
+  const span = shownSpan(doc, tracks);
   if (span === null) return null;
   const detected = doc.segments
     .map(({ track, first, last }) => ({ frame: tracks?.clearest[placeOf(track)] ?? -1, first, last }))

@@ -84,6 +84,13 @@ export function spanOf(doc, lastOf) {
 }
 
 /**
+ * The same as far as the run has come.
+ * @param {TrackDoc} doc
+ * @param {import('../types.js').TrackColumns|null} [tracks]   of the run
+ */
+export const shownSpan = (doc, tracks) => spanOf(doc, (id) => tracks?.last[tracks.id.indexOf(id)] ?? null);
+
+/**
  * Which of the tracks that a change touched somebody looks at in its frame: after a split the later half.
  * @param {readonly TrackDoc[]} docs
  * @param {number|null} frame   null: the change is about whole tracks

@@ -21,3 +21,10 @@ export function trackName(key, doc) {
   const first = doc && keyFramesOf(doc)[0];
   return first === undefined ? 'made by hand' : `drawn at ${first}`;
 }
+
+/**
+ * The first names of many, and how many more there are.
+ * @param {readonly string[]} names
+ * @param {number} most
+ */
+export const listed = (names, most) => names.slice(0, most).join(', ') + (names.length > most ? ` and ${names.length - most} more` : '');

@@ -4,7 +4,7 @@
 import { endOfQueue, nextInQueue } from '../model/queue.js';
 import { playOrPause, seek, select, setPlaying, step } from '../store/actions/review.js';
 import { clearestFrame } from '../model/clearest.js';
-import { spanOf } from '../model/effective.js';
+import { shownSpan, spanOf } from '../model/effective.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
 import { toast } from '../views/toasts.js';
@@ -30,11 +30,10 @@ const go = (app, frame) => {
 export function openTrack(app, key) {
   const { review } = app.store.get();
   const doc = review && docOf(review, key);
-  const tracks = review?.tracks;
-  const span = doc && spanOf(doc, (id) => (tracks ? tracks.last[tracks.id.indexOf(id)] ?? null : null));
+  const span = doc && shownSpan(doc, review.tracks);
   app.store.dispatch((state) => {
     const inside = span && state.review && span.first <= state.review.frame && state.review.frame <= span.last;
-    const clearest = doc && clearestFrame(doc, tracks ?? null);
+    const clearest = doc && clearestFrame(doc, review.tracks);
     return select(clearest !== null && !inside ? seek(state, clearest) : state, key);
   });
 }

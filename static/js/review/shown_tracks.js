@@ -15,7 +15,7 @@
  * @property {boolean} edited          a person has changed where or what it is; a verdict or a note alone changes neither
  * @property {import('../types.js').OverlayTrack|null} engine
  */
-import { boxAt, spanOf } from '../model/effective.js';
+import { boxAt } from '../model/effective.js';
 
 /**
  * @param {ReviewState} review
@@ -46,15 +46,21 @@ export function shownTracks(review, frame = review.frame) {
 }
 
 /**
- * What the run that lies over this one shows in the cursor's frame; what is rejected or no sign counts nowhere.
+ * What the run that lies over this one shows in the cursor's frame.
  *
  * @param {ReviewState} review
  */
 export function secondShown(review) {
   if (review.second === null) return [];
   const other = { ...review, overlays: review.secondOverlays, tracks: review.secondTracks, docs: review.secondDocs };
-  return shownTracks(other).filter(({ key, not_a_sign }) => !not_a_sign && other.docs[key]?.review !== 'rejected');
+  return shownSigns(other);
 }
+
+/**
+ * Without what is rejected or no sign: those count nowhere.
+ * @param {ReviewState} review
+ */
+export const shownSigns = (review) => shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
 
 /**
  * Whether a track is another one than the engine's: after undoing everything it is the engine's again.
@@ -77,13 +83,6 @@ export function isCorrected(doc, tracks) {
 export const correctedKeys = (review) => Object.values(review.docs).filter((doc) => doc.merged_into === null
   && (doc.key.startsWith('m') || !doc.gone)
   && (doc.review === 'accepted' || doc.review === 'rejected' || isCorrected(doc, review.tracks))).map(({ key }) => key);
-
-/**
- * First and last frame of a track as far as the run has come; null: it shows nothing.
- * @param {import('../types.js').TrackDoc} doc
- * @param {ReviewState['tracks']} [tracks]
- */
-export const shownSpan = (doc, tracks) => spanOf(doc, (id) => tracks?.last[tracks.id.indexOf(id)] ?? null);
 
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;

@@ -2,8 +2,9 @@
 /** Report a bug: pack what is needed to see it again into one file. */
 
 import {sentence} from '../../api/errors.js';
-import {trackName} from '../../model/track_name.js';
-import {correctedKeys, shownSpan} from '../../review/shown_tracks.js';
+import {shownSpan} from '../../model/effective.js';
+import {listed, trackName} from '../../model/track_name.js';
+import {correctedKeys} from '../../review/shown_tracks.js';
 import {putArtefact} from '../../store/actions/page.js';
 import {h, setText} from '../dom.js';
 import {count, plural} from '../format.js';
@@ -37,8 +38,7 @@ const NAMED = 4;
  */
 export function goingOnWords(names, last) {
   if (names.length === 0) return '';
-  const more = names.length - NAMED;
-  const named = names.slice(0, NAMED).join(', ') + (more > 0 ? ` and ${more} more` : '');
+  const named = listed(names, NAMED);
   return `${names.length === 1 ? `Track ${named} goes` : `Tracks ${named} go`} on behind frame ${count(last)}: without all its votes the class is expected only where you named it. A later last frame takes ${names.length === 1 ? 'it' : 'them'} in whole.`;
 }
 

@@ -2,9 +2,9 @@
 /** First and last frame of a piece of a run, begun around the selected track. */
 
 import {docOf} from '../../editing/revisions.js';
+import {shownSpan} from '../../model/effective.js';
 import {numberIn} from '../../model/exchange.js';
 import {trackName} from '../../model/track_name.js';
-import {shownSpan} from '../../review/shown_tracks.js';
 import {h, setText} from '../dom.js';
 import {plural} from '../format.js';
 import {field, numberInput} from './fields.js';

@@ -14,7 +14,7 @@ import {count} from '../format.js';
 import {icon} from '../icons.js';
 import {createRecordingApi} from './api.js';
 import {covers, framesOf, isActive, rangeAround, recordingFor} from './choice.js';
-import {recordedKeys, entityOf, trackOf} from './selection.js';
+import {entityOf, recordedKeys, trackOf} from './selection.js';
 import {createStage} from './stage.js';
 
 /** @typedef {import('../../state-types.js').State} State */

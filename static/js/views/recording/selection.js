@@ -1,7 +1,7 @@
 // @ts-check
 /** Which track an entity of a recording is about, and the other way round. Pure. */
 
-import {shownTracks} from '../../review/shown_tracks.js';
+import {shownSigns} from '../../review/shown_tracks.js';
 
 /** @typedef {import('../../types.js').Overlay} Overlay */
 
@@ -33,7 +33,7 @@ export function trackOf(entity, instance, overlay, corrected = []) {
  * @returns {string[]}
  */
 export function recordedKeys(review) {
-  const keys = shownTracks(review).filter(({key, not_a_sign}) => !not_a_sign && review.docs[key]?.review !== 'rejected').map(({key}) => key);
+  const keys = shownSigns(review).map(({key}) => key);
   const engine = keys.filter((key) => key.startsWith('m')).sort((a, b) => Number(a.slice(1)) - Number(b.slice(1)));
   return [...engine, ...keys.filter((key) => !key.startsWith('m')).sort()];
 }
