@@ -27,7 +27,7 @@ class Departure:
 DEPARTURES = (
     Departure("boxes as the training scenes draw them", ("tight_width", "tight_height", "tight_rise")),
     Departure("motion as in the paper", ("motion",)),
-    Departure("detections' noise 0.07 and 0.14", ("noise_centre", "noise_size")),
+    Departure("detections' noise 0.07 of the centre", ("noise_centre",)),
     Departure("the result is the filter's state", ("result_noise",)),
     Departure("only sure sights start tracks", ("birth_score", "confirm_score")),
     Departure("no camera shift", ("use_camera_shift",)),
@@ -60,7 +60,7 @@ ON_CLIPS = (
     "default",
     "boxes as the training scenes draw them",
     "motion as in the paper",
-    "detections' noise 0.07 and 0.14",
+    "detections' noise 0.07 of the centre",
     "the result is the filter's state",
     "only sure sights start tracks",
     "no camera shift",

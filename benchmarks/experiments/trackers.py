@@ -21,7 +21,7 @@ from benchmarks.peers.ours import follow
 from benchmarks.peers.seen import Annotated, Seen, look
 from benchmarks.peers.tuning import tune
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
-from tsr_engine.evaluation.tracking_rows import Results
+from tsr_engine.evaluation.tracking_rows import Results, in_view
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.pipeline import load_components
 
@@ -135,9 +135,11 @@ def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[Results, floa
     figures: dict[str, Any] = {}
     ours: list[VideoReport] = []
     for name, found in rows.items():
-        pairs = [(s.video, r, len(s.frames)) for s, (r, _) in zip(judged, found, strict=True)]
-        reports = [evaluate_video(v.name, v.truth, r, frames) for v, r, frames in pairs]
-        sequences = [sequence(v.truth, r, frames) for v, r, frames in pairs]
+        reports, sequences = [], []
+        for s, (returned, _) in zip(judged, found, strict=True):
+            truth, shown = in_view(s.video.truth, returned, s.width, s.height)
+            reports.append(evaluate_video(s.video.name, truth, shown, len(s.frames)))
+            sequences.append(sequence(truth, shown, len(s.frames)))
         ours = ours or reports  # the first is `default`
         for group in groups:
             mine = [i for i, s in enumerate(judged) if _belongs(s.video.group, group)]

@@ -10,7 +10,14 @@ import pytest
 
 from tsr_engine.errors import InputError
 from tsr_engine.evaluation.tracking import BINS, evaluate_video, plot_errors, summarise
-from tsr_engine.evaluation.tracking_rows import Results, Truth, read_clip_truth, read_mot_truth, read_results
+from tsr_engine.evaluation.tracking_rows import (
+    Results,
+    Truth,
+    in_view,
+    read_clip_truth,
+    read_mot_truth,
+    read_results,
+)
 
 SIGN = np.array([100.0, 100.0, 140.0, 140.0])
 
@@ -176,6 +183,19 @@ class TestReaders:
             read_clip_truth(tmp_path / "none.csv")
         with pytest.raises(InputError, match=r"none\.txt"):
             read_mot_truth(tmp_path / "none.txt")
+
+
+def test_boxes_that_reach_over_the_edge_are_compared_within_the_picture() -> None:
+    """Whoever drew the truth may have stopped at the edge or gone on: the figures are the same."""
+    beyond = right(SIGN, 30)
+    shown = results((0, 1, right(SIGN, 30), 1))
+    errors = []
+    for box in (beyond, np.minimum(beyond, 160.0)):
+        signs, rows = in_view(truth((0, 1, box, 1, False)), shown, 160, 576)
+        assert rows.boxes[0].tolist() == [130.0, 100.0, 160.0, 140.0]
+        errors.append(summarise([evaluate_video("v", signs, rows, 1)]).mean_error)
+    assert errors == [0.0, 0.0]
+    assert shown.boxes[0].tolist() == beyond.tolist()
 
 
 @pytest.mark.data

@@ -131,6 +131,20 @@ def test_death_at_the_edge_of_the_view() -> None:
     assert not out[-1].tracks
 
 
+@pytest.mark.parametrize("turn", [(14.0, 0.0), (-14.0, 0.0), (0.0, 14.0), (0.0, -14.0)])
+def test_a_sign_that_leaves_the_view_keeps_its_size(turn: tuple[float, float]) -> None:
+    """A detection ends at the picture's edge; the sign does not."""
+    side, tracker = 60.0, Tracker(PARAMS, WIDTH, HEIGHT)
+    edge = (1 + np.sign(turn)) / 2 * [WIDTH, HEIGHT]  # the middle of the edge that the sign leaves over
+    for frame in range(10):  # its own middle has come to the edge in the last
+        centre = edge - (9 - frame) * np.array(turn)
+        whole = np.concatenate([centre - side / 2, centre + side / 2])
+        seen = whole.clip(0, [WIDTH, HEIGHT, WIDTH, HEIGHT])
+        tracked = tracker.step(frame, detections((*seen, 2.0)), shift=turn)
+    assert float(np.abs(seen - whole).max()) == pytest.approx(side / 2)
+    assert tracked.tracks[0].box == pytest.approx(whole, abs=0.1 * side)
+
+
 def test_a_second_detection_on_one_sign_starts_no_second_track() -> None:
     frames = {}
     for f in range(12):

@@ -58,7 +58,8 @@ def tracking(
 ) -> None:
     """Score tracking: localisation error (equation 7), coverage, identities, Tables I and II by physical sign.
 
-    Truth is a CSV with the columns frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore.
+    Truth is a CSV with the columns frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore. Boxes of both are cut at
+    the picture's edge first.
 
     \b
     Examples:
@@ -67,7 +68,7 @@ def tracking(
     """
     params = make_params(preset, settings)
     from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
-    from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
+    from tsr_engine.evaluation.tracking_rows import in_view, read_clip_truth, read_results
     from tsr_engine.io.video import open_video
 
     pairs = [(video, _truth_of(video, truth)) for video in _videos(videos, truth)]
@@ -79,13 +80,14 @@ def tracking(
     for name, chosen in runs.items():
         reports = []
         for video, table in pairs:
+            with open_video(video) as opened:
+                frames, width, height = len(opened.table), opened.width, opened.height
             if results is not None:
-                with open_video(video) as opened:
-                    frames = len(opened.table)
                 rows = read_results(results / f"{video.stem}.csv")
             else:
                 frames, rows = _track(video, chosen, models, f"{name}: {video.name}")
-            reports.append(evaluate_video(video.name, read_clip_truth(table), rows, frames, min_width))
+            counted, rows = in_view(read_clip_truth(table), rows, width, height)
+            reports.append(evaluate_video(video.name, counted, rows, frames, min_width))
         summaries[name] = summarise(reports)
         details[name] = [
             {"video": r.name, "signs": len(r.signs), "found": sum(bool(s.ids) for s in r.signs),

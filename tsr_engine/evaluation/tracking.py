@@ -106,7 +106,8 @@ def evaluate_video(
 
     In each frame results are assigned to counted truth with the largest total IoU; a sign keeps the id that it had
     in its last matched frame while that still overlaps enough (as in CLEAR MOT). What is left over is excused where
-    an ignored box explains it: IoU, or intersection over the result's own area, of at least ``match_iou``.
+    an ignored box explains it: IoU, or intersection over the result's own area, of at least ``match_iou``. Boxes are
+    compared as they are; see :func:`~tsr_engine.evaluation.tracking_rows.in_view`.
 
     Args:
         name: of the video, for the report.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import InputError
+from tsr_engine.geometry.boxes import clip
 from tsr_engine.records import FloatArray
 
 IntArray = NDArray[np.int64]
@@ -74,6 +75,23 @@ class Results:
             np.array([r[4] for r in table], dtype=np.float64),
             tuple(r[5] for r in table),
         )
+
+
+def in_view(truth: Truth, results: Results, width: int, height: int) -> tuple[Truth, Results]:
+    """Both, cut to the picture: annotators of real drives stop at its edge, exact truth and a tracker's boxes do not.
+
+    What lies wholly beyond the picture keeps its row, without area.
+
+    Args:
+        truth: annotated rows.
+        results: tracked rows.
+        width: of the pictures, px.
+        height: of the pictures, px.
+    """
+    return (
+        replace(truth, boxes=clip(truth.boxes, width, height)),
+        replace(results, boxes=clip(results.boxes, width, height)),
+    )
 
 
 def read_clip_truth(path: Path) -> Truth:

@@ -18,8 +18,8 @@ class TrackingParams(Section):
     motion: Literal["paper", "constant_velocity", "looming"] = Field("looming", description="motion model")
 
     # Measurement noise, common to all motion models.
-    noise_centre: float = Field(0.03, gt=0, le=1, description="std of a detection's centre, share of its size")
-    noise_size: float = Field(0.2, gt=0, le=1, description="std of a detection's width and height, share of its size")
+    noise_centre: float = Field(0.04, gt=0, le=1, description="std of a detection's centre, share of its size")
+    noise_size: float = Field(0.14, gt=0, le=1, description="std of a detection's width and height, share of its size")
     result_noise: float = Field(
         0.35,
         gt=0,
@@ -43,19 +43,19 @@ class TrackingParams(Section):
     foe_x: float = Field(0.5, ge=-1, le=2, description="focus of expansion, share of the picture's width")
     foe_y: float = Field(0.5, ge=-1, le=2, description="focus of expansion, share of the picture's height")
     foe_spread: float = Field(
-        0.05,
+        0.03,
         ge=0,
         le=1,
         description="looming: std of the assumed focus of expansion, share of width and height (0: known)",
     )
     growth_start: float = Field(0.015, ge=-0.2, le=0.5, description="looming: growth per frame assumed at birth")
-    growth_spread: float = Field(0.03, gt=0, le=1, description="looming: std of the growth assumed at birth")
-    growth_process: float = Field(0.0005, ge=0, le=1, description="looming: std of the change of growth per frame")
+    growth_spread: float = Field(0.05, gt=0, le=1, description="looming: std of the growth assumed at birth")
+    growth_process: float = Field(0.0002, ge=0, le=1, description="looming: std of the change of growth per frame")
     scale_process: float = Field(0.004, ge=0, le=1, description="looming: std of the width's own wander per frame")
     aspect_process: float = Field(0.004, ge=0, le=1, description="looming: std of the aspect ratio's wander per frame")
-    centre_process: float = Field(0.01, ge=0, le=2, description="looming: centre wander std per frame, share of size")
+    centre_process: float = Field(0.05, ge=0, le=2, description="looming: centre wander std per frame, share of size")
     centre_process_px: float = Field(0.3, ge=0, le=50, description="looming: centre wander std per frame, px")
-    drift_process: float = Field(0.2, ge=0, le=50, description="looming: std of the drift's change per frame, px")
+    drift_process: float = Field(0.1, ge=0, le=50, description="looming: std of the drift's change per frame, px")
     drift_decay: float = Field(0.95, ge=0, le=1, description="looming: share of the drift that lasts to the next frame")
 
     # Camera rotation

@@ -29,15 +29,15 @@ class LoomingNoise:
     """Process noise of the looming model, per frame; see ``TrackingParams`` for each meaning."""
 
     growth_start: float = 0.015
-    growth_spread: float = 0.03
-    growth: float = 0.0005
+    growth_spread: float = 0.05
+    growth: float = 0.0002
     scale: float = 0.004
     aspect: float = 0.004
-    centre: float = 0.01
+    centre: float = 0.05
     centre_px: float = 0.3
-    drift_px: float = 0.2
+    drift_px: float = 0.1
     drift_decay: float = 0.95
-    foe_spread: float = 0.05
+    foe_spread: float = 0.03
 
 
 class LoomingMotion:

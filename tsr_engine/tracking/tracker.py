@@ -31,6 +31,9 @@ from tsr_engine.tracking.track import Track
 _NESTED = 0.65
 """Share of the smaller box inside a detected track's box from which a detection is a second view of that sign."""
 
+_CUT = 0.05
+"""Share of a detection's side within which its edge counts as the picture's."""
+
 _MOST_REPEATS = 2
 """Repeated pictures in a row that are taken for dropped frames."""
 
@@ -175,10 +178,11 @@ class Tracker:
             result: the frame's result, shape (4,); unset: the estimate with ``result_noise`` times that noise.
 
         Returns:
-            The frame's result, shape (4,).
+            The frame's result, shape (4,); may reach beyond the picture.
         """
         track = self._tracks[track_id]
-        before, measured = track.motion, to_cxcywh(box)
+        before = track.motion
+        measured = to_cxcywh(self._completed(box, to_xyxy(self._motion.box_of(before))))
         track.motion = self._motion.update(before, measured, noise)
         if result is not None:
             track.box = np.array(result, dtype=np.float64)
@@ -228,6 +232,18 @@ class Tracker:
         for track_id, row in self.associate(detections).items():
             self.correct(track_id, detections.boxes[row])
         return self.finish(ordinal)
+
+    def _completed(self, box: FloatArray, expected: FloatArray) -> FloatArray:
+        """A measured box, shape (4,), with the edges that the picture cut off where they are expected.
+
+        A sign that leaves the view is measured up to the picture's edge. That edge says nothing about the sign:
+        taken for its own, the sign would seem to shrink and to move inwards.
+        """
+        limits = np.array([0.0, 0.0, self._width, self._height])
+        outward = np.array([-1.0, -1.0, 1.0, 1.0])
+        sides = np.tile(box[2:] - box[:2], 2)
+        cut = (outward * (box - limits) > -_CUT * sides) & (outward * (expected - limits) > 0.0)
+        return np.where(cut, expected, box)
 
     def _moved(self, dt: float, *, repeated: bool) -> float:
         """Time that the picture's content moved on by.
