@@ -11,7 +11,7 @@ from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.ablation_rows import DEPARTURES, IN_QUESTION, ON_CLIPS, configurations
 from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.looming_clips import EACH, EACH_TUNED, LoomingClips, read_looming
+from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, EACH_TUNED, LoomingClips, read_looming
 from benchmarks.experiments.tracked import Scored, score
 from tsr_engine.evaluation.tracking import VideoReport, summarise
 
@@ -82,7 +82,7 @@ def _sets(data: Data) -> tuple[dict[str, Any], dict[str, Any]]:
         tuned["approaches"] = read_looming(data.tuning, each=EACH_TUNED)
     if data.looming is not None:
         seen = () if data.tuning is None else read_looming(data.tuning).scenes
-        judged["approaches"] = read_looming(data.looming, without=seen, each=EACH)
+        judged["approaches"] = read_looming(data.looming, without=seen, each=EACH_OF_A_ROW)
     if data.clips is not None:
         pairs = read_clips(data.clips)
         groups = clip_groups(list(pairs))

@@ -11,10 +11,11 @@ from pathlib import Path
 from benchmarks.experiment import Skip
 from tsr_engine.evaluation.tracking_rows import Truth, read_mot_truth
 
-__all__ = ["EACH", "EACH_TUNED", "LoomingClips", "read_looming"]
+__all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "LoomingClips", "read_looming"]
 
-EACH, EACH_TUNED = 2, 1
-"""Approaches of each stress that the experiments look at: of those to judge on, and of those parameters came from."""
+EACH, EACH_OF_A_ROW, EACH_TUNED = 6, 2, 1
+"""Approaches of each stress that the experiments look at: to judge on; for each of many rows, and of those that
+parameters came from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +40,13 @@ class LoomingClips:
         return tuple(sorted(set(self.stress.values())))
 
 
-def read_looming(
-    folder: Path, without: Iterable[str] = (), each: int | None = None, most: int | None = None
-) -> LoomingClips:
+def read_looming(folder: Path, without: Iterable[str] = (), each: int | None = None) -> LoomingClips:
     """Read ``clips.json`` and the truth of each clip.
 
     Args:
         folder: holds ``clips.json`` and a folder for each clip with ``video.mp4`` and ``gt.txt``.
         without: photographs that must not be seen; clips of them are left out.
         each: only so many clips of each stress, from the first on; unset: all.
-        most: only so many clips, from the first on; unset: all.
 
     Raises:
         Skip: the folder holds no such list, or nothing is left of it.
@@ -65,7 +63,6 @@ def read_looming(
         taken[clip["stress"]] += 1
         if each is None or taken[clip["stress"]] <= each:
             chosen.append(clip)
-    chosen = chosen[:most]
     if not chosen:
         raise Skip(f"the folder `{folder.name}` of simulated approaches holds no clip of a scene that may be shown.")
     return LoomingClips(

@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.experiments.looming_clips import EACH, read_looming
 from benchmarks.experiments.tracked import CONFIGURATIONS
 from benchmarks.peers.figures import sequence, trackeval_figures
 from benchmarks.peers.kept import Kept
@@ -27,8 +27,6 @@ from tsr_engine.pipeline import load_components
 
 __all__ = ["EXPERIMENT", "annotated", "ideal", "run_peers"]
 
-MOST = 18
-"""Simulated approaches that are looked at."""
 LIVE = "default, while driving"
 BOUND = "detections, perfect identities"
 PRESETS = ("default", "paper")
@@ -60,7 +58,7 @@ def annotated(data: Data) -> tuple[list[Annotated], str]:
     ]
     try:
         tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
-        approaches = read_looming(data.need("looming"), without=tuned, most=MOST)
+        approaches = read_looming(data.need("looming"), without=tuned, each=EACH)
     except Skip as why:
         return videos, str(why)
     return videos + [Annotated(name, approaches.stress[name], *clip) for name, clip in approaches.videos.items()], ""
