@@ -57,10 +57,11 @@ class Classifier:
 
 @dataclass
 class Learner:
-    """An online detector that notes what it is told and answers with a window 6 px to the left."""
+    """An online detector that notes what it is told and answers with a window to the left."""
 
     calls: list[tuple[str, int, int]] = field(default_factory=list)
     probability: float = 0.9
+    moved: float = 6.0
 
     def learn(self, pixels: PixelSource, box: FloatArray, label: int, frame: int) -> tuple[Sample, ...]:
         self.calls.append(("learn", label, frame))
@@ -68,7 +69,7 @@ class Learner:
 
     def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
         self.calls.append(("relocalise", 0, frame))
-        moved = box + np.array([-6.0, 0.0, -6.0, 0.0])
+        moved = box - self.moved * np.array([1.0, 0.0, 1.0, 0.0])
         return Relocalisation(box, moved, 2.0, self.probability, box, 0.0, 9)
 
 
@@ -174,6 +175,27 @@ def test_a_window_that_was_sought_is_one_more_measurement() -> None:
     assert 6.0 >= exact > as_usual > vague >= 0.0
     assert exact > 5.5
     assert vague < 0.5
+
+
+def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> None:
+    """The filter's own uncertainty says how far is too far."""
+    events = {}
+    for sigmas in (None, 3.0):
+        bench = Bench(relocalise_after=1, sought_sigmas=sigmas)
+        bench.learner.moved = 30.0
+        frame = bench.step(NONE)
+        (track,) = frame.tracks
+        assert track.relocalisation is not None
+        assert track.prediction is not None
+        assert (track.source == "relocalised") == (sigmas is None)
+        assert np.array_equal(track.box, track.prediction.box) == (sigmas is not None)
+        events[sigmas] = [(event.kind, event.text) for event in frame.events if "window" in event.text]
+    assert events[None] == [
+        ("relocalised", "Track 1 has had no detection for 1 frames; a window like it is 30 px left.")
+    ]
+    ((kind, text),) = events[3.0]
+    assert kind == "rejected"
+    assert "30 px left, too far from where it is expected (" in text
 
 
 def test_a_sign_unseen_is_left_to_the_gate_on_demand() -> None:

@@ -182,20 +182,21 @@ def test_a_stream_that_is_left_early_releases_the_store(run: Path) -> None:
 def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that does not name a parameter was made before there was one, not with the default of today."""
     younger = {
-        "gate": "position_offset",
-        "tracking": "result_noise",
-        "pipeline": "relocalise_after",
-        "online": "learn_undetected",
+        "gate": {"position_offset"},
+        "tracking": {"result_noise"},
+        "pipeline": {"relocalise_after", "sought_sigmas"},
+        "online": {"learn_undetected"},
     }
     with EvidenceReader(run) as reader:
         header = reader.header
         kept = {
-            section: {name: value for name, value in values.items() if name != younger.get(section)}
+            section: {name: value for name, value in values.items() if name not in younger.get(section, ())}
             for section, values in header.parameters.items()
         }
         monkeypatch.setattr(reader, "header", replace(header, parameters=kept))
         params = run_params(reader)
     assert (params.gate.position_offset, params.tracking.result_noise) == (0.0, 1.0)
-    assert (params.pipeline.relocalise_after, params.online.learn_undetected) == (None, True)
+    assert (params.pipeline.relocalise_after, params.pipeline.sought_sigmas) == (None, None)
+    assert params.online.learn_undetected
     assert params.gate.tau == toys.PARAMS.gate.tau
     assert toys.PARAMS.tracking.result_noise < 1.0

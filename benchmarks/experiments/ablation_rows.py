@@ -41,6 +41,7 @@ DEPARTURES = (
     Departure("gate's distance with the camera's shift", ("position_camera",)),
     Departure("rejected: the online window replaces the detection", ("rejected_measurement",)),
     Departure("without a detection the gate alone decides", ("relocalise_after",)),
+    Departure("windows far from the prediction taken", ("sought_sigmas",)),
     Departure("predictions without a detection learned as the sign", ("learn_undetected",)),
     Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),
 )

@@ -36,6 +36,13 @@ class PipelineParams(Section):
     sought_noise: float = Field(
         2.0, gt=0, le=100, description="noise of such a window as a measurement, relative to a detection's"
     )
+    sought_sigmas: float | None = Field(
+        3.0,
+        gt=0,
+        le=100,
+        description="such a window is refused whose centre lies farther than this from the predicted one, std of a "
+        "detection's innovation; none: however far",
+    )
     keep_radius: int = Field(
         40, ge=1, le=200, description="largest search_radius that a replay finds pixels for, px around each prediction"
     )

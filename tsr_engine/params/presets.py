@@ -34,6 +34,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "position_camera": False,
                 "rejected_measurement": "relocalised",
                 "relocalise_after": None,
+                "sought_sigmas": None,
                 "learn_undetected": True,
             }
         ),

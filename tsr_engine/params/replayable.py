@@ -15,6 +15,7 @@ ABSENT: Mapping[str, float | None] = MappingProxyType(
         "tracking.result_noise": 1.0,
         "gate.position_offset": 0.0,
         "pipeline.relocalise_after": None,
+        "pipeline.sought_sigmas": None,
         "online.learn_undetected": True,
     }
 )

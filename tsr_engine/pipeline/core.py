@@ -22,7 +22,7 @@ from tsr_engine.geometry.boxes import area, clip, to_cxcywh
 from tsr_engine.params import Params
 from tsr_engine.pipeline.companion import Companion, Parts
 from tsr_engine.pipeline.frame import FrameInput
-from tsr_engine.pipeline.sentences import rejected, relabelled, relocalised, sought
+from tsr_engine.pipeline.sentences import astray, rejected, relabelled, relocalised, sought
 from tsr_engine.protocols import PixelSource
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recognition.crops import crop_bounds
@@ -172,9 +172,7 @@ class TrackingCore:
         sure = found is not None and found.probability >= self.params.pipeline.sure_probability
         if verdict.confident:
             if found is not None and found.probability >= self.params.pipeline.sought_probability:
-                noise = self.params.pipeline.sought_noise
-                self._tracker.correct(track_id, found.box, source="relocalised", noise=noise, confident=sure)
-                events.append(sought(track_id, alone, prediction.box, found))
+                events.append(self._take(track_id, alone, prediction, found))
         elif found is None or found.probability < self.params.pipeline.relocalise_probability:
             events.append(rejected(track_id, verdict, self.params.gate, "no window around it looks like the sign"))
             if detected is not None:
@@ -183,6 +181,21 @@ class TrackingCore:
             self._tracker.correct(track_id, found.box, source="relocalised", confident=sure, result=found.box)
             events.append(relocalised(track_id, verdict, self.params.gate, prediction.box, found))
         return _Note(verdict, found, samples)
+
+    def _take(self, track_id: int, alone: int, prediction: Prediction, found: Relocalisation) -> Event:
+        """Correct a prediction that looks like the sign by a window that was sought, unless that lies too far off.
+
+        What covers a sign looks somewhat like it to a detector that has learned a few of its views: a window that
+        would throw the track aside is such a thing rather than the sign.
+        """
+        p = self.params.pipeline
+        off = to_cxcywh(found.box)[:2] - to_cxcywh(prediction.box)[:2]
+        sigmas = float(np.sqrt(off @ np.linalg.solve(prediction.covariance[:2, :2], off)))
+        if p.sought_sigmas is not None and sigmas > p.sought_sigmas:
+            return astray(track_id, alone, prediction.box, found, sigmas)
+        sure = found.probability >= p.sure_probability
+        self._tracker.correct(track_id, found.box, source="relocalised", noise=p.sought_noise, confident=sure)
+        return sought(track_id, alone, prediction.box, found)
 
     def _judge(self, frame: FrameInput, box: FloatArray, companion: Companion) -> GateVerdict:
         centre, before = to_cxcywh(box), to_cxcywh(companion.box)

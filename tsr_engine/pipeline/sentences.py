@@ -6,7 +6,7 @@ from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params.gate import GateParams
 from tsr_engine.records import Event, FloatArray, GateVerdict, Relocalisation
 
-__all__ = ["rejected", "relabelled", "relocalised"]
+__all__ = ["astray", "rejected", "relabelled", "relocalised", "sought"]
 
 # What the factors are for a sign that is followed well; only the choice of the sentence's reason rests on them.
 _USUAL_SYMMETRY = 1.5
@@ -37,6 +37,17 @@ def sought(track_id: int, undetected: int, prediction: FloatArray, found: Reloca
     text = f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}."
     values = {"undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability}
     return Event("relocalised", track_id, text, values)
+
+
+def astray(track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation, sigmas: float) -> Event:
+    """The online detector has found something like the sign where the sign can hardly be."""
+    dx, dy = _displacement(prediction, found)
+    text = (
+        f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}, too far "
+        f"from where it is expected ({sigmas:.1f} standard deviations) to be the sign."
+    )
+    values = {"undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability, "sigmas": sigmas}
+    return Event("rejected", track_id, text, values)
 
 
 def relabelled(track_id: int, before: str, after: str, share: float) -> Event:
