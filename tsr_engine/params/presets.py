@@ -24,6 +24,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "confirm_score": 0.0,
                 "use_camera_shift": False,
                 "fusion_mode": "scale",
+                "fusion_delta": 20.0,
                 "search_scales": (1.0,),
                 "search_penalty": 0.0,
                 "search_subpixel": False,
