@@ -16,8 +16,9 @@ from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, FrameInput, Parts, ResultStream, TrackingCore, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, Picture
+from tsr_engine.tracking.tracker import Tracker
 
-__all__ = ["Followed", "follow", "frame_input", "identity", "start"]
+__all__ = ["Followed", "filter_alone", "follow", "frame_input", "identity", "start"]
 
 
 @dataclass(slots=True)
@@ -42,6 +43,25 @@ class Followed:
     def of(cls, record: Mapping[str, Any]) -> Followed:
         """What ``as_dict`` gave."""
         return cls(_results(record["rows"]), _results(record["live"]), float(record["seconds"]))
+
+
+def filter_alone(seen: Seen, params: Params) -> Results:
+    """The Kalman filter without gate, online detector and classifier: rows of confirmed tracks, class 0.
+
+    No pixel is looked at.
+    """
+    tracker = Tracker(params.tracking, seen.width, seen.height)
+    rows: dict[int, list[tuple[int, int, FloatArray, int, float, str]]] = {}
+    confirmed: set[int] = set()
+    clock: float | None = None
+    for frame in seen.frames:
+        passed = 1.0 if clock is None else (frame.seconds - clock) / seen.interval
+        clock = frame.seconds
+        for t in tracker.step(frame.ordinal, frame.detections, max(passed, 1e-3), frame.shift).tracks:
+            rows.setdefault(t.track_id, []).append((frame.ordinal, t.track_id, t.box, 0, t.score, t.source))
+            if t.state == "confirmed":
+                confirmed.add(t.track_id)
+    return Results.of(sorted((row for track in confirmed for row in rows[track]), key=lambda row: row[:2]))
 
 
 def _plain(rows: Results) -> list[list[Any]]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from benchmarks.peers.kept import code, file_digest
 from tsr_engine.errors import TsrError
@@ -19,7 +21,7 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import Detections, Picture
 from tsr_engine.runs import RunRequest, track_video
 
-__all__ = ["Annotated", "Seen", "SeenFrame", "look", "pictures"]
+__all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 
 STEPS = ("channels", "detection", "geometry", "io", "tracking/camera_shift.py")
 """Parts of the engine's code that what is seen of a video depends on."""
@@ -109,6 +111,32 @@ def look(videos: Sequence[Annotated], store: Path, components: Components | None
                 for f in reader.frames(pixels=False)
             )
         yield Seen(video, int(table["width"]), int(table["height"]), float(table["interval"]), frames)
+
+
+def every(seen: Seen, step: int) -> Seen:
+    """A video of which every ``step``-th frame is left, as a camera of that rate would have seen it.
+
+    Detections stay, the camera's shift adds up over the frames that are left out. Frames are counted anew, so the
+    video's pixels do not belong to it.
+    """
+    frames, shift = [], np.zeros(2)
+    for number, frame in enumerate(seen.frames):
+        shift += frame.shift
+        if number % step == 0:
+            total = (float(shift[0]), float(shift[1]))
+            frames.append(SeenFrame(number // step, frame.seconds, frame.detections, total))
+            shift = np.zeros(2)
+    whole = seen.video.truth
+    here = whole.frame % step == 0
+    truth = Truth(
+        whole.frame[here] // step,
+        whole.track_id[here],
+        whole.boxes[here],
+        whole.class_id[here],
+        whole.visibility[here],
+        whole.ignore[here],
+    )
+    return replace(seen, interval=seen.interval * step, frames=tuple(frames), video=replace(seen.video, truth=truth))
 
 
 def pictures(seen: Seen) -> Iterator[tuple[SeenFrame, Picture]]:

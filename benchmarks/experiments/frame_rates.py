@@ -1,0 +1,152 @@
+"""Every second, third or fourth frame of the same videos: a slower camera, or a faster car."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.drawing import drawing
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiments.trackers import annotated, ideal
+from benchmarks.peers.kept import Kept
+from benchmarks.peers.multi import PEERS, Missing, rows_of, version
+from benchmarks.peers.ours import filter_alone
+from benchmarks.peers.seen import Seen, every, look
+from benchmarks.peers.tuning import tune
+from tsr_engine.evaluation.tracking import evaluate_video, summarise
+from tsr_engine.evaluation.tracking_rows import Results, in_view
+from tsr_engine.params import Params
+
+__all__ = ["EXPERIMENT"]
+
+STEPS = (1, 2, 3, 4)
+"""Every so many frames of a video are left."""
+FULL_RATE: Mapping[str, float] = {
+    "noise_centre": 0.03,
+    "noise_size": 0.2,
+    "growth_process": 0.0005,
+    "growth_spread": 0.03,
+    "centre_process": 0.01,
+    "drift_process": 0.2,
+    "foe_spread": 0.05,
+}
+"""Values of tracking that did best as long as only videos at their full rate were looked at."""
+OURS, BEFORE, BOUND = "default", "values chosen at the full rate alone", "detections, perfect identities"
+GROUPS = ("held out", "chosen on", "approaches")
+
+
+def _run(data: Data) -> Result:
+    videos, without = annotated(data)
+    seen = list(look(videos, data.scratch / "detections"))
+    kept = Kept(data.scratch / "peers")
+    default = Params.preset("default")
+    ours = {OURS: default, BEFORE: default.with_settings(list(FULL_RATE.items()))}
+    figures: dict[str, Any] = {}
+    missing: dict[str, str] = {}
+    for step in STEPS:
+        left = [every(s, step) for s in seen]
+        rows: dict[str, list[Results]] = {name: [filter_alone(s, p) for s in left] for name, p in ours.items()}
+        for peer in PEERS:
+            try:
+                best = tune(peer, [s for s in left if s.video.group == "chosen on"], kept)
+                rows[peer.name] = [rows_of(peer, s, best.settings)[0] for s in left]
+            except Missing as why:
+                missing[peer.name] = str(why)
+        rows[BOUND] = [ideal(s) for s in left]
+        for group in GROUPS:
+            mine = [i for i, s in enumerate(left) if _group(s) == group]
+            if mine:
+                found = {name: _figures([left[i] for i in mine], [r[i] for i in mine]) for name, r in rows.items()}
+                figures.setdefault(group, {})[str(step)] = found
+    approaches = sum(_group(s) == "approaches" for s in seen)
+    also = f"no simulated approach: {without.rstrip('.')}" if without else f"{approaches} simulated approaches"
+    return Result(
+        "frame_rates",
+        data="The videos of *Trackers on identical detections* (clips held out, clips chosen on, and "
+        f"{also}), of which every frame, every second, third and fourth is left. Ours is the Kalman filter alone.",
+        figures={"groups": figures, "missing": missing},
+        settings={name: version(name) for name in ("trackers", "trackeval") if version(name)},
+        machine=machine(),
+    )
+
+
+def _group(seen: Seen) -> str:
+    return seen.video.group if seen.video.group in GROUPS else "approaches"
+
+
+def _figures(seen: Sequence[Seen], rows: Sequence[Results]) -> dict[str, Any]:
+    reports = []
+    for s, returned in zip(seen, rows, strict=True):
+        truth, shown = in_view(s.video.truth, returned, s.width, s.height)
+        reports.append(evaluate_video(s.video.name, truth, shown, len(s.frames)))
+    summary = summarise(reports).as_dict()
+    return {name: summary[name] for name in ("mean_error", "coverage", "ids_per_sign", "false_tracks")}
+
+
+def _tell(result: Result) -> str:
+    f = result.figures
+    parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
+    parts.append(
+        "A cell is the mean Eq. 7, the coverage and the ids per sign. The peers' settings were chosen by HOTA on the "
+        f"clips chosen on, anew for each rate; the values of `{OURS}` on the same clips at all four rates and on "
+        "other approaches.\n"
+    )
+    for group, steps in f["groups"].items():
+        head = [group, *("every frame" if step == "1" else f"every {step}th" for step in steps)]
+        head = [{"every 2th": "every 2nd", "every 3th": "every 3rd"}.get(cell, cell) for cell in head]
+        names = list(next(iter(steps.values())))
+        parts.append(table([head, *([name, *(_cell(steps[step][name]) for step in steps)] for name in names)]))
+    return "\n".join([*parts, _verdict(f["groups"]), ""])
+
+
+def _cell(figures: Mapping[str, Any]) -> str:
+    if figures["mean_error"] is None:
+        return "-"
+    return f"{_error(figures)}, {100 * figures['coverage']:.1f} %, {figures['ids_per_sign']:.2f}"
+
+
+def _error(figures: Mapping[str, Any]) -> str:
+    return "none" if figures["mean_error"] is None else f"{figures['mean_error']:.4f}"
+
+
+def _verdict(groups: Mapping[str, Any]) -> str:
+    """Where the values of today lose to those of before, and to peers."""
+    worse = [
+        f"{group}, one frame of {step}: {_error(found[OURS])} against {_error(found[name])} of {name}"
+        for group, steps in groups.items()
+        for step, found in steps.items()
+        for name in found
+        if name not in (OURS, BOUND) and (found[name]["mean_error"] or 1.0) < (found[OURS]["mean_error"] or 1.0)
+    ]
+    if not worse:
+        return f"`{OURS}` has the lowest mean Eq. 7 at every rate."
+    return f"Lower mean Eq. 7 than that of `{OURS}`:\n\n" + "\n".join(f"- {line}" for line in worse)
+
+
+def _plot(result: Result, path: Path) -> None:
+    groups = result.figures["groups"]
+    with drawing(path, across=len(groups), size=(4.0, 3.4)) as all_axes:
+        for axes, (group, steps) in zip(np.atleast_1d(all_axes), groups.items(), strict=True):
+            for name in next(iter(steps.values())):
+                style = "-" if name in (OURS, BEFORE) else "--"
+                axes.plot(
+                    [int(s) for s in steps], [found[name]["mean_error"] for found in steps.values()], style, label=name
+                )
+            axes.set_xticks([int(s) for s in steps])
+            axes.set_title(group)
+            axes.set_xlabel("one frame of")
+        np.atleast_1d(all_axes)[0].set_ylabel("mean Eq. 7")
+        np.atleast_1d(all_axes)[0].legend(fontsize=6)
+
+
+EXPERIMENT = Experiment(
+    "frame_rates",
+    "Slower cameras, faster cars",
+    "A sign that is seen in fewer frames grows more from one to the next. Who still follows it?",
+    _run,
+    _tell,
+    _plot,
+)

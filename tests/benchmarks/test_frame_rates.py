@@ -1,0 +1,88 @@
+"""Videos of which some frames are left, and what is said of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.experiment import Result
+from benchmarks.experiments import frame_rates
+from benchmarks.peers.ours import filter_alone
+from benchmarks.peers.seen import Annotated, Seen, SeenFrame, every
+from tsr_engine.evaluation.tracking import evaluate_video, summarise
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.params import Params
+from tsr_engine.records import Detections
+
+FRAMES = 30
+
+
+def _box(frame: int) -> np.ndarray:
+    """A sign that looms, to the upper right of the focus of expansion."""
+    side = 20.0 / (1.0 - 0.02 * frame)
+    x, y = 320 + 3 * side, 180 - 2 * side
+    return np.array([x, y, x + side, y + side])
+
+
+def _seen() -> Seen:
+    one = np.ones(1)
+    frames = tuple(
+        SeenFrame(k, k / 30, Detections(_box(k)[None], 2 * one, one, 2 * one), (0.0, 0.25)) for k in range(FRAMES)
+    )
+    boxes = np.array([_box(k) for k in range(FRAMES)])
+    n = FRAMES
+    truth = Truth(np.arange(n), np.ones(n, int), boxes, np.zeros(n, int), np.ones(n), np.zeros(n, bool))
+    return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, frames)
+
+
+@pytest.mark.parametrize("step", [1, 3, 4])
+def test_what_is_left_is_a_video_of_its_own(step: int) -> None:
+    seen, left = _seen(), every(_seen(), step)
+    kept = range(0, FRAMES, step)
+    assert [f.ordinal for f in left.frames] == list(range(len(kept)))
+    assert [f.seconds for f in left.frames] == [seen.frames[k].seconds for k in kept]
+    assert left.interval == pytest.approx(step / 30)
+    assert [f.shift[1] for f in left.frames] == [0.25, *[0.25 * step] * (len(kept) - 1)]
+    assert left.video.truth.frame.tolist() == list(range(len(kept)))
+    assert np.array_equal(left.video.truth.boxes, seen.video.truth.boxes[::step])
+    assert left.video.name == seen.video.name
+
+
+@pytest.mark.parametrize("step", [1, 2, 4])
+def test_the_filter_alone_follows_at_any_rate(step: int) -> None:
+    left = every(_seen(), step)
+    rows = filter_alone(left, Params.preset("default"))
+    found = summarise([evaluate_video("toy", left.video.truth, rows, len(left.frames))])
+    assert (found.coverage, found.ids_per_sign, found.false_tracks) == (1.0, 1.0, 0)
+    assert found.mean_error is not None
+    assert found.mean_error < 0.12
+
+
+def test_a_sign_that_was_never_confirmed_has_no_rows() -> None:
+    seen = _seen()
+    weak = Detections(_box(0)[None], np.array([-1.9]), np.ones(1), np.array([-1.9]))
+    rows = filter_alone(every(Seen(seen.video, 640, 360, 1 / 30, (SeenFrame(0, 0.0, weak, (0, 0)),)), 1), Params())
+    assert len(rows.frame) == 0
+
+
+def test_what_is_lower_than_ours_is_named() -> None:
+    def found(error: float | None) -> dict[str, Any]:
+        return {"mean_error": error, "coverage": 0.5, "ids_per_sign": 1.0, "false_tracks": 0}
+
+    steps = {
+        "1": {"default": found(0.2), "values chosen at the full rate alone": found(0.1), "SORT": found(0.3)},
+        "2": {"default": found(0.2), "values chosen at the full rate alone": found(0.4), "SORT": found(0.3)},
+    }
+    about = {"processor": "x", "cores": 1, "load": 0, "commit": "c", "python": "3", "packages": {}}
+    told = frame_rates.EXPERIMENT.tell(
+        Result(
+            "frame_rates", data="", figures={"groups": {"held out": steps}, "missing": {}}, settings={}, machine=about
+        )
+    )
+    assert "- held out, one frame of 1: 0.2000 against 0.1000 of values chosen at the full rate alone" in told
+    assert told.count("\n- ") == 1
+    assert "| held out | every frame | every 2nd |" in told
+    assert "| SORT | 0.3000, 50.0 %, 1.00 | 0.3000, 50.0 %, 1.00 |" in told
