@@ -183,7 +183,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
     """A run that does not name a parameter was made before there was one, not with the default of today."""
     younger = {
         "gate": {"position_offset"},
-        "tracking": {"result_noise"},
+        "tracking": {"result_noise", "level_frames"},
         "pipeline": {"relocalise_after", "sought_sigmas"},
         "online": {"learn_undetected"},
     }
@@ -195,7 +195,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
         }
         monkeypatch.setattr(reader, "header", replace(header, parameters=kept))
         params = run_params(reader)
-    assert (params.gate.position_offset, params.tracking.result_noise) == (0.0, 1.0)
+    assert (params.gate.position_offset, params.tracking.result_noise, params.tracking.level_frames) == (0.0, 1.0, 0)
     assert (params.pipeline.relocalise_after, params.pipeline.sought_sigmas) == (None, None)
     assert params.online.learn_undetected
     assert params.gate.tau == toys.PARAMS.gate.tau

@@ -32,6 +32,7 @@ FULL_RATE: Mapping[str, float] = {
     "centre_process": 0.01,
     "drift_process": 0.2,
     "foe_spread": 0.05,
+    "level_frames": 0,
 }
 """Values of tracking that did best as long as only videos at their full rate were looked at."""
 OURS, BEFORE, BOUND = "default", "values chosen at the full rate alone", "detections, perfect identities"

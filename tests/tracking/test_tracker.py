@@ -134,7 +134,7 @@ def test_death_at_the_edge_of_the_view() -> None:
 @pytest.mark.parametrize("turn", [(14.0, 0.0), (-14.0, 0.0), (0.0, 14.0), (0.0, -14.0)])
 def test_a_sign_that_leaves_the_view_keeps_its_size(turn: tuple[float, float]) -> None:
     """A detection ends at the picture's edge; the sign does not."""
-    side, tracker = 60.0, Tracker(PARAMS, WIDTH, HEIGHT)
+    side, tracker = 60.0, Tracker(TrackingParams(level_frames=0), WIDTH, HEIGHT)
     edge = (1 + np.sign(turn)) / 2 * [WIDTH, HEIGHT]  # the middle of the edge that the sign leaves over
     for frame in range(10):  # its own middle has come to the edge in the last
         centre = edge - (9 - frame) * np.array(turn)

@@ -23,6 +23,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "birth_score": 0.0,
                 "confirm_score": 0.0,
                 "use_camera_shift": False,
+                "level_frames": 0,
                 "fusion_mode": "scale",
                 "fusion_delta": 20.0,
                 "search_scales": (1.0,),

@@ -13,6 +13,7 @@ FIXED = ("detector.", "tracking.use_camera_shift", "tracking.shift_scale")
 ABSENT: Mapping[str, float | None] = MappingProxyType(
     {
         "tracking.result_noise": 1.0,
+        "tracking.level_frames": 0,
         "gate.position_offset": 0.0,
         "pipeline.relocalise_after": None,
         "pipeline.sought_sigmas": None,

@@ -60,6 +60,13 @@ class TrackingParams(Section):
 
     # Camera rotation
     use_camera_shift: bool = Field(True, description="add the picture's global shift (camera rotation) to predictions")
+    level_frames: int = Field(
+        60,
+        ge=0,
+        le=10_000,
+        description="the mean vertical shift of so many frames is taken for a focus of expansion that lies elsewhere, "
+        "not for a camera that tilts, and left out (0: never)",
+    )
     shift_scale: int = Field(4, ge=1, le=16, description="the global shift is estimated at 1 / this scale")
 
     # Association

@@ -25,6 +25,7 @@ from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import MotionModel
 from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source, TrackState
 from tsr_engine.tracking.assignment import Gates, associate
+from tsr_engine.tracking.level import Level
 from tsr_engine.tracking.motion import make_motion
 from tsr_engine.tracking.track import Track
 
@@ -99,6 +100,7 @@ class Tracker:
         self._taken: set[int] = set()
         self._debt = 0.0
         self._repeats = 0
+        self._level = Level(params.level_frames)
 
     @property
     def living(self) -> tuple[int, ...]:
@@ -129,7 +131,9 @@ class Tracker:
         if not self._params.use_camera_shift:
             shift = None
         dt = self._moved(dt, repeated=shift is not None and shift[0] == 0.0 and shift[1] == 0.0)
-        shift = shift or (0.0, 0.0)
+        if not self._tracks:
+            self._level.forget()  # a run that is taken up again after this frame knows nothing of those before
+        shift = self._level.of(shift or (0.0, 0.0))
         for track in self._tracks.values():
             motion = self._motion.predict(track.motion, dt, shift)
             box = to_xyxy(self._motion.box_of(motion))

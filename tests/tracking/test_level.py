@@ -1,0 +1,67 @@
+"""Which part of the picture's shift is taken for a rotation of the camera."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tsr_engine.params.tracking import TrackingParams
+from tsr_engine.records import Detections
+from tsr_engine.tracking.level import Level
+from tsr_engine.tracking.tracker import Tracker
+
+
+def test_a_lasting_tilt_is_none() -> None:
+    level = Level(60)
+    left = [level.of((2.0, -3.0)) for _ in range(40)]
+    assert left[0] == (2.0, -1.5)
+    assert left[-1] == (2.0, pytest.approx(-3.0 / 41))
+    assert [dy for _, dy in left] == sorted(dy for _, dy in left)
+
+
+def test_a_bump_stays() -> None:
+    level = Level(60)
+    for _ in range(30):
+        level.of((0.0, 0.01))
+    assert level.of((0.0, 6.0))[1] == pytest.approx(6.0, abs=0.2)
+    assert level.of((0.0, -6.0))[1] == pytest.approx(-6.0, abs=0.2)
+
+
+def test_what_lies_back_farther_than_the_window_is_forgotten() -> None:
+    level = Level(4)
+    for _ in range(10):
+        level.of((0.0, 5.0))
+    left = [level.of((1.0, 0.0))[1] for _ in range(5)]
+    assert left == [pytest.approx(-5.0 * n / 5) for n in (3, 2, 1, 0, 0)]
+
+
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (1e-9, 1e-9)])
+def test_a_shift_that_was_not_measured_says_nothing(shift: tuple[float, float]) -> None:
+    level = Level(60)
+    level.of((0.0, 4.0))
+    assert level.of(shift) == shift
+    assert level.of((0.0, 4.0)) == (0.0, pytest.approx(4.0 - 8.0 / 3))
+
+
+def test_without_frames_nothing_changes() -> None:
+    level = Level(0)
+    assert [level.of((1.0, -3.0)) for _ in range(5)] == [(1.0, -3.0)] * 5
+
+
+def test_each_stretch_with_tracks_is_judged_by_itself() -> None:
+    """So a run can be taken up again after any frame without tracks."""
+
+    def drive(empty_before: int) -> list[list[float]]:
+        tracker = Tracker(TrackingParams(), 640, 360)
+        for frame in range(empty_before):
+            tracker.step(frame, Detections.empty(), shift=(0.0, 3.0))
+        boxes = []
+        for frame in range(empty_before, empty_before + 12):
+            y = 100.0 + 3 * (frame - empty_before)
+            row = np.array([[200.0, y, 230.0, y + 30.0]])
+            one = np.ones(1)
+            tracked = tracker.step(frame, Detections(row, 2 * one, one, 2 * one), shift=(0.0, 3.0))
+            boxes.append(tracked.tracks[0].box.tolist())
+        return boxes
+
+    assert drive(0) == drive(25)

@@ -1,0 +1,41 @@
+"""The camera's shift without what a camera on a car does not do: tilt for seconds."""
+
+from __future__ import annotations
+
+from collections import deque
+
+__all__ = ["Level"]
+
+_UNMEASURED = 1e-6
+"""A shift below this, px, is that of a repeated picture or one that could not be told."""
+
+
+class Level:
+    """Takes the lasting vertical part out of the picture's global shift.
+
+    A car nods over bumps, but its mean pitch rate over a second or two is next to none; only curves turn a camera for
+    long, and those turn it sideways. A vertical shift that lasts therefore is no rotation: it is flow from a focus of
+    expansion above or below the assumed one (a camera that is not mounted level), and such flow is not the same for
+    all depths.
+
+    Args:
+        frames: the mean is taken over so many frames; 0 leaves the shift as it is.
+    """
+
+    def __init__(self, frames: int) -> None:
+        self._lifts: deque[float] = deque(maxlen=frames)
+
+    def forget(self) -> None:
+        """Start anew: the frames to come are judged by themselves."""
+        self._lifts.clear()
+
+    def of(self, shift: tuple[float, float]) -> tuple[float, float]:
+        """The shift of the next frame, px, less the mean vertical shift up to it.
+
+        The mean of the first frames is drawn towards zero, ``sum / (n + 1)``: one frame alone may be a bump. A shift
+        that was not measured passes and is not counted.
+        """
+        if self._lifts.maxlen == 0 or max(abs(shift[0]), abs(shift[1])) < _UNMEASURED:
+            return shift
+        self._lifts.append(shift[1])
+        return shift[0], shift[1] - sum(self._lifts) / (len(self._lifts) + 1)
