@@ -24,6 +24,7 @@ __all__ = ["EXPERIMENT"]
 
 STEPS = (1, 2, 3, 4)
 """Every so many frames of a video are left."""
+HEADINGS = {"1": "every frame", "2": "every 2nd", "3": "every 3rd", "4": "every 4th"}
 FULL_RATE: Mapping[str, float] = {
     "noise_centre": 0.03,
     "noise_size": 0.2,
@@ -95,12 +96,22 @@ def _tell(result: Result) -> str:
         f"clips chosen on, anew for each rate; the values of `{OURS}` on the same clips at all four rates and on "
         "other approaches.\n"
     )
-    for group, steps in f["groups"].items():
-        head = [group, *("every frame" if step == "1" else f"every {step}th" for step in steps)]
-        head = [{"every 2th": "every 2nd", "every 3th": "every 3rd"}.get(cell, cell) for cell in head]
-        names = list(next(iter(steps.values())))
+    for group, steps in _in_order(f["groups"]):
+        head = [group, *(HEADINGS[step] for step in steps)]
+        names = _names(steps)
         parts.append(table([head, *([name, *(_cell(steps[step][name]) for step in steps)] for name in names)]))
     return "\n".join([*parts, _verdict(f["groups"]), ""])
+
+
+def _in_order(groups: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+    return [(group, groups[group]) for group in GROUPS if group in groups]
+
+
+def _names(steps: Mapping[str, Any]) -> list[str]:
+    """Ours first, then the peers, last what none of them could surpass."""
+    known = next(iter(steps.values()))
+    peers = [name for name in known if name not in (OURS, BEFORE, BOUND)]
+    return [name for name in (OURS, BEFORE, *peers, BOUND) if name in known]
 
 
 def _cell(figures: Mapping[str, Any]) -> str:
@@ -117,7 +128,7 @@ def _verdict(groups: Mapping[str, Any]) -> str:
     """Where the values of today lose to those of before, and to peers."""
     worse = [
         f"{group}, one frame of {step}: {_error(found[OURS])} against {_error(found[name])} of {name}"
-        for group, steps in groups.items()
+        for group, steps in _in_order(groups)
         for step, found in steps.items()
         for name in found
         if name not in (OURS, BOUND) and (found[name]["mean_error"] or 1.0) < (found[OURS]["mean_error"] or 1.0)
@@ -130,8 +141,8 @@ def _verdict(groups: Mapping[str, Any]) -> str:
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
     with drawing(path, across=len(groups), size=(4.0, 3.4)) as all_axes:
-        for axes, (group, steps) in zip(np.atleast_1d(all_axes), groups.items(), strict=True):
-            for name in next(iter(steps.values())):
+        for axes, (group, steps) in zip(np.atleast_1d(all_axes), _in_order(groups), strict=True):
+            for name in _names(steps):
                 style = "-" if name in (OURS, BEFORE) else "--"
                 axes.plot(
                     [int(s) for s in steps], [found[name]["mean_error"] for found in steps.values()], style, label=name
