@@ -18,12 +18,13 @@ def track(class_id: int, frames: list[tuple[float, dict[int, float]]]) -> TrackV
 
 
 # Far frames say 1, the near one says 2; it outweighs them by scale but not by number.
+NARROW = FusionParams(fusion_delta=20.0)
 FAR = (16.0, {1: 0.9, 2: 0.1})
 NEAR = (48.0, {1: 0.1, 2: 0.9})
 
 
 def test_rates_by_number_of_frames() -> None:
-    report = evaluate_fusion([track(2, [FAR, FAR, NEAR]), track(1, [FAR, FAR, FAR])], FusionParams(), longest=4)
+    report = evaluate_fusion([track(2, [FAR, FAR, NEAR]), track(1, [FAR, FAR, FAR])], NARROW, longest=4)
     assert report.tracks == 2
     assert report.frames == (1, 2, 3, 4)
     assert report.rates["equal"] == (0.5, 0.5, 0.5, 0.5)
@@ -34,7 +35,7 @@ def test_rates_by_number_of_frames() -> None:
 
 def test_crops_beyond_the_centre_count_less_only_without_clamping() -> None:
     wrong_at_centre, right_and_large = (48.0, {1: 0.6, 2: 0.4}), (100.0, {1: 0.1, 2: 0.9})
-    report = evaluate_fusion([track(2, [wrong_at_centre, right_and_large])], FusionParams(), longest=2)
+    report = evaluate_fusion([track(2, [wrong_at_centre, right_and_large])], NARROW, longest=2)
     assert report.rates["scale"] == (0.0, 0.0)
     assert report.rates["clamped"] == (0.0, 1.0)
 
@@ -77,7 +78,7 @@ def test_table_two_by_hand() -> None:
 
 
 def test_the_plot_is_a_picture(tmp_path: Path) -> None:
-    report = evaluate_fusion([track(2, [FAR, NEAR])], FusionParams(), longest=2)
+    report = evaluate_fusion([track(2, [FAR, NEAR])], NARROW, longest=2)
     plot_fusion(report, tmp_path / "fusion.png")
     assert cv2.imread(str(tmp_path / "fusion.png")).shape[1] > 500
     assert report.as_dict()["rates"]["equal"] == list(report.rates["equal"])  # type: ignore[index]
