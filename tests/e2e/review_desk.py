@@ -13,7 +13,7 @@ from tests.e2e.live_server import LiveServer
 
 __all__ = [
     "PATIENCE", "Desk", "box_of", "centre", "choose_label", "drag", "edited", "next_long_track", "on_screen", "saved",
-    "state", "tracked", "wait", "zoom_in",
+    "state", "to_long_track", "tracked", "wait", "zoom_in",
 ]  # fmt: skip
 
 PATIENCE = 60
@@ -108,8 +108,8 @@ def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
     )
 
 
-def next_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
-    """Walk the queue to a track that lasts, and begin at its first frame."""
+def to_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
+    """Walk the queue to a track that lasts; the state where it opens."""
     before = None
     while True:
         page.keyboard.press("j")
@@ -117,9 +117,14 @@ def next_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
         before = now["selected"]
         at = now["tracks"]["id"].index(int(before[1:]))
         if now["tracks"]["last"][at] - now["tracks"]["first"][at] >= frames:
-            break
+            return wait(page, lambda s: s["shown"] == s["frame"] and s["overlay"])
+
+
+def next_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
+    """Walk the queue to a track that lasts, and begin at its first frame."""
+    now = to_long_track(page, frames)
+    start = now["tracks"]["first"][now["tracks"]["id"].index(int(now["selected"][1:]))]
     page.keyboard.press("t")
-    start = now["tracks"]["first"][at]
     return wait(page, lambda s: s["frame"] == start and s["shown"] == start and s["overlay"])
 
 

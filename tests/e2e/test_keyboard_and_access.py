@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import Desk, saved, state, tracked, wait
+from tests.e2e.review_desk import Desk, saved, state, to_long_track, tracked, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, FLAGS, PATIENCE, SCENES, quiet, serious
 
 pytestmark = [
@@ -127,8 +127,7 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
 def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     to_picture(page)
     assert page.evaluate(FOCUSED)["seen"]
-    page.keyboard.press("j")
-    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
+    now = to_long_track(page)
     key = now["selected"]
     start_at = now["tracks"]["first"][now["tracks"]["id"].index(int(key[1:]))]
     assert now["frame"] > start_at  # it opens where the sign is clearest
