@@ -254,14 +254,22 @@ def test_bars_are_judged_row_by_row() -> None:
             "notes": {"missed": [], "misread": [], "split": [], "false": []},
         }  # fmt: skip
 
+    same = {"n": 0, "ours": None, "theirs": None, "only_ours": 0, "only_theirs": 0}
+    other = {"n": 3, "ours": 0.06, "theirs": 0.08, "only_ours": 2, "only_theirs": 1}
+
     def told(default: dict[str, Any]) -> str:
-        rows = {"default": default, "KF alone": row(0.10), "paper": row(0.2)}
-        return stress.EXPERIMENT.tell(Result("stress", figures={"turn": rows, "all": rows}))
+        def rows(changed: dict[str, Any]) -> dict[str, Any]:
+            return {"default": default, "KF alone": row(0.10) | {"changed": changed}, "paper": row(0.2)}
+
+        return stress.EXPERIMENT.tell(Result("stress", figures={"turn": rows(same), "blur": rows(other)} | {
+            "all": rows(other)}))  # fmt: skip
 
     good = told(row(0.09))
     assert "kept on every row" in good
     assert "worse than `paper`: none" in good
-    assert "changed nothing under turn, all" in told(row(0.10))
+    assert "| blur | 3 | 0.0600 | 0.0800 | 2 | 1 |" in good
+    assert "changed nothing on turn:" in good
+    assert "kept on every row" in told(row(0.10))  # no better than KF alone, but no worse
     bad = told(row(0.13, ids=1.5, coverage=0.8))
     assert "turn: Eq. 7 0.1300, not below 0.1175" in bad
     assert "turn: Eq. 7 0.1300, above the 0.1000 of KF alone" in bad

@@ -18,7 +18,7 @@ from benchmarks.peers.kept import Kept
 from benchmarks.peers.multi import LEAST, PEERS, Missing, Peer, confidence, rows_of
 from benchmarks.peers.ours import Followed
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
-from tsr_engine.evaluation.tracking import evaluate_video, shared_errors
+from tsr_engine.evaluation.tracking import changed_errors, evaluate_video, shared_errors
 from tsr_engine.evaluation.tracking_rows import Results, Truth
 from tsr_engine.records import Detections
 
@@ -251,7 +251,16 @@ def test_errors_are_compared_where_both_have_a_box() -> None:
     assert found["n"] == 3
     assert found["ours"] < found["theirs"]
     assert found["ours"] == pytest.approx(ours.errors[0][0])
-    assert shared_errors([ours], [evaluate_video("v", truth, rows([], 0.0), FRAMES)])["ours"] is None
+    nothing = evaluate_video("v", truth, rows([], 0.0), FRAMES)
+    assert shared_errors([ours], [nothing])["ours"] is None
+    # Where they differ: all three common frames, and those that one alone has.
+    changed = changed_errors([theirs], [ours])
+    assert (changed["n"], changed["only_ours"], changed["only_theirs"]) == (3, 0, len(place) - 3)
+    assert changed["ours"] == pytest.approx(found["theirs"])
+    assert changed["theirs"] == pytest.approx(found["ours"])
+    same = changed_errors([ours], [evaluate_video("v", truth, rows(place[:4], 0.1), FRAMES)])
+    assert same == {"n": 0, "ours": None, "theirs": None, "only_ours": len(place) - 4, "only_theirs": 0}
+    assert changed_errors([ours], [nothing])["only_ours"] == len(place)
 
 
 def test_without_peers_the_report_claims_nothing() -> None:

@@ -44,6 +44,15 @@ def test_birth_and_confirmation_after_k_detections() -> None:
     assert out[2].tracks[0].source == "detected"
 
 
+@pytest.mark.parametrize(("scores", "confirmed"), [((3.5, 2.6), True), ((3.5, 2.4), False), ((9.0,), False)])
+def test_two_sure_detections_confirm_at_once(scores: tuple[float, ...], confirmed: bool) -> None:
+    seen = {f: detections(approach(f, score)) for f, score in enumerate(scores)}
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), seen, 4)
+    assert any(t.state == "confirmed" for f in out for t in f.tracks) is confirmed
+    three = PARAMS.model_copy(update={"sure_score": None})
+    assert all(t.state == "tentative" for f in run(Tracker(three, WIDTH, HEIGHT), seen, 4) for t in f.tracks)
+
+
 def test_weak_detections_hold_a_track_but_neither_start_nor_confirm_one() -> None:
     weak = {f: detections(approach(f, score=-1.8)) for f in range(6)}
     assert all(not f.tracks for f in run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6))

@@ -212,6 +212,29 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
     return {"n": len(pairs), "ours": mine, "theirs": other}
 
 
+def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> dict[str, Any]:
+    """Eq. 7 of two configurations over the signs and frames alone in which they differ.
+
+    A part of the engine that acts in few frames hardly moves a mean over all of them; this tells what it did there.
+
+    Args:
+        ours: reports of one configuration.
+        theirs: of the other one, on the same videos in the same order.
+
+    Returns:
+        ``n`` signs and frames that both have and in which Eq. 7 differs, ``ours`` and ``theirs`` there (None without
+        any); ``only_ours`` and ``only_theirs``: signs and frames that one of them alone has.
+    """
+    pairs, only_ours, only_theirs = [], 0, 0
+    for a, b in zip(ours, theirs, strict=True):
+        mine, other = (dict(zip(r.matched, (error for error, _ in r.errors), strict=True)) for r in (a, b))
+        pairs += [(mine[place], other[place]) for place in mine.keys() & other if mine[place] != other[place]]
+        only_ours += len(mine.keys() - other)
+        only_theirs += len(other.keys() - mine)
+    means = np.mean(sorted(pairs), axis=0).tolist() if pairs else (None, None)
+    return {"n": len(pairs), "ours": means[0], "theirs": means[1], "only_ours": only_ours, "only_theirs": only_theirs}
+
+
 def plot_errors(summaries: dict[str, TrackingSummary], path: Path) -> None:
     """Writes the distribution of Eq. 7 (Fig. 11) of one or more named runs as a PNG."""
     figure = Figure(figsize=(6.4, 3.6), layout="constrained")

@@ -22,6 +22,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "result_noise": 1.0,
                 "birth_score": 0.0,
                 "confirm_score": 0.0,
+                "sure_score": None,
                 "use_camera_shift": False,
                 "level_frames": 0,
                 "fusion_mode": "scale",

@@ -14,6 +14,7 @@ ABSENT: Mapping[str, float | None] = MappingProxyType(
     {
         "tracking.result_noise": 1.0,
         "tracking.level_frames": 0,
+        "tracking.sure_score": None,
         "gate.position_offset": 0.0,
         "pipeline.relocalise_after": None,
         "pipeline.sought_sigmas": None,

@@ -15,7 +15,7 @@ class Track:
     """A sign candidate that is followed from frame to frame.
 
     ``tentative`` until ``confirm_hits`` detections of at least ``birth_score`` fall into the last ``confirm_window``
-    frames, then ``confirmed`` until it dies. All counts are in frames.
+    frames (``sure_hits`` of ``sure_score``), then ``confirmed`` until it dies. All counts are in frames.
     """
 
     track_id: int
@@ -69,9 +69,11 @@ class Track:
         """Whether the detections of the last ``confirm_window`` frames suffice."""
         while self.recent and self.recent[0][0] <= self.age - params.confirm_window:
             self.recent.popleft()
-        if len(self.recent) < params.confirm_hits:
-            return False
-        return sum(score for _, score in self.recent) / len(self.recent) >= params.confirm_score
+        hits = len(self.recent)
+        mean = sum(score for _, score in self.recent) / max(hits, 1)
+        if params.sure_score is not None and hits >= params.sure_hits and mean >= params.sure_score:
+            return True
+        return hits >= params.confirm_hits and mean >= params.confirm_score
 
     def limit(self, params: TrackingParams) -> int:
         """Missed frames that this track survives.
