@@ -51,6 +51,19 @@ def test_what_is_skipped_leaves_no_old_number(tmp_path: Path) -> None:
     assert not (tmp_path / "figures" / "one.svg").exists()
 
 
+def test_results_of_an_older_experiment_are_named_and_the_others_told(tmp_path: Path) -> None:
+    _write(tmp_path, Result("one", "On toys.", {"value": 41.5}, {}, machine()))
+    text = _write(
+        tmp_path,
+        Result("one", "On toys.", {"older": 41.5}, {}, machine()),
+        Result("two", "On toys.", {"value": 7}, {}, machine()),
+    )
+    assert "`one.json` was measured before this experiment knew of 'value': `python -m benchmarks one`" in text
+    assert "It is 7." in text
+    assert "41.5" not in text
+    assert not (tmp_path / "figures" / "one.svg").exists()
+
+
 def test_what_another_processor_took_stays_beside_it(tmp_path: Path) -> None:
     def result(processor: str, value: float, commit: str = "c0ffee") -> Result:
         return Result("one", "On toys.", {"value": value}, {}, {**machine(), "processor": processor, "commit": commit})
@@ -110,7 +123,9 @@ def test_a_second_run_in_one_scratch_folder_is_refused_in_a_sentence(
 
 def test_the_committed_report_is_that_of_the_committed_results(tmp_path: Path) -> None:
     write_report(EXPERIMENTS, ROOT / "results", tmp_path / "figures", tmp_path / "REPORT.md")
-    assert (tmp_path / "REPORT.md").read_text() == (ROOT / "REPORT.md").read_text()
+    told = (tmp_path / "REPORT.md").read_text()
+    assert told == (ROOT / "REPORT.md").read_text()
+    assert "was measured before this experiment knew" not in told
 
 
 def test_results_of_other_experiments_do_not_make_the_code_another(
