@@ -77,17 +77,6 @@ def test_the_result_follows_the_detection_more_closely_than_the_state_does() -> 
     assert after[0.35] == pytest.approx(after[1.0], abs=0)
 
 
-def test_the_result_of_a_sought_window_is_the_state() -> None:
-    sought = {}
-    for share in (1.0, 0.35):
-        tracker = Tracker(PARAMS.model_copy(update={"result_noise": share}), WIDTH, HEIGHT)
-        run(tracker, {f: detections(approach(f)) for f in range(5)}, 5)
-        tracker.predict(1.0, (0.0, 0.0))
-        tracker.associate(Detections.empty())
-        sought[share] = tracker.correct(1, np.array(approach(5, offset=4.0)[:4]), source="relocalised", noise=2.0)
-    assert sought[0.35] == pytest.approx(sought[1.0], abs=0)
-
-
 def test_a_single_false_detection_is_forgotten() -> None:
     out = run(Tracker(PARAMS, WIDTH, HEIGHT), {0: detections(approach(0))}, 8)
     assert "died" in [k for f in out for k in kinds(f)]

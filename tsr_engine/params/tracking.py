@@ -21,7 +21,7 @@ class TrackingParams(Section):
     noise_centre: float = Field(0.04, gt=0, le=1, description="std of a detection's centre, share of its size")
     noise_size: float = Field(0.14, gt=0, le=1, description="std of a detection's width and height, share of its size")
     result_noise: float = Field(
-        0.35,
+        0.5,
         gt=0,
         le=1,
         description="factor on that noise for the result box alone: below 1 the box follows the detection more closely "

@@ -179,8 +179,7 @@ class Tracker:
             source: where the measurement comes from; becomes the frame's source.
             noise: factor on the measurement's standard deviation; 1 is a detection.
             confident: whether the measurement proves that the sign is still there (ends a run of missed frames).
-            result: the frame's result, shape (4,); unset: of a detection the estimate with ``result_noise`` times its
-                noise, else the estimate.
+            result: the frame's result, shape (4,); unset: the estimate with ``result_noise`` times that noise.
 
         Returns:
             The frame's result, shape (4,); may reach beyond the picture.
@@ -191,11 +190,10 @@ class Tracker:
         track.motion = self._motion.update(before, measured, noise)
         if result is not None:
             track.box = np.array(result, dtype=np.float64)
-        elif source != "detected" or self._params.result_noise == 1.0:
+        elif self._params.result_noise == 1.0:
             track.box = to_xyxy(self._motion.box_of(track.motion))
         else:
             # A state that is to predict well must not follow each detection's error; a box that is shown now may.
-            # What was sought misses by more than a detection does: there the state is nearer to the sign.
             shown = self._motion.update(before, measured, noise * self._params.result_noise)
             track.box = to_xyxy(self._motion.box_of(shown))
         track.source = source
