@@ -38,11 +38,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
     args.scratch.mkdir(parents=True, exist_ok=True)
     data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed, args.tuning, args.seconds)
+    chosen = [] if args.report else [e for e in EXPERIMENTS if not args.names or e.name in args.names]
     try:
-        if not args.report:
+        if chosen:
             with alone(args.scratch):
-                _run([e for e in EXPERIMENTS if not args.names or e.name in args.names], data)
-        write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md")
+                _run(chosen, data)
+        write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md", [e.name for e in chosen])
     except TsrError as error:
         sys.stderr.write(f"benchmarks: {error}\n")
         return error.exit_code

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from benchmarks.experiment import Experiment, Result
@@ -21,11 +21,23 @@ Recognition* (2017). Its videos are not public: its columns stand beside ours fo
 """
 
 
-def write_report(experiments: Sequence[Experiment], results: Path, figures: Path, page: Path) -> None:
+def write_report(
+    experiments: Sequence[Experiment], results: Path, figures: Path, page: Path, fresh: Collection[str] = ()
+) -> None:
     """Write the page and its pictures.
 
     Results that an experiment of today cannot tell, because it measures more than when they were taken, are left out
     and named: the others are told all the same.
+
+    Args:
+        experiments: in the order of the page.
+        results: folder of the JSON files.
+        figures: folder of the pictures.
+        page: the file to write.
+        fresh: names of experiments whose results were measured just now; these must be tellable.
+
+    Raises:
+        KeyError: an experiment does not understand its own fresh result.
     """
     figures.mkdir(parents=True, exist_ok=True)
     parts = [HEAD]
@@ -46,6 +58,8 @@ def write_report(experiments: Sequence[Experiment], results: Path, figures: Path
             if experiment.plot is not None:
                 experiment.plot(result, picture)
         except KeyError as error:
+            if experiment.name in fresh:
+                raise
             picture.unlink(missing_ok=True)
             parts.append(
                 f"*Skipped:* `{path.name}` was measured before this experiment knew of {error}: "

@@ -183,7 +183,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
     """A run that does not name a parameter was made before there was one, not with the default of today."""
     younger = {
         "gate": {"position_offset"},
-        "tracking": {"result_noise", "level_frames", "sure_hits", "sure_score"},
+        "tracking": {"result_noise", "level_frames", "sure_hits", "sure_score", "open_edges"},
         "pipeline": {"relocalise_after", "sought_sigmas"},
         "online": {"learn_undetected"},
     }
@@ -196,7 +196,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
         monkeypatch.setattr(reader, "header", replace(header, parameters=kept))
         params = run_params(reader)
     assert (params.gate.position_offset, params.tracking.result_noise, params.tracking.level_frames) == (0.0, 1.0, 0)
-    assert params.tracking.sure_score is None
+    assert (params.tracking.sure_score, params.tracking.open_edges) == (None, False)
     assert (params.pipeline.relocalise_after, params.pipeline.sought_sigmas) == (None, None)
     assert params.online.learn_undetected
     assert params.gate.tau == toys.PARAMS.gate.tau

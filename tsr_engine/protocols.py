@@ -59,6 +59,12 @@ class MotionState:
     covariance: FloatArray
 
 
+Edges = tuple[bool, bool, bool, bool]
+"""Left, top, right, bottom."""
+WHOLE: Edges = (False, False, False, False)
+"""No edge of a box was cut off."""
+
+
 class MotionModel(Protocol):
     """A stateless filter over ``(cx, cy, w, h)`` measurements: arrays in, arrays out.
 
@@ -76,8 +82,10 @@ class MotionModel(Protocol):
         """Time update."""
         ...
 
-    def update(self, state: MotionState, measurement: FloatArray, noise: float = 1.0) -> MotionState:
-        """Measurement update; ``noise`` scales the measurement's standard deviation."""
+    def update(
+        self, state: MotionState, measurement: FloatArray, noise: float = 1.0, cut: Edges = WHOLE
+    ) -> MotionState:
+        """Measurement update; ``noise`` scales the measurement's standard deviation, ``cut`` edges say nothing."""
         ...
 
     def box_of(self, state: MotionState) -> FloatArray:

@@ -150,11 +150,15 @@ def _tell_deltas(deltas: Mapping[str, Mapping[str, int]]) -> str:
     rows = [
         ["delta, px", *deltas],
         ["numbers of frames at which equal weights do better", *(str(d["worse"]) for d in deltas.values())],
-        ["signs gained on them, over all numbers of frames", *(str(d["gained"]) for d in deltas.values())],
+        [
+            "signs more than with equal weights, summed over all numbers of frames",
+            *(str(d["gained"]) for d in deltas.values()),
+        ],
     ]
     return (
         f"`fusion_delta` was chosen on the parts 1 to {FOLDS - 1}, which have no sign of the split, within the paper's "
-        f"15 to 30 px: about the middle of those that never do worse there.\n\n{table(rows)}"
+        f"15 to 30 px: about the middle of those that never do worse there, however much others gain elsewhere."
+        f"\n\n{table(rows)}"
     )
 
 

@@ -21,8 +21,8 @@ def online_changes(groups: Mapping[str, Mapping[str, Any]]) -> str:
     same = [name for name in groups if name not in changed]
     parts = []
     if changed:
-        rows = [["the online detector's part", "boxes changed", "Eq. 7 with it", "without it", "covered with it alone",
-                 "without it alone"]]  # fmt: skip
+        rows = [["the online detector's part", "boxes changed", "Eq. 7 with it", "without it", "covered only with it",
+                 "only without it"]]  # fmt: skip
         rows += [
             [name, str(c["n"]), number(c["ours"], 4), number(c["theirs"], 4), str(c["only_ours"]),
              str(c["only_theirs"])]
@@ -33,8 +33,5 @@ def online_changes(groups: Mapping[str, Mapping[str, Any]]) -> str:
             "both cover, with the Eq. 7 of both, and those that one of them alone covers.\n"
         )
     if same:
-        parts.append(
-            f"It changed nothing on {', '.join(same)}: hardly a detection failed there, or no window that it took "
-            "moved a box.\n"
-        )
+        parts.append(f"The online detector changed no box of a sign on {', '.join(same)}.\n")
     return "\n".join(parts)

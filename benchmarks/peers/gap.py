@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.peers.ours import frame_input, start
 from benchmarks.peers.seen import Seen
-from tsr_engine.geometry.boxes import iou, non_overlap
+from tsr_engine.geometry.boxes import clip, iou, non_overlap
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Parts, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, FrameEvidence, Picture
@@ -146,7 +146,8 @@ def carry(
         found = tracker.step(pictures[gap.first + n])
         seconds += time.thread_time() - began
         if n in gap.ends:
-            outcomes.append(_outcome(n, found, gap.ends[n]))
+            height, width = pictures[gap.first].shape[:2]
+            outcomes.append(_outcome(n, found, gap.ends[n], width, height))
     return outcomes, seconds / longest
 
 
@@ -178,7 +179,7 @@ def our_outcomes(
             if n == 0:
                 mine = _track_on(out, gap.box)
             elif n in gap.ends:
-                outcomes.append(_outcome(n, _box_of(out, mine), gap.ends[n]))
+                outcomes.append(_outcome(n, _box_of(out, mine), gap.ends[n], seen.width, seen.height))
     return outcomes, seconds / longest
 
 
@@ -205,9 +206,11 @@ def _detection(detections: Detections, box: FloatArray) -> FloatArray | None:
     return np.array(detections.boxes[best]) if overlap[best] >= 0.5 else None
 
 
-def _outcome(length: int, found: FloatArray | None, truth: FloatArray) -> Outcome:
+def _outcome(length: int, found: FloatArray | None, truth: FloatArray, width: int, height: int) -> Outcome:
+    """Compared is what lies in the picture: some annotate to its edge, some beyond, and trackers do either."""
     if found is None or not np.isfinite(found).all():
         return Outcome(length, 1.0, 0.0, True)
+    found, truth = (clip(box, width, height) for box in (found, truth))
     return Outcome(length, float(non_overlap(truth, found)[0, 0]), float(iou(truth, found)[0, 0]), False)
 
 

@@ -268,7 +268,7 @@ def test_bars_are_judged_row_by_row() -> None:
     assert "kept on every row" in good
     assert "worse than `paper`: none" in good
     assert "| blur | 3 | 0.0600 | 0.0800 | 2 | 1 |" in good
-    assert "changed nothing on turn:" in good
+    assert "changed no box of a sign on turn." in good
     assert "kept on every row" in told(row(0.10))  # no better than KF alone, but no worse
     bad = told(row(0.13, ids=1.5, coverage=0.8))
     assert "turn: Eq. 7 0.1300, not below 0.1175" in bad

@@ -58,14 +58,15 @@ def test_the_filter_alone_follows_at_any_rate(step: int) -> None:
     found = summarise([evaluate_video("toy", left.video.truth, rows, len(left.frames))])
     assert (found.coverage, found.ids_per_sign, found.false_tracks) == (1.0, 1.0, 0)
     assert found.mean_error is not None
-    assert found.mean_error < 0.12
+    assert found.mean_error < 0.01
 
 
 def test_a_sign_that_was_never_confirmed_has_no_rows() -> None:
     seen = _seen()
-    weak = Detections(_box(0)[None], np.array([-1.9]), np.ones(1), np.array([-1.9]))
-    rows = filter_alone(every(Seen(seen.video, 640, 360, 1 / 30, (SeenFrame(0, 0.0, weak, (0, 0)),)), 1), Params())
-    assert len(rows.frame) == 0
+    once = Detections(_box(0)[None], np.array([2.0]), np.ones(1), np.array([2.0]))
+    frames = (SeenFrame(0, 0.0, once, (0, 0)), SeenFrame(1, 1 / 30, Detections.empty(), (0, 0)))
+    for left, tracked in ((frames, False), (seen.frames, True)):
+        assert (len(filter_alone(Seen(seen.video, 640, 360, 1 / 30, left), Params()).frame) > 0) is tracked
 
 
 def test_what_is_lower_than_ours_is_named() -> None:
@@ -82,7 +83,10 @@ def test_what_is_lower_than_ours_is_named() -> None:
             "frame_rates", data="", figures={"groups": {"held out": steps}, "missing": {}}, settings={}, machine=about
         )
     )
-    assert "- held out, one frame of 1: 0.2000 against 0.1000 of values chosen at the full rate alone" in told
+    assert (
+        "- held out, every frame: 0.2000 (50.0 % covered) against 0.1000 (50.0 % covered) of values chosen at the full rate alone"
+        in told
+    )
     assert told.count("\n- ") == 1
     assert "| held out | every frame | every 2nd |" in told
     assert "| SORT | 0.3000, 50.0 %, 1.00 | 0.3000, 50.0 %, 1.00 |" in told

@@ -62,6 +62,8 @@ def test_results_of_an_older_experiment_are_named_and_the_others_told(tmp_path: 
     assert "It is 7." in text
     assert "41.5" not in text
     assert not (tmp_path / "figures" / "one.svg").exists()
+    with pytest.raises(KeyError, match="value"):  # what was measured just now has no such excuse
+        write_report([_toy("one")], tmp_path / "results", tmp_path / "figures", tmp_path / "REPORT.md", ["one"])
 
 
 def test_what_another_processor_took_stays_beside_it(tmp_path: Path) -> None:

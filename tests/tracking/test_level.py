@@ -31,8 +31,24 @@ def test_what_lies_back_farther_than_the_window_is_forgotten() -> None:
     level = Level(4)
     for _ in range(10):
         level.of((0.0, 5.0))
-    left = [level.of((1.0, 0.0))[1] for _ in range(5)]
-    assert left == [pytest.approx(-5.0 * n / 5) for n in (3, 2, 1, 0, 0)]
+    left = [level.of((1.0, 10.0))[1] for _ in range(5)]
+    assert left == [pytest.approx(10.0 - (5.0 * n + 10.0 * (4 - n)) / 5) for n in (3, 2, 1, 0, 0)]
+
+
+def test_a_car_that_stops_does_not_nod() -> None:
+    level = Level(60)
+    for _ in range(60):
+        level.of((0.0, -3.0))
+    assert level.of((0.0, -0.01)) == (0.0, 0.0)
+    assert level.of((0.0, 0.01)) == (0.0, 0.01)
+
+
+def test_a_gap_in_time_holds_as_many_shifts() -> None:
+    level = Level(60)
+    for _ in range(60):
+        level.of((0.0, -3.0))
+    assert level.of((0.0, -15.0), dt=5.0)[1] == pytest.approx(-15.0 * (1 - 60 / 61))
+    assert level.of((0.0, -3.0))[1] == pytest.approx(-3.0 * (1 - 60 / 61))
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (1e-9, 1e-9)])

@@ -9,9 +9,11 @@ from filterpy.kalman import KalmanFilter
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tsr_engine.geometry.boxes import to_xyxy
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.protocols import MotionModel
+from tsr_engine.protocols import WHOLE, Edges, MotionModel
+from tsr_engine.records import FloatArray
 from tsr_engine.tracking.motion import make_motion
 from tsr_engine.tracking.motion_constant_velocity import ConstantVelocityMotion
 from tsr_engine.tracking.motion_looming import RATE, LoomingMotion, LoomingNoise
@@ -202,3 +204,21 @@ def test_state_stays_sound(name: str, seed: int) -> None:
         box = motion.box_of(state)
         assert np.isfinite(box).all()
         assert (box[2:] > 0).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_edge_that_was_not_seen_says_nothing(name: str) -> None:
+    motion = model(name)
+    state = motion.initiate(np.array([300.0, 200.0, 30.0, 30.0]), 720, 576)
+    for _ in range(5):
+        state = motion.update(motion.predict(state, 1.0, STILL), np.array([300.0, 200.0, 30.0, 30.0]))
+    hidden = (False, False, True, False)
+
+    def after(left: float, right: float, cut: Edges) -> FloatArray:
+        z = np.array([(left + right) / 2, 200.0, right - left, 30.0])
+        return motion.box_of(motion.update(state, z, 1.0, cut))
+
+    assert after(285.0, 300.0, hidden) == pytest.approx(after(285.0, 315.0, hidden), abs=0.2)
+    assert after(285.0, 300.0, WHOLE)[2] < after(285.0, 315.0, WHOLE)[2] - 1.0
+    moved, still = (to_xyxy(after(left, 315.0, hidden))[0] for left in (275.0, 285.0))
+    assert moved < still - 1.0  # the edge that was seen still counts

@@ -154,6 +154,49 @@ def test_a_sign_that_leaves_the_view_keeps_its_size(turn: tuple[float, float]) -
     assert tracked.tracks[0].box == pytest.approx(whole, abs=0.1 * side)
 
 
+@pytest.mark.parametrize(("height", "slowing"), [(1.0, 5.0), (2.4, 3.0)], ids=["over the side", "over the corner"])
+def test_a_car_that_stops_at_a_sign_keeps_it(height: float, slowing: float) -> None:
+    """The edge that is not seen says nothing: nor that the sign grows on as before.
+
+    A car of 12 m/s brakes by ``slowing`` m/s^2; a sign of 0.7 m, 3 m to the side and ``height`` m above the camera.
+    """
+    rng = np.random.default_rng(3)
+    tracker, ids, away, speed = Tracker(TrackingParams(), WIDTH, HEIGHT), set(), 40.0, 12.0
+    stop = 5.45  # m before the sign, which is then cut off
+    for frame in range(200):
+        side = 620.0 * 0.7 / away
+        middle = np.array([WIDTH / 2 + 620.0 * 3.0 / away, HEIGHT / 2 - 620.0 * height / away])
+        whole = np.concatenate([middle - side / 2, middle + side / 2])
+        seen = (whole + rng.normal(0.0, 0.01 * side, 4)).clip(0, [WIDTH, HEIGHT, WIDTH, HEIGHT])
+        tracked = tracker.step(frame, detections((*seen, 4.0)), shift=(1e-9, 1e-9))
+        ids |= {t.track_id for t in tracked.tracks}
+        if away - stop <= speed**2 / (2 * slowing):
+            speed = max(speed - slowing / 30, 0.0)
+        away = max(away - speed / 30, stop)
+    assert 0.3 * side > whole[2] - WIDTH > 0.15 * side
+    assert bool(whole[1] < -0.1 * side) is (height > 2)
+    assert ids == {1}
+    box = tracked.tracks[0].box
+    assert box.clip(0, [WIDTH, HEIGHT] * 2) == pytest.approx(whole.clip(0, [WIDTH, HEIGHT] * 2), abs=0.1 * side)
+    if height < 2:  # the edges above and below tell how large it is
+        assert box[2] - box[0] == pytest.approx(side, rel=0.15)
+
+
+def test_edges_count_as_measured_where_the_paper_says_nothing_of_them() -> None:
+    seen = (WIDTH - 40.0, 100.0, float(WIDTH), 160.0)  # of a sign 60 px wide
+    shown = {}
+    for unseen in (True, False):
+        tracker = Tracker(TrackingParams(open_edges=unseen, noise_size=0.02), WIDTH, HEIGHT)
+        tracker.step(0, detections((WIDTH - 62.0, 100.0, WIDTH - 2.0, 160.0, 4.0)), shift=(1e-9, 1e-9))
+        for frame in range(1, 6):
+            box = (
+                tracker.step(frame, detections((*seen, 4.0)), shift=(20.0 if frame == 1 else 1e-9, 1e-9)).tracks[0].box
+            )
+        shown[unseen] = float(box[2] - box[0])
+    assert shown[True] > 55.0
+    assert shown[False] < 50.0
+
+
 def test_a_second_detection_on_one_sign_starts_no_second_track() -> None:
     frames = {}
     for f in range(12):

@@ -20,6 +20,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "noise_centre": 0.07,
                 "noise_size": 0.14,
                 "result_noise": 1.0,
+                "open_edges": False,
                 "birth_score": 0.0,
                 "confirm_score": 0.0,
                 "sure_score": None,

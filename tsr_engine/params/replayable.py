@@ -10,10 +10,11 @@ __all__ = ["ABSENT", "FIXED", "is_replayable"]
 FIXED = ("detector.", "tracking.use_camera_shift", "tracking.shift_scale")
 """Parameters of steps that a replay does not repeat; a name that ends in a dot stands for its whole section."""
 
-ABSENT: Mapping[str, float | None] = MappingProxyType(
+ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
     {
         "tracking.result_noise": 1.0,
         "tracking.level_frames": 0,
+        "tracking.open_edges": False,
         "tracking.sure_score": None,
         "gate.position_offset": 0.0,
         "pipeline.relocalise_after": None,

@@ -28,6 +28,8 @@ class TrackingParams(Section):
         "than the state that predicts (1: the box is the state's)",
     )
 
+    open_edges: bool = Field(True, description="an edge of a box that the picture cuts off is no measurement")
+
     # motion = "paper"
     displacement_window: int = Field(
         5, ge=1, le=60, description="paper motion: number of last displacements whose mean is the control input B u"

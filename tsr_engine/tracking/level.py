@@ -29,13 +29,20 @@ class Level:
         """Start anew: the frames to come are judged by themselves."""
         self._lifts.clear()
 
-    def of(self, shift: tuple[float, float]) -> tuple[float, float]:
+    def of(self, shift: tuple[float, float], dt: float = 1.0) -> tuple[float, float]:
         """The shift of the next frame, px, less the mean vertical shift up to it.
 
-        The mean of the first frames is drawn towards zero, ``sum / (n + 1)``: one frame alone may be a bump. A shift
-        that was not measured passes and is not counted.
+        The mean of the first frames is drawn towards zero, ``sum / (n + 1)``: one frame alone may be a bump. No more
+        is taken out than was measured, so that a car that stops is not taken for one that nods. A shift that was not
+        measured passes and is not counted.
+
+        Args:
+            shift: of the picture since the frame before, px.
+            dt: time since then in nominal frame intervals, > 0; the mean is one of shifts an interval.
         """
         if self._lifts.maxlen == 0 or max(abs(shift[0]), abs(shift[1])) < _UNMEASURED:
             return shift
-        self._lifts.append(shift[1])
-        return shift[0], shift[1] - sum(self._lifts) / (len(self._lifts) + 1)
+        self._lifts.append(shift[1] / dt)
+        lasting = dt * sum(self._lifts) / (len(self._lifts) + 1)
+        low, high = sorted((0.0, shift[1]))
+        return shift[0], shift[1] - min(max(lasting, low), high)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from tsr_engine.protocols import MotionState
+from tsr_engine.protocols import WHOLE, Edges, MotionState
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.noise import MeasurementNoise
 
@@ -84,11 +84,14 @@ class LoomingMotion:
         wander = np.array([p.centre, p.centre_px, p.scale, p.growth, p.aspect, p.drift_px, p.drift_decay])
         return MotionState(*_time_update(state.mean, state.covariance, float(dt), shift[0], shift[1], wander))
 
-    def update(self, state: MotionState, measurement: FloatArray, noise: float = 1.0) -> MotionState:
+    def update(
+        self, state: MotionState, measurement: FloatArray, noise: float = 1.0, cut: Edges = WHOLE
+    ) -> MotionState:
         """Measurement update, linearised at the prediction, Joseph form."""
-        n = self._noise
+        box = self.box_of(state)
+        R = self._noise.covariance(box[2], box[3], noise, cut)
         z = np.asarray(measurement, dtype=np.float64)
-        return MotionState(*_measurement_update(state.mean, state.covariance, z, noise * n.centre, noise * n.size))
+        return MotionState(*_measurement_update(state.mean, state.covariance, z, R))
 
     def box_of(self, state: MotionState) -> FloatArray:
         """``cx, cy, w, h``, shape (4,)."""
@@ -142,13 +145,10 @@ def _time_update(
 
 
 @njit(cache=True, nogil=True)
-def _measurement_update(
-    x: FloatArray, P: FloatArray, z: FloatArray, centre: float, size: float
-) -> tuple[FloatArray, FloatArray]:
+def _measurement_update(x: FloatArray, P: FloatArray, z: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean and covariance after one measurement, linearised at ``x``, Joseph form."""
     w, h = 1.0 / x[Q], x[ASPECT] / x[Q]
     H = _jacobian(x)
-    R = np.diag(np.array([(centre * w) ** 2, (centre * h) ** 2, (size * w) ** 2, (size * h) ** 2]))
     K = np.linalg.solve(H @ P @ H.T + R, H @ P).T.copy()
     mean = x + K @ (z - np.array([x[CX], x[CY], w, h]))
     mean[Q] = min(max(mean[Q], 1.0 / _WIDEST), 1.0 / _NARROWEST)

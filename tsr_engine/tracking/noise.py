@@ -6,7 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tsr_engine.protocols import WHOLE, Edges
 from tsr_engine.records import FloatArray
+
+_ANYWHERE = 10.0
+"""Std of an edge that was not seen, in sides of the box."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +25,23 @@ class MeasurementNoise:
     centre: float = 0.07
     size: float = 0.14
 
-    def covariance(self, width: float, height: float, factor: float = 1.0) -> FloatArray:
-        """R for a box of width x height px, shape (4, 4), px^2; ``factor`` scales the standard deviations."""
+    def covariance(self, width: float, height: float, factor: float = 1.0, cut: Edges = WHOLE) -> FloatArray:
+        """R for a box of width x height px, shape (4, 4), px^2.
+
+        Args:
+            width: of the box, px.
+            height: of the box, px.
+            factor: on the standard deviations.
+            cut: edges that were not seen; they may be anywhere within several sides. A centre and a size that share
+                such an edge err together, so that what is left of the measurement is the edge that was seen.
+        """
         std = np.array([self.centre * width, self.centre * height, self.size * width, self.size * height]) * factor
-        return np.diag(std**2)
+        R = np.diag(std**2)
+        for axis, side in ((0, width), (1, height)):
+            if cut[axis] or cut[axis + 2]:
+                seen = std[axis] ** 2 + std[axis + 2] ** 2 / 4.0
+                low, high = (((_ANYWHERE * side) ** 2 if cut[edge] else seen) for edge in (axis, axis + 2))
+                R[axis, axis] = (low + high) / 4.0
+                R[axis, axis + 2] = R[axis + 2, axis] = (high - low) / 2.0
+                R[axis + 2, axis + 2] = low + high
+        return R

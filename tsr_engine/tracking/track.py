@@ -78,7 +78,7 @@ class Track:
     def limit(self, params: TrackingParams) -> int:
         """Missed frames that this track survives.
 
-        A tentative track has as many as leave its confirmation within the window possible.
+        A tentative track has as many as leave its confirmation by ``confirm_hits`` within the window possible.
         """
         if self.state == "confirmed":
             return params.max_coast

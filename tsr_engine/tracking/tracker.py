@@ -22,7 +22,7 @@ import numpy as np
 
 from tsr_engine.geometry.boxes import area, clip, intersection, iou, to_cxcywh, to_xyxy
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.protocols import MotionModel
+from tsr_engine.protocols import WHOLE, Edges, MotionModel
 from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source, TrackState
 from tsr_engine.tracking.assignment import Gates, associate
 from tsr_engine.tracking.level import Level
@@ -133,7 +133,7 @@ class Tracker:
         dt = self._moved(dt, repeated=shift is not None and shift[0] == 0.0 and shift[1] == 0.0)
         if not self._tracks:
             self._level.forget()  # a run that is taken up again after this frame knows nothing of those before
-        shift = self._level.of(shift or (0.0, 0.0))
+        shift = self._level.of(shift or (0.0, 0.0), dt)
         for track in self._tracks.values():
             motion = self._motion.predict(track.motion, dt, shift)
             box = to_xyxy(self._motion.box_of(motion))
@@ -152,7 +152,7 @@ class Tracker:
             Row of ``detections`` by track id; tracks without a detection are absent.
         """
         tracks = [track for track in self._tracks.values() if track.prediction is not None]
-        predictions = [track.prediction for track in tracks if track.prediction is not None]
+        predictions = [self._in_view(track.prediction) for track in tracks if track.prediction is not None]
         p = self._params
         pairs = associate(predictions, detections.boxes, detections.scores, p.high_score, p.low_score, self._gates)
         self._detections = detections
@@ -186,15 +186,17 @@ class Tracker:
         """
         track = self._tracks[track_id]
         before = track.motion
-        measured = to_cxcywh(self._completed(box, to_xyxy(self._motion.box_of(before))))
-        track.motion = self._motion.update(before, measured, noise)
+        expected = to_xyxy(self._motion.box_of(before))
+        whole, cut = _completed(box, expected, self._cut_off(box, expected))
+        measured = to_cxcywh(whole)
+        track.motion = self._motion.update(before, measured, noise, cut)
         if result is not None:
             track.box = np.array(result, dtype=np.float64)
         elif self._params.result_noise == 1.0:
             track.box = to_xyxy(self._motion.box_of(track.motion))
         else:
             # A state that is to predict well must not follow each detection's error; a box that is shown now may.
-            shown = self._motion.update(before, measured, noise * self._params.result_noise)
+            shown = self._motion.update(before, measured, noise * self._params.result_noise, cut)
             track.box = to_xyxy(self._motion.box_of(shown))
         track.source = source
         track.measured = True
@@ -237,17 +239,26 @@ class Tracker:
             self.correct(track_id, detections.boxes[row])
         return self.finish(ordinal)
 
-    def _completed(self, box: FloatArray, expected: FloatArray) -> FloatArray:
-        """A measured box, shape (4,), with the edges that the picture cut off where they are expected.
+    def _in_view(self, prediction: Prediction) -> Prediction:
+        """What of a prediction a detector can find: the part of its box that is in the picture, if there is one."""
+        seen = clip(prediction.box, self._width, self._height)
+        if not self._params.open_edges or float((seen[2:] - seen[:2]).min()) < 1.0:
+            return prediction
+        return Prediction(seen, prediction.covariance)
+
+    def _cut_off(self, box: FloatArray, expected: FloatArray) -> Edges:
+        """Edges of a measured box, shape (4,), that are the picture's.
 
         A sign that leaves the view is measured up to the picture's edge. That edge says nothing about the sign:
         taken for its own, the sign would seem to shrink and to move inwards.
         """
+        if not self._params.open_edges:
+            return WHOLE
         limits = np.array([0.0, 0.0, self._width, self._height])
         outward = np.array([-1.0, -1.0, 1.0, 1.0])
         sides = np.tile(box[2:] - box[:2], 2)
-        cut = (outward * (box - limits) > -_CUT * sides) & (outward * (expected - limits) > 0.0)
-        return np.where(cut, expected, box)
+        left, top, right, bottom = (outward * (box - limits) > -_CUT * sides) & (outward * (expected - limits) > 0.0)
+        return bool(left), bool(top), bool(right), bool(bottom)
 
     def _moved(self, dt: float, *, repeated: bool) -> float:
         """Time that the picture's content moved on by.
@@ -274,7 +285,7 @@ class Tracker:
         for track in list(self._tracks.values()):
             share = float(area(clip(track.box, self._width, self._height)) / max(float(area(track.box)), 1e-9))
             values: Mapping[str, float | int] = {"missed": track.missed, "undetected": track.undetected, "view": share}
-            if share < self._params.view_share:
+            if share < self._params.view_share and track.undetected:
                 why = f"only {share:.0%} of its box is in view"
             elif track.missed > track.limit(self._params):
                 why = f"{track.missed} frames without a detection or a sure relocalisation"
@@ -336,6 +347,27 @@ class Tracker:
             if track.undetected == 0 and float(intersection(box, track.box)[0, 0]) >= _NESTED * smaller:
                 return True
         return False
+
+
+def _completed(box: FloatArray, expected: FloatArray, cut: Edges) -> tuple[FloatArray, Edges]:
+    """A measured box, shape (4,), as far as what was seen of it tells the rest, and the edges that stay unknown.
+
+    A side that one edge is missing of follows from the other side and the expected ratio of both, never shorter than
+    seen. The missing edge itself is not put where it is expected: that would say that the sign grows as expected,
+    whatever it does. Where both sides lack an edge nothing tells their lengths.
+    """
+    lacking = [axis for axis in (0, 1) if cut[axis] or cut[axis + 2]]
+    if len(lacking) != 1 or (cut[lacking[0]] and cut[lacking[0] + 2]):
+        return np.where(cut, expected, box), cut
+    axis = lacking[0]
+    seen, usual = box[2:] - box[:2], expected[2:] - expected[:2]
+    side = max(float(seen[1 - axis] * usual[axis] / usual[1 - axis]), float(seen[axis]))
+    whole = np.array(box, dtype=np.float64)
+    if cut[axis]:
+        whole[axis] = box[axis + 2] - side
+    else:
+        whole[axis + 2] = box[axis] + side
+    return whole, WHOLE
 
 
 def _confirmed(track: Track) -> Event:
