@@ -28,7 +28,8 @@ class GateParams(Section):
     )
     position_unit: Literal["px", "side"] = Field("side", description="p_pos in px, or in sides of the candidate")
     position_camera: bool = Field(
-        True, description="p_pos leaves out the camera's global shift since the previous frame"
+        True,
+        description="p_pos leaves out the picture's global shift since the previous frame, as it was measured",
     )
     position_offset: float = Field(
         0.0,
