@@ -285,7 +285,8 @@ class Tracker:
         for track in list(self._tracks.values()):
             share = float(area(clip(track.box, self._width, self._height)) / max(float(area(track.box)), 1e-9))
             values: Mapping[str, float | int] = {"missed": track.missed, "undetected": track.undetected, "view": share}
-            if share < self._params.view_share and track.undetected:
+            unseen = track.undetected > 0 or not self._params.open_edges
+            if share < self._params.view_share and unseen:
                 why = f"only {share:.0%} of its box is in view"
             elif track.missed > track.limit(self._params):
                 why = f"{track.missed} frames without a detection or a sure relocalisation"
