@@ -85,8 +85,9 @@ def peers() -> list[str]:
         shared = [groups[group][peer]["shared"] for peer in PEERS]
         assert all(s["ours"] < s["theirs"] for s in shared), group
     gains = [round(100 * (1 - s["ours"] / s["theirs"])) for s in (groups["held out"][p]["shared"] for p in PEERS)]
+    span = str(min(gains)) if min(gains) == max(gains) else f"{min(gains)} to {max(gains)}"
     return [
-        f"({min(gains)} to {max(gains)} %)",
+        f"({span} %)",
         f"{figures('stress')['all']['default']['videos']} simulated approaches",
     ]
 
