@@ -13,10 +13,11 @@ from tsr_engine.params import Params
 from tsr_engine.version import __version__
 
 Capture = pytest.CaptureFixture[str]
-COMMANDS = ("track", "detect", "classify", "train", "eval", "replay", "sample", "params", "doctor")
+COMMANDS = ("track", "detect", "classify", "train", "eval", "replay", "calibrate", "sample", "params", "doctor")
 LEAVES = (
     "track", "detect", "classify", "train detector", "train prior", "train classifier", "train online", "train all",
-    "eval detection", "eval classification", "eval fusion", "eval tracking", "replay", "sample", "params", "doctor",
+    "eval detection", "eval classification", "eval fusion", "eval tracking", "replay", "calibrate", "sample",
+    "params", "doctor",
 )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tsr_engine.cli import classify, detect, doctor, evaluate, params, replay, sample, track, train
+from tsr_engine.cli import calibrate, classify, detect, doctor, evaluate, params, replay, sample, track, train
 from tsr_engine.cli.common import ParameterCommand, say
 from tsr_engine.errors import TsrError
 from tsr_engine.version import __version__
@@ -72,6 +72,7 @@ app.command("classify")(classify.classify)
 app.add_typer(train.app, name="train")
 app.add_typer(evaluate.app, name="eval")
 app.command("replay", cls=ParameterCommand)(replay.replay)
+app.command("calibrate")(calibrate.calibrate)
 app.command("sample")(sample.sample)
 app.command("params")(params.params)
 app.command("doctor")(doctor.doctor)

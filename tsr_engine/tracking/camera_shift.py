@@ -54,30 +54,42 @@ class CameraShift:
         Exactly zero for a picture that repeats the one before; ``UNKNOWN`` for the first picture, after a change of
         size, and where too little can be tracked.
         """
+        found = self.flow(picture)
+        if found is None:
+            return (0.0, 0.0) if self.repeated else UNKNOWN
+        points, flow, small = found
+        height, width = picture.shape[:2]
+        shift = fit_shift(points - [self._foe[0] * small[0], self._foe[1] * small[1]], flow)[0]
+        return float(shift[0] * width / small[0]), float(shift[1] * height / small[1])
+
+    def flow(self, picture: Picture) -> tuple[FloatArray, FloatArray, tuple[int, int]] | None:
+        """Where points of the previous picture are in this one.
+
+        Returns:
+            Points of the previous small picture, their flow to this one, each of shape (n, 2) in its px, and its width
+            and height. None for the first picture, one that repeats the one before (then ``repeated`` is set), one of
+            another size, and where too little can be tracked.
+        """
         height, width = picture.shape[:2]
         small = (max(width // self._scale, 16), max(height // self._scale, 16))
         grey = cv2.cvtColor(cv2.resize(picture, small, interpolation=cv2.INTER_LINEAR), cv2.COLOR_BGR2GRAY)
         before, self._previous = self._previous, grey
         self.repeated = False
         if before is None or before.shape != grey.shape:
-            return UNKNOWN
+            return None
         if cv2.norm(before, grey, cv2.NORM_L1) <= 0.25 * grey.size:
             self.repeated = True
-            return 0.0, 0.0
+            return None
         start = _corners(before)
         if len(start) < _LEAST_POINTS:
-            return UNKNOWN
+            return None
         end, found, _ = cv2.calcOpticalFlowPyrLK(
             _same_exposure(before, grey), grey, start, None, winSize=(9, 9), maxLevel=3, criteria=(3, 10, 0.03)
         )
         kept = found[:, 0] == 1
-        origin = np.array([self._foe[0] * small[0], self._foe[1] * small[1]])
-        points = start[kept, 0].astype(np.float64) + 0.5 - origin
+        points = start[kept, 0].astype(np.float64) + 0.5
         flow = (end[kept, 0] - start[kept, 0]).astype(np.float64)
-        if len(points) < _LEAST_POINTS:
-            return UNKNOWN
-        shift = fit_shift(points, flow)[0]
-        return float(shift[0] * width / small[0]), float(shift[1] * height / small[1])
+        return None if len(points) < _LEAST_POINTS else (points, flow, small)
 
 
 def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADIAL_WEIGHT) -> tuple[FloatArray, float]:

@@ -1,0 +1,50 @@
+"""`tsr calibrate`: where the camera of a drive looks."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tsr_engine.cli.common import JsonOption, existing, frame_range, print_json
+
+__all__ = ["calibrate"]
+
+
+def calibrate(
+    video: Annotated[Path, typer.Argument(help="Video file of a drive.")],
+    frames: Annotated[
+        str | None,
+        typer.Option("--frames", metavar="A:B", help="Look at frames A to B-1, counted from 0; unset: the first 1500."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Tell from a drive how high the camera's focus of expansion lies: where the road comes from.
+
+    Signs move away from it as they come nearer. It is assumed in the middle of the picture; a camera that is not
+    mounted level has it elsewhere, and a track that goes on without detections then drifts off its sign.
+    As long as the camera stays as it is, one drive tells it for all.
+
+    \b
+    Examples:
+      tsr calibrate drive.mp4
+      tsr track drive.mp4 --set foe_y=0.65
+    """
+    start, stop = frame_range(frames)
+    from tsr_engine import calibration
+    from tsr_engine.cli.progress import progress_bar
+
+    path = existing(video, "video")
+    with progress_bar("calibrating", "frames") as show:
+        focus = calibration.calibrate(path, start, stop, lambda done, total: show(done, total, ""))
+    if as_json:
+        print_json({"foe_y": focus.y, "error": focus.error, "frames": focus.frames, "approach": focus.approach})
+        return
+    typer.echo(
+        f"{video.name}: the focus of expansion lies at {focus.y:.3f} of the height (standard error {focus.error:.3f}, "
+        f"from {focus.frames} frames).\ntsr track {shlex.quote(str(video))} --set foe_y={focus.y:.3f}"
+    )

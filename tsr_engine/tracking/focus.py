@@ -1,0 +1,80 @@
+"""Where a camera that is mounted in a car looks: the height of its focus of expansion, from the flow of a drive.
+
+Seen from the true focus of expansion (FOE) a car that drives straight on makes flow along the rays alone. Fitted about
+an assumed one that lies ``delta`` px too high, the same flow has a vertical shift of ``-delta`` times the growth. Bumps
+shift the picture too, but a car does not go on nodding: over a drive their sum is the difference of its first and last
+pitch, while what comes from the focus adds up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from tsr_engine.records import FloatArray
+from tsr_engine.tracking.camera_shift import fit_shift
+
+__all__ = ["LEAST_APPROACH", "Focus", "find_focus"]
+
+LEAST_APPROACH = 0.1
+"""Sum of the growths over a drive below which nothing is said: what is seen has come nearer by less than a tenth."""
+_HIGHEST, _LOWEST = -0.5, 1.5
+"""Between these a focus is looked for, shares of the height."""
+_FINE = 1e-3
+"""... and found to this share of the height."""
+
+
+@dataclass(frozen=True, slots=True)
+class Focus:
+    """The height of a camera's focus of expansion.
+
+    Attributes:
+        y: share of the picture's height, 0 at the top.
+        error: its standard error, share of the height; from the scatter of the frames' shifts as if they were
+            independent.
+        frames: pairs of pictures with flow.
+        approach: sum of the growths: how much nearer everything has come.
+    """
+
+    y: float
+    error: float
+    frames: int
+    approach: float
+
+
+def find_focus(
+    flows: Sequence[tuple[FloatArray, FloatArray]], width: float, height: float, x: float = 0.5
+) -> Focus | None:
+    """The height of the focus of expansion about which the flow of a drive has no lasting vertical shift.
+
+    Args:
+        flows: points and their flow, each of shape (n, 2) in px, for every pair of pictures.
+        width: of the picture, px.
+        height: of the picture, px.
+        x: of the focus, share of the width. It is not looked for: a curve shifts the picture for as long as a camera
+            that looks aside.
+
+    Returns:
+        None where the camera has come too little nearer to what it sees (``LEAST_APPROACH``), or the shift has one
+        sign wherever the focus is put.
+    """
+
+    def fitted(y: float) -> tuple[FloatArray, float]:
+        """Vertical shift of each pair about a focus at that share of the height, px, and the sum of the growths."""
+        fits = [fit_shift(points - [x * width, y * height], flow) for points, flow in flows]
+        return np.array([shift[1] for shift, _ in fits]), sum(growth for _, growth in fits)
+
+    def lasting(y: float) -> float:
+        return float(fitted(y)[0].mean())
+
+    if not flows or lasting(_HIGHEST) >= 0.0 or lasting(_LOWEST) <= 0.0:
+        return None
+    y = float(brentq(lasting, _HIGHEST, _LOWEST, xtol=_FINE))
+    lifts, approach = fitted(y)
+    slope = (lasting(y + 0.05) - lasting(y - 0.05)) / 0.1
+    if approach < LEAST_APPROACH or slope <= 0.0:
+        return None
+    return Focus(y, float(lifts.std() / np.sqrt(len(lifts)) / slope), len(lifts), approach)
