@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tsr_engine.cli.main import run
+from tsr_engine.evidence import EvidenceReader
 
 Capture = pytest.CaptureFixture[str]
 DRIVE = Path(__file__).parents[2] / "sample_videos" / "clips" / "low_sun.mp4"
@@ -31,6 +32,24 @@ def test_as_json(capsys: Capture) -> None:
     assert 0.0 < found["error"] < 0.02
     assert found["frames"] == 39
     assert found["approach"] > 0.1
+
+
+def test_a_run_calibrates_itself(capsys: Capture, tmp_path: Path) -> None:
+    assert run(["calibrate", str(DRIVE), "--frames", "0:30", "--json"]) == 0
+    y = round(json.loads(capsys.readouterr().out)["foe_y"], 3)
+    command = ["track", str(DRIVE), "--calibrate", "--frames", "0:30", "--evidence", str(tmp_path / "run")]
+    assert run(command) == 0
+    assert f"Calibrated: --set foe_y={y}" in capsys.readouterr().err
+    with EvidenceReader(tmp_path / "run") as reader:
+        assert reader.header.parameters["tracking"]["foe_y"] == y
+    assert run(command) == 0  # the same focus: the run goes on, here to its end
+    assert run([*command, "--set", "tracking.foe_y=0.5"]) == 2
+    assert "Choose one of them" in capsys.readouterr().err
+
+
+def test_a_car_that_stands_is_tracked_all_the_same(capsys: Capture, tmp_path: Path) -> None:
+    assert run(["track", str(DRIVE), "--calibrate", "--frames", "0:2", "--csv", str(tmp_path / "rows.csv")]) == 0
+    assert "taken to lie at foe_y = 0.5" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,9 +24,12 @@ from tsr_engine.cli.common import (
     out_console,
     print_json,
     say,
+    split_settings,
 )
+from tsr_engine.errors import InputError, UsageError
 
 if TYPE_CHECKING:
+    from tsr_engine.params import Params
     from tsr_engine.runs import RunReport
 
 __all__ = ["track"]
@@ -54,6 +58,10 @@ def track(
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1, counted from 0.")
     ] = None,
+    calibrate: Annotated[
+        bool,
+        typer.Option("--calibrate", help="Tell foe_y from the drive first, as `tsr calibrate` does."),
+    ] = False,
     restart: Annotated[
         bool, typer.Option("--restart", help="Start over where --evidence already holds a run.")
     ] = False,
@@ -70,6 +78,7 @@ def track(
     Examples:
       tsr track drive.mp4
       tsr track drive.mp4 --csv rows.csv --video seen.mp4
+      tsr track drive.mp4 --calibrate --evidence run2
       tsr track drive.mp4 --evidence run1 --set tau=20 --set motion=paper
       tsr track drive.mp4 --preset paper --frames 100:400 --timing
       tsr track drive.mp4 --onnx signs.onnx --onnx-size 640x640 --onnx-layout v8
@@ -84,6 +93,8 @@ def track(
     from tsr_engine.runs import RunRequest, track_video
 
     check_file(video)
+    if calibrate:
+        params = _aimed(params, settings, video, start, stop)
     components = load_components(params, models, network)
     request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart)
     with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
@@ -103,6 +114,28 @@ def track(
         again = " Run the same command again to go on." if evidence is not None else ""
         say(f"Interrupted after frame {last}: results up to there are {where}.{again}")
         raise typer.Exit(EXIT_INTERRUPTED)
+
+
+def _aimed(params: Params, settings: Sequence[str], video: Path, start: int, stop: int | None) -> Params:
+    """The parameters with the focus of expansion of the drive's own camera; as they are where it cannot be told.
+
+    Raises:
+        UsageError: the settings name a height of the focus as well.
+    """
+    if any(name.rpartition(".")[2] == "foe_y" for name, _ in split_settings(settings)):
+        raise UsageError("--calibrate tells foe_y from the drive, and --set foe_y names it. Choose one of them.")
+    from tsr_engine import calibration
+    from tsr_engine.cli.progress import progress_bar
+
+    try:
+        with progress_bar("calibrating", "frames") as show:
+            focus = calibration.calibrate(video, start, stop, lambda done, total: show(done, total, ""))
+    except InputError as error:
+        say(f"warning: {error} The focus is taken to lie at foe_y = {params.tracking.foe_y}.")
+        return params
+    y = round(focus.y, 3)
+    say(f"Calibrated: --set foe_y={y}")
+    return params.with_settings([("foe_y", y)])
 
 
 def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
