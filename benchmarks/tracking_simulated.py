@@ -20,7 +20,7 @@ import av
 import numpy as np
 
 from tsr_engine.evaluation.tracking import TrackingSummary, VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Results, Truth, in_view, read_clip_truth, read_mot_truth
+from tsr_engine.evaluation.tracking_rows import Results, Truth, in_view, read_clip_truth, read_mot_truth, thinned
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections, FloatArray
@@ -53,16 +53,7 @@ def load(path: Path, name: str, group: str, truth: Truth, step: int) -> Video:
             picture = frame.to_ndarray(format="bgr24")
             height, width = picture.shape[:2]
             shifts.append(estimator.step(picture))
-    kept = truth.frame % step == 0
-    truth = Truth(
-        truth.frame[kept] // step,
-        truth.track_id[kept],
-        truth.boxes[kept],
-        truth.class_id[kept],
-        truth.visibility[kept],
-        truth.ignore[kept],
-    )
-    return Video(name, group, truth, len(shifts), width, height, shifts)
+    return Video(name, group, thinned(truth, step), len(shifts), width, height, shifts)
 
 
 def simulate(

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.peers.kept import code, file_digest
 from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evaluation.tracking_rows import Truth, thinned
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
@@ -126,17 +126,8 @@ def every(seen: Seen, step: int) -> Seen:
             total = (float(shift[0]), float(shift[1]))
             frames.append(SeenFrame(number // step, frame.seconds, frame.detections, total))
             shift = np.zeros(2)
-    whole = seen.video.truth
-    here = whole.frame % step == 0
-    truth = Truth(
-        whole.frame[here] // step,
-        whole.track_id[here],
-        whole.boxes[here],
-        whole.class_id[here],
-        whole.visibility[here],
-        whole.ignore[here],
-    )
-    return replace(seen, interval=seen.interval * step, frames=tuple(frames), video=replace(seen.video, truth=truth))
+    video = replace(seen.video, truth=thinned(seen.video.truth, step))
+    return replace(seen, interval=seen.interval * step, frames=tuple(frames), video=video)
 
 
 def pictures(seen: Seen) -> Iterator[tuple[SeenFrame, Picture]]:

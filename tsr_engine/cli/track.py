@@ -26,7 +26,7 @@ from tsr_engine.cli.common import (
     say,
     split_settings,
 )
-from tsr_engine.errors import InputError, UsageError
+from tsr_engine.errors import InputError, UsageError, VideoError
 
 if TYPE_CHECKING:
     from tsr_engine.params import Params
@@ -129,7 +129,10 @@ def _aimed(params: Params, settings: Sequence[str], video: Path, start: int, sto
 
     try:
         with progress_bar("calibrating", "frames") as show:
-            focus = calibration.calibrate(video, start, stop, lambda done, total: show(done, total, ""))
+            end = None if stop is None else min(stop, start + calibration.FRAMES)
+            focus = calibration.calibrate(video, start, end, lambda done, total: show(done, total, ""))
+    except VideoError:
+        raise
     except InputError as error:
         say(f"warning: {error} The focus is taken to lie at foe_y = {params.tracking.foe_y}.")
         return params

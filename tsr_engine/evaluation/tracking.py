@@ -191,6 +191,11 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
     )
 
 
+def _by_place(report: VideoReport) -> dict[tuple[int, int], float]:
+    """Frame and sign -> Eq. 7 of its match."""
+    return dict(zip(report.matched, (error for error, _ in report.errors), strict=True))
+
+
 def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> dict[str, Any]:
     """Mean Eq. 7 of two trackers over the signs and frames that both of them have.
 
@@ -205,9 +210,8 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
     """
     pairs = []
     for a, b in zip(ours, theirs, strict=True):
-        known = dict(zip(a.matched, (error for error, _ in a.errors), strict=True))
-        errors = zip(b.matched, (error for error, _ in b.errors), strict=True)
-        pairs += [(known[place], error) for place, error in errors if place in known]
+        known = _by_place(a)
+        pairs += [(known[place], error) for place, error in _by_place(b).items() if place in known]
     mine, other = np.mean(pairs, axis=0).tolist() if pairs else (None, None)
     return {"n": len(pairs), "ours": mine, "theirs": other}
 
@@ -227,7 +231,7 @@ def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -
     """
     pairs, only_ours, only_theirs = [], 0, 0
     for a, b in zip(ours, theirs, strict=True):
-        mine, other = (dict(zip(r.matched, (error for error, _ in r.errors), strict=True)) for r in (a, b))
+        mine, other = _by_place(a), _by_place(b)
         pairs += [(mine[place], other[place]) for place in mine.keys() & other if mine[place] != other[place]]
         only_ours += len(mine.keys() - other)
         only_theirs += len(other.keys() - mine)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +92,13 @@ def in_view(truth: Truth, results: Results, width: int, height: int) -> tuple[Tr
         replace(truth, boxes=clip(truth.boxes, width, height)),
         replace(results, boxes=clip(results.boxes, width, height)),
     )
+
+
+def thinned(truth: Truth, step: int) -> Truth:
+    """The rows of every ``step``-th frame, from the first on, with the frames counted anew."""
+    here = truth.frame % step == 0
+    rows = {column.name: getattr(truth, column.name)[here] for column in fields(truth)}
+    return Truth(**rows | {"frame": rows["frame"] // step})
 
 
 def read_clip_truth(path: Path) -> Truth:
