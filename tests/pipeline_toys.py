@@ -141,7 +141,7 @@ def components(params: Params, delay: float = 0.0) -> Components:
     return Components(RedDetector(delay), parts, {"classifier": "c" * 64}, learned_lambda=1.0)
 
 
-PARAMS = Params().with_settings([("tau", 3.0)])
+PARAMS = Params().with_settings([("tau", 3.0), ("coast_foe_y", 0.5)])
 """A strict gate, so that the online detector has something to do."""
 
 

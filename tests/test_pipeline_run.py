@@ -133,7 +133,7 @@ def test_a_run_stopped_again_and_again_equals_an_uninterrupted_one(
         def stop() -> bool:
             nonlocal count
             count += 1
-            return count > 37
+            return count > 38  # asked once before the first frame
 
         request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", tmp_path / "seen.mp4")
         report = track_video(request, toys.components(toys.PARAMS), stop=stop if rounds == 1 else None)

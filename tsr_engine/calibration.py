@@ -5,47 +5,89 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from tsr_engine.errors import InputError
+from tsr_engine.errors import UsageError, VideoError
 from tsr_engine.io.video import open_video
+from tsr_engine.params import Params
+from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.focus import Focus, find_focus
 
-__all__ = ["FRAMES", "calibrate"]
+__all__ = ["ENOUGH", "MOST", "PORTION", "aimed", "calibrate"]
 
-FRAMES = 1500
-"""So many frames are looked at where nothing else is asked for: a minute tells more than enough."""
+PORTION = 250
+"""So many frames are looked at before the answer is weighed."""
+ENOUGH = 0.01
+"""A standard error, share of the height, at which no further portion is looked at."""
+MOST = 3000
+"""... and so many frames at most: a car that stands for two minutes may stand for longer."""
 
 
 def calibrate(
-    path: Path, start: int = 0, stop: int | None = None, progress: Callable[[int, int | None], None] | None = None
-) -> Focus:
+    path: Path,
+    start: int = 0,
+    stop: int | None = None,
+    *,
+    x: float = 0.5,
+    scale: int = 4,
+    progress: Callable[[int, int | None], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Focus | None:
     """The height of the focus of expansion of the camera of a drive.
 
     Args:
         path: the video.
         start: first frame.
-        stop: end, exclusive; unset: ``FRAMES`` after the first.
-        progress: called after each frame with the number of frames done and the total, if known.
+        stop: end, exclusive; unset: as soon as a portion leaves little doubt, ``MOST`` frames after the first at last.
+        x: of the focus, share of the width.
+        scale: flow is looked for in pictures made smaller by this factor.
+        progress: called after each frame with the number of frames done and the most there are to do, if known.
+        cancelled: asked before each frame; true ends the search with what is known by then.
+
+    Returns:
+        None where the car drives too little for an answer.
 
     Raises:
         VideoError: the video cannot be opened or decoded.
         UsageError: the range lies beyond the end.
-        InputError: the car drives too little for an answer.
     """
-    end = start + FRAMES if stop is None else stop
-    camera, flows, size = CameraShift(), [], (0, 0)
+    camera, size, focus = CameraShift(scale), (0, 0), None
+    flows: list[tuple[FloatArray, FloatArray]] = []
+    end = start + MOST if stop is None else stop
     with open_video(path) as video:
         total = None if video.expected is None else max(0, min(end, video.expected) - start)
         for done, frame in enumerate(video.frames(start, end, ahead=2), 1):
+            if cancelled is not None and cancelled():
+                break
             if (found := camera.flow(frame.picture)) is not None:
                 points, flow, size = found
                 flows.append((points, flow))
             if progress is not None:
                 progress(done, total)
-    focus = find_focus(flows, *size)
-    if focus is None:
-        raise InputError(
-            f"The car in {path} comes too little nearer to what it sees to tell where its camera looks. "
-            "Choose --frames in which it drives on."
-        )
-    return focus
+            if stop is None and done % PORTION == 0:
+                focus = find_focus(flows, *size, x)
+                if focus is not None and focus.error <= ENOUGH:
+                    return focus
+    return find_focus(flows, *size, x)
+
+
+def aimed(params: Params, path: Path, cancelled: Callable[[], bool] | None = None) -> tuple[Params, Focus | None]:
+    """Parameters of a run over a drive whose camera is told from the drive, unless they name its focus themselves.
+
+    The beginning of the drive is looked at, whichever frames are to be tracked: every run over it has the same camera.
+
+    Args:
+        params: of the run.
+        path: the video.
+        cancelled: asked before each frame; true ends the search.
+
+    Returns:
+        The parameters with ``coast_foe_y`` set where it was asked for and could be told, and what was told.
+    """
+    tracking = params.tracking
+    if tracking.coast_foe_y is not None or tracking.motion != "looming":
+        return params, None
+    try:
+        focus = calibrate(path, x=tracking.foe_x, scale=tracking.shift_scale, cancelled=cancelled)
+    except (VideoError, UsageError):  # the run itself comes to that frame, and says so
+        return params, None
+    return (params, None) if focus is None else (params.with_settings([("coast_foe_y", round(focus.y, 3))]), focus)

@@ -78,8 +78,10 @@ class MotionModel(Protocol):
         """The state of a track born from one measurement in a frame of width x height px."""
         ...
 
-    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
-        """Time update."""
+    def predict(
+        self, state: MotionState, dt: float, shift: tuple[float, float], focus_y: float | None = None
+    ) -> MotionState:
+        """Time update; ``focus_y``: height of the camera's focus of expansion if known, px, for a model with one."""
         ...
 
     def update(

@@ -12,6 +12,7 @@ import numpy as np
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.params import Params
 from tsr_engine.pipeline import TrackSummary
+from tsr_engine.tracking.focus import Focus
 
 __all__ = ["Progress", "RunReport", "RunRequest"]
 
@@ -72,6 +73,12 @@ class RunReport:
     interrupted: bool = False
     seconds: float = 0.0
     """Wall time of this call."""
+    params: Params = field(default_factory=Params)
+    """Parameters of the run, its camera's focus among them."""
+    focus: Focus | None = None
+    """Where the camera looks, if the drive told it in this call."""
+    focus_seconds: float = 0.0
+    """Wall time that this took, before ``seconds``."""
     first_seconds: float = 0.0
     """... of which until its first frame was done: models are warm and kernels compiled from then on."""
     computed: int = 0

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from tsr_engine.calibration import aimed
 from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError, VideoError
 from tsr_engine.evidence import (
     RESULT_HEADER,
@@ -28,6 +29,7 @@ from tsr_engine.evidence import (
     RunState,
     TableEntry,
     VideoIdentity,
+    read_header,
 )
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.atomic import atomic_text, refuse_inputs
@@ -35,6 +37,7 @@ from tsr_engine.io.overlay import draw
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video import Frame, FrameTable, Video, open_video, video_sha256
 from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
     FrameInput,
@@ -48,6 +51,7 @@ from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.records import FrameEvidence
 from tsr_engine.run_report import Progress, RunReport, RunRequest
 from tsr_engine.tracking.camera_shift import CameraShift
+from tsr_engine.tracking.focus import Focus
 
 __all__ = ["Progress", "RunReport", "RunRequest", "track_video"]
 
@@ -72,7 +76,8 @@ def track_video(
         stop: asked before each frame; true ends the run as interrupted, with everything so far written.
 
     Returns:
-        The report. Outputs of an interrupted or failed run hold the frames up to there.
+        The report. Outputs of an interrupted or failed run hold the frames up to there; one that is stopped while its
+        camera is told from the drive has none yet.
 
     Raises:
         VideoError: the video cannot be opened or decoded.
@@ -83,8 +88,28 @@ def track_video(
     refuse_inputs([request.csv, request.annotated], [request.video])
     if request.csv is not None and request.annotated is not None and request.csv == request.annotated:
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
+    stop = stop or (lambda: False)
     with open_video(request.video) as video, one_blas_thread():
-        return _Run(request, components, video, progress, stop or (lambda: False)).execute()
+        began = time.perf_counter()
+        params, focus = _aim(request, stop)
+        run = _Run(replace(request, params=params), components, video, progress, stop)
+        run.report.focus, run.report.focus_seconds = focus, time.perf_counter() - began
+        if stop():
+            run.report.interrupted = True
+            return run.report
+        return run.execute()
+
+
+def _aim(request: RunRequest, stop: Callable[[], bool]) -> tuple[Params, Focus | None]:
+    """Parameters with the camera's focus, and what the drive told of it in this call.
+
+    It is the one that they name, else that of the run which is gone on with, else what the drive tells.
+    """
+    params, folder = request.params, request.evidence
+    if params.tracking.coast_foe_y is not None or request.restart or folder is None or not (folder / RUN_FILE).exists():
+        return aimed(params, request.video, stop)
+    stored = read_header(folder).parameters.get("tracking", {})
+    return params.with_settings([("coast_foe_y", stored.get("coast_foe_y"))]), None
 
 
 class _Run:
@@ -103,7 +128,9 @@ class _Run:
         self.video = video
         self.progress = progress
         self.stop = stop
-        self.report = RunReport(request.video.name, video.width, video.height, first_frame=request.start)
+        self.report = RunReport(
+            request.video.name, video.width, video.height, first_frame=request.start, params=request.params
+        )
         self.results = ResultStream()
         # Of the packets, also where a decoded table is given: both ways a run begins with the same interval.
         table = video.table

@@ -9,6 +9,7 @@ from pathlib import Path
 from sqlalchemy.orm import undefer
 
 from app.jobs.context import Stopped, TaskContext
+from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
@@ -74,6 +75,7 @@ def track(task: TaskContext) -> None:
         row.rate = report.rate() or row.rate
         row.summary = {
             "seconds": round(report.seconds, 2),
+            "focus": focus_of(report.params, named=params.tracking.coast_foe_y is not None),
             "events": dict(sorted(report.events.items())),
             "warnings": list(report.warnings),
             "stages": {stage: round(median, 2) for stage, _, median, _ in report.stage_table()},

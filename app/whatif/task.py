@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.jobs.context import Stopped, TaskContext
+from app.runs.focus import focus_of
+from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run
 from app.training.folders import models_of_run
@@ -40,6 +42,7 @@ def run_whatif(task: TaskContext) -> None:
         parent = session.get_one(Run, run.parent_id)
         run.state, run.error, run.started = "running", None, run.started or datetime.now(UTC)
         models = models_of_run(task.settings, session, parent)
+        asked = params_of(parent.preset, parent.parameters)
         publish_run(session, task.events, run)
     source = task.settings.home / parent.folder
     with EvidenceReader(source) as reader:
@@ -69,6 +72,7 @@ def run_whatif(task: TaskContext) -> None:
         row.tracks, row.engine_version, row.models = len(report.tracks), __version__, dict(components.models)
         row.summary = {
             "seconds": round(report.seconds, 2),
+            "focus": focus_of(params, named=asked.tracking.coast_foe_y is not None),
             "identical_frames": report.identical,
             "missing_pixels": report.missing_pixels,
             "missing_frames": report.missing_frames,

@@ -21,6 +21,7 @@ from benchmarks.peers.kept import Kept, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.remembered import plain_seen, read_seen, systems_code
 from benchmarks.systems.video import FrameTruth, Seen, counted, followed, frame_truths, watch
+from tsr_engine.calibration import aimed
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
@@ -43,11 +44,12 @@ ROWS = ("ACF", "ACF and KF", "ACF and prior", "ACF, prior and KF", ENGINE)
 
 @dataclass(frozen=True, slots=True)
 class _Clip:
-    """One clip, watched: the frames' truth, and what the detector saw without and with the prior."""
+    """One clip, watched: the frames' truth, what the detector saw without and with the prior, its camera's focus."""
 
     video: Path
     truths: list[FrameTruth]
     seen: dict[str, list[Seen]]
+    coast_foe_y: float | None
 
 
 def _run(data: Data) -> Result:
@@ -94,7 +96,8 @@ def _watched(video: Path, truth: Truth, times: list[float], kept: Kept) -> _Clip
     record = kept.get(key, lambda: _watch(video, components))
     times.extend(record["times"])
     seen = {name: [read_seen(frame) for frame in frames] for name, frames in record["seen"].items()}
-    return _Clip(video, frame_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH), seen)
+    truths = frame_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
+    return _Clip(video, truths, seen, aimed(params, video)[0].tracking.coast_foe_y)
 
 
 def _watch(video: Path, components: Components) -> dict[str, Any]:
@@ -130,11 +133,12 @@ def _alone(clips: Sequence[_Clip], name: str) -> dict[str, Any]:
 def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) -> tuple[dict[str, Any], float]:
     """The curve of tracked boxes, and the filter's median time a frame in ms."""
     settings = [*values.items(), ("confirm_score", values["birth_score"])]
-    params = Params().with_settings(settings).tracking
+    params = Params().with_settings(settings)
     results, live, times = [], [], []
     for clip in clips:
+        tracking = params.with_settings([("coast_foe_y", clip.coast_foe_y)]).tracking
         began = time.thread_time()
-        rows = followed(clip.seen[name], params)
+        rows = followed(clip.seen[name], tracking)
         times.append((time.thread_time() - began) / max(1, len(clip.truths)) * 1e3)
         for row, truth in zip(rows, clip.truths, strict=True):
             results.append(counted(row.boxes, row.scores, truth))
@@ -151,10 +155,11 @@ def _best(clips: Sequence[_Clip], name: str) -> dict[str, float]:
 
 def _engine(clips: Sequence[_Clip], kept: Kept) -> dict[str, Any]:
     """The result rows of `tsr track`, default parameters: KF, gate, online detector."""
-    params = Params.preset("default")
-    components = load_components(params)
+    shipped = Params.preset("default")
+    components = load_components(shipped)
     results, seconds, frames = [], 0.0, 0
     for clip in clips:
+        params = shipped.with_settings([("coast_foe_y", clip.coast_foe_y)])
         key = ["tracked", file_digest(clip.video), params.model_dump(mode="json"), dict(components.models)]
         run = kept.get(key, partial(_track, clip.video, params, components))
         seconds += run["seconds"]

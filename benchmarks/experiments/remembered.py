@@ -10,22 +10,16 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-import tsr_engine
+from benchmarks.peers.kept import ENGINE, code, file_digest
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
 from tsr_engine.evaluation.tracking_rows import Truth
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.params import Params
 
 __all__ = ["Memory"]
-
-_STEPS = (
-    "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params", "pipeline", "recognition",
-    "tracking",
-)  # fmt: skip
 
 
 class Memory:
@@ -61,8 +55,8 @@ class Memory:
         """Digest of everything that a report depends on."""
         digest = hashlib.sha256()
         for part in (
-            _engine(),
-            _file(video),
+            code(ENGINE),
+            file_digest(video),
             title,
             params.model_dump_json(),
             json.dumps(dict(models), sort_keys=True),
@@ -71,22 +65,6 @@ class Memory:
         for column in (truth.frame, truth.track_id, truth.boxes, truth.class_id, truth.ignore):
             digest.update(column.tobytes())
         return digest.hexdigest()
-
-
-@cache
-def _engine() -> str:
-    """Digest of the engine's steps as they are written."""
-    digest = hashlib.sha256()
-    root = Path(tsr_engine.__file__).parent
-    for step in _STEPS:
-        for path in sorted((root / step).rglob("*.py")):
-            digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
-    return digest.hexdigest()
-
-
-@cache
-def _file(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _report(record: Mapping[str, Any]) -> VideoReport:

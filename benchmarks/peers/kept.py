@@ -15,13 +15,13 @@ from typing import Any
 import tsr_engine
 from tsr_engine.io.atomic import atomic_text
 
-__all__ = ["Kept", "code", "digest_of", "file_digest"]
+__all__ = ["ENGINE", "Kept", "code", "digest_of", "file_digest"]
 
 ENGINE = (
-    "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params", "pipeline", "recognition",
-    "tracking",
+    "calibration.py", "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params", "pipeline",
+    "recognition", "tracking",
 )  # fmt: skip
-"""Parts of the engine that a comparison of trackers depends on."""
+"""Parts of the engine that tracking depends on."""
 
 
 class Kept:

@@ -51,7 +51,7 @@ def filter_alone(seen: Seen, params: Params) -> Results:
 
     No pixel is looked at.
     """
-    tracker = Tracker(params.tracking, seen.width, seen.height)
+    tracker = Tracker(seen.aimed(params).tracking, seen.width, seen.height)
     rows: dict[int, list[tuple[int, int, FloatArray, int, float, str]]] = {}
     confirmed: set[int] = set()
     clock: float | None = None
@@ -109,7 +109,7 @@ class _Run:
 
 def start(seen: Seen, params: Params, parts: Parts) -> TrackingCore:
     """A fresh core for a video."""
-    return TrackingCore(params, parts, seen.width, seen.height, interval=seen.interval)
+    return TrackingCore(seen.aimed(params), parts, seen.width, seen.height, interval=seen.interval)
 
 
 def frame_input(

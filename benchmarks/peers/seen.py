@@ -23,7 +23,9 @@ from tsr_engine.runs import RunRequest, track_video
 
 __all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 
-STEPS = ("channels", "detection", "geometry", "io", "tracking/camera_shift.py")
+STEPS = (
+    "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus.py", "calibration.py",
+)  # fmt: skip
 """Parts of the engine's code that what is seen of a video depends on."""
 
 
@@ -78,6 +80,8 @@ class Seen:
         height: of the pictures, px.
         interval: nominal seconds between two frames.
         frames: every frame, in order.
+        coast_foe_y: height of the camera's focus of expansion as the video tells it, share of the picture's; None: it
+            does not tell.
     """
 
     video: Annotated
@@ -85,6 +89,13 @@ class Seen:
     height: int
     interval: float
     frames: tuple[SeenFrame, ...]
+    coast_foe_y: float | None = None
+
+    def aimed(self, params: Params) -> Params:
+        """Parameters with the camera's focus of expansion, as a live run over the video has them."""
+        if params.tracking.coast_foe_y is not None:
+            return params
+        return params.with_settings([("coast_foe_y", self.coast_foe_y)])
 
 
 def look(videos: Sequence[Annotated], store: Path, components: Components | None = None) -> Iterator[Seen]:
@@ -105,12 +116,12 @@ def look(videos: Sequence[Annotated], store: Path, components: Components | None
         if not _is_current(folder, video.path, params, parts.models):
             track_video(RunRequest(video.path, params, evidence=folder, restart=True), parts)
         with EvidenceReader(folder) as reader:
-            table = reader.header.frame_table
+            table, coast_foe_y = reader.header.frame_table, reader.header.parameters["tracking"]["coast_foe_y"]
             frames = tuple(
                 SeenFrame(f.ordinal, f.seconds, f.detections, (float(f.shift[0]), float(f.shift[1])))
                 for f in reader.frames(pixels=False)
             )
-        yield Seen(video, int(table["width"]), int(table["height"]), float(table["interval"]), frames)
+        yield Seen(video, int(table["width"]), int(table["height"]), float(table["interval"]), frames, coast_foe_y)
 
 
 def every(seen: Seen, step: int) -> Seen:

@@ -90,7 +90,7 @@
  * @property {number|null} tracks             confirmed tracks
  * @property {string} engine_version
  * @property {Record<string, string>} models
- * @property {Record<string, any>} summary
+ * @property {Record<string, any>} summary        of a complete run; `focus`: its camera's focus of expansion, null or {x, y: shares of the picture, named: by a person}
  * @property {string} created
  * @property {string|null} finished
  */

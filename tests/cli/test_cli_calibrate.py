@@ -28,28 +28,36 @@ def test_the_printed_command_takes_over_the_focus(capsys: Capture, tmp_path: Pat
 def test_as_json(capsys: Capture) -> None:
     assert run(["calibrate", str(DRIVE), "--frames", "100:140", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["foe_y"] == pytest.approx(0.44, abs=0.02)
+    assert found["coast_foe_y"] == pytest.approx(0.44, abs=0.02)
     assert 0.0 < found["error"] < 0.02
     assert found["frames"] == 39
     assert found["approach"] > 0.1
 
 
-def test_a_run_calibrates_itself(capsys: Capture, tmp_path: Path) -> None:
-    assert run(["calibrate", str(DRIVE), "--frames", "0:30", "--json"]) == 0
-    y = round(json.loads(capsys.readouterr().out)["foe_y"], 3)
-    command = ["track", str(DRIVE), "--calibrate", "--frames", "0:30", "--evidence", str(tmp_path / "run")]
+def stored_focus(folder: Path) -> float | None:
+    with EvidenceReader(folder) as reader:
+        return reader.header.parameters["tracking"]["coast_foe_y"]
+
+
+def test_a_run_is_told_by_its_drive_where_the_camera_looks(capsys: Capture, tmp_path: Path) -> None:
+    """By the same frames whichever are tracked: two stretches of a drive have one camera."""
+    assert run(["calibrate", str(DRIVE), "--json"]) == 0
+    y = round(json.loads(capsys.readouterr().out)["coast_foe_y"], 3)
+    command = ["track", str(DRIVE), "--frames", "200:203", "--evidence", str(tmp_path / "run")]
     assert run(command) == 0
-    assert f"Calibrated: --set foe_y={y}" in capsys.readouterr().err
-    with EvidenceReader(tmp_path / "run") as reader:
-        assert reader.header.parameters["tracking"]["foe_y"] == y
-    assert run(command) == 0  # the same focus: the run goes on, here to its end
-    assert run([*command, "--set", "tracking.foe_y=0.5"]) == 2
-    assert "Choose one of them" in capsys.readouterr().err
+    assert f"focus of expansion lies at {y:.3f} of the picture's height (told from " in capsys.readouterr().out
+    assert stored_focus(tmp_path / "run") == y
+    assert run([*command, "--json"]) == 0  # goes on, here to its end: nothing is told anew
+    assert json.loads(capsys.readouterr().out)["focus"] is None
+    assert run([*command, "--set", "tracking.coast_foe_y=0.5"]) == 5
+    assert "coast_foe_y" in capsys.readouterr().err
 
 
-def test_a_car_that_stands_is_tracked_all_the_same(capsys: Capture, tmp_path: Path) -> None:
-    assert run(["track", str(DRIVE), "--calibrate", "--frames", "0:2", "--csv", str(tmp_path / "rows.csv")]) == 0
-    assert "taken to lie at foe_y = 0.5" in capsys.readouterr().err
+@pytest.mark.parametrize("words", [["--set", "coast_foe_y=0.61"], ["--preset", "paper"]])
+def test_nothing_is_told_to_a_run_that_knows_or_does_not_ask(words: list[str], capsys: Capture, tmp_path: Path) -> None:
+    assert run(["track", str(DRIVE), "--frames", "0:2", "--evidence", str(tmp_path / "run"), "--json", *words]) == 0
+    assert json.loads(capsys.readouterr().out)["focus"] is None
+    assert stored_focus(tmp_path / "run") == (0.61 if "--set" in words else None)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from tsr_engine.protocols import WHOLE, Edges, MotionModel
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.motion import make_motion
 from tsr_engine.tracking.motion_constant_velocity import ConstantVelocityMotion
-from tsr_engine.tracking.motion_looming import RATE, LoomingMotion, LoomingNoise
+from tsr_engine.tracking.motion_looming import FY, RATE, LoomingMotion, LoomingNoise
 from tsr_engine.tracking.motion_paper import PaperMotion
 from tsr_engine.tracking.noise import MeasurementNoise
 
@@ -133,6 +133,15 @@ class TestLooming:
         assert motion.box_of(motion.predict(state, 2.0, STILL))[2] == pytest.approx(40 / 0.6)
         # No time, no motion.
         assert motion.box_of(motion.predict(state, 0.0, STILL)) == pytest.approx([460.0, 188.0, 40.0, 20.0])
+
+    def test_a_known_focus_leads_one_step_and_leaves_the_state_its_own(self) -> None:
+        motion = LoomingMotion(NOISE, LoomingNoise(growth_start=0.2), foe=(0.5, 0.5))
+        state = motion.initiate(np.array([460.0, 188.0, 40.0, 20.0]), 720, 576)
+        ahead = motion.predict(state, 1.0, (3.0, -2.0), 388.0)
+        # From (360, 388): the centre lies 200 px above it and grows away by 50/40.
+        assert motion.box_of(ahead) == pytest.approx([360 + 125 + 3, 388 - 250 - 2, 50.0, 25.0])
+        assert ahead.mean[FY] == 288.0
+        assert state.mean[FY] == 288.0
 
     def test_jacobian_is_the_derivative(self) -> None:
         motion = LoomingMotion(NOISE, LoomingNoise(0.03, 0.03, 0, 0, 0, 0, 0, 0, 0.9, 0.1))

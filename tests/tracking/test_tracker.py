@@ -240,6 +240,27 @@ def test_camera_shift_moves_predictions_only_where_wanted() -> None:
         assert tracker.predict(1.0, (12.0, 0.0))[1].box[0] == pytest.approx(300 + expected)
 
 
+def test_an_undetected_sign_moves_away_from_where_the_camera_looks() -> None:
+    """The camera looks to 0.7 of the height; the filter's own focus lies in the middle. Seen frames are the same."""
+
+    def sign(frame: int) -> tuple[float, float, float, float, float]:
+        w = 20.0 / (1.0 - 0.02 * frame)
+        cx, cy = 0.5 * WIDTH + 4.0 * w, 0.7 * HEIGHT - 4.0 * w
+        return (cx - w / 2, cy - w / 2, cx + w / 2, cy + w / 2, 4.0)
+
+    seen = {f: detections(sign(f)) for f in range(16)}
+    out = {y: run(Tracker(TrackingParams(level_frames=0, coast_foe_y=y), WIDTH, HEIGHT), seen, 24) for y in (None, 0.7)}
+    truth = np.array(sign(23)[:4])
+    for y, frames in out.items():
+        assert [t.source for f in frames for t in f.tracks] == ["detected"] * 16 + ["predicted"] * 8, y
+    for a, b in zip(out[None][:17], out[0.7][:17], strict=True):  # the first of them is predicted as ever
+        assert a.tracks[0].box == pytest.approx(b.tracks[0].box, abs=0.0)
+    off = {y: float(np.abs(frames[-1].tracks[0].box - truth)[[1, 3]].max()) for y, frames in out.items()}
+    assert off[0.7] < 0.5 * off[None]
+    sideways = [frames[-1].tracks[0].box[[0, 2]] for frames in out.values()]
+    assert sideways[0] == pytest.approx(sideways[1], abs=0.0)
+
+
 def test_a_repeated_picture_stands_still_and_the_next_catches_up() -> None:
     """Pictures 0 1 2 ... 9 9 11 12: the filter follows without a jump."""
     order = [*range(10), 9, 11, 12, 13]

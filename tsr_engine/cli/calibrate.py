@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from tsr_engine.cli.common import JsonOption, existing, frame_range, print_json
+from tsr_engine.errors import InputError
 
 __all__ = ["calibrate"]
 
@@ -19,20 +20,22 @@ def calibrate(
     video: Annotated[Path, typer.Argument(help="Video file of a drive.")],
     frames: Annotated[
         str | None,
-        typer.Option("--frames", metavar="A:B", help="Look at frames A to B-1, counted from 0; unset: the first 1500."),
+        typer.Option(
+            "--frames", metavar="A:B", help="Look at frames A to B-1, counted from 0; unset: as many as it takes."
+        ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Tell from a drive how high the camera's focus of expansion lies: where the road comes from.
 
-    Signs move away from it as they come nearer. It is assumed in the middle of the picture; a camera that is not
-    mounted level has it elsewhere, and a track that goes on without detections then drifts off its sign.
-    As long as the camera stays as it is, one drive tells it for all.
+    Signs move away from it as they come nearer; were it assumed elsewhere, a track that goes on without detections
+    would drift off its sign. `tsr track` tells it in the same way from the first frames of each drive. What the
+    camera is known to have can be named for all its drives.
 
     \b
     Examples:
       tsr calibrate drive.mp4
-      tsr track drive.mp4 --set foe_y=0.65
+      tsr track drive.mp4 --set coast_foe_y=0.65
     """
     start, stop = frame_range(frames)
     from tsr_engine import calibration
@@ -40,11 +43,16 @@ def calibrate(
 
     path = existing(video, "video")
     with progress_bar("calibrating", "frames") as show:
-        focus = calibration.calibrate(path, start, stop, lambda done, total: show(done, total, ""))
+        focus = calibration.calibrate(path, start, stop, progress=lambda done, total: show(done, total, ""))
+    if focus is None:
+        raise InputError(
+            f"The car in {path} comes too little nearer to what it sees to tell where its camera looks. "
+            "Choose --frames in which it drives on."
+        )
     if as_json:
-        print_json({"foe_y": focus.y, "error": focus.error, "frames": focus.frames, "approach": focus.approach})
+        print_json({"coast_foe_y": focus.y, "error": focus.error, "frames": focus.frames, "approach": focus.approach})
         return
     typer.echo(
         f"{video.name}: the focus of expansion lies at {focus.y:.3f} of the height (standard error {focus.error:.3f}, "
-        f"from {focus.frames} frames).\ntsr track {shlex.quote(str(video))} --set foe_y={focus.y:.3f}"
+        f"from {focus.frames} frames).\ntsr track {shlex.quote(str(video))} --set coast_foe_y={focus.y:.3f}"
     )

@@ -123,13 +123,14 @@ def replay(
         )
 
 
+_KEPT = ("use_camera_shift", "shift_scale", "foe_x", "foe_y", "coast_foe_y")
+"""Parameters of tracking that belong to the run's shifts and its camera."""
+
+
 def _over(run: Any, preset: Any) -> Any:
-    """A preset, but with the run's own parameters for the steps that a replay does not repeat."""
-    kept = {"detector": run.detector}
-    tracking = preset.tracking.model_copy(
-        update={name: getattr(run.tracking, name) for name in ("use_camera_shift", "shift_scale")}
-    )
-    return preset.model_copy(update=kept | {"tracking": tracking})
+    """A preset, but with the run's own parameters for its camera and the steps that a replay does not repeat."""
+    tracking = preset.tracking.model_copy(update={name: getattr(run.tracking, name) for name in _KEPT})
+    return preset.model_copy(update={"detector": run.detector, "tracking": tracking})
 
 
 def _check(stopped: Any) -> None:

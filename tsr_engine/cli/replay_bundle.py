@@ -50,7 +50,8 @@ def replay_bundle_file(
     pairs = split_settings(settings)
     with bundles.open_bundle(path) as bundle:
         before, changed = bundles.bundle_params(bundle)
-        params = (before if preset is None else Params.preset(preset)).with_settings(pairs)
+        camera = [("coast_foe_y", before.tracking.coast_foe_y)]
+        params = (before if preset is None else Params.preset(preset).with_settings(camera)).with_settings(pairs)
         changed += [f"The parameter {name} was changed for this replay." for name in changed_parameters(before, params)]
         folder = bundles.bundled_models(bundle) if bundled_models else models
         network = bundles.replay_network(bundle, onnx, bundled_models, other_models)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,12 +23,9 @@ from tsr_engine.cli.common import (
     out_console,
     print_json,
     say,
-    split_settings,
 )
-from tsr_engine.errors import InputError, UsageError, VideoError
 
 if TYPE_CHECKING:
-    from tsr_engine.params import Params
     from tsr_engine.runs import RunReport
 
 __all__ = ["track"]
@@ -58,10 +54,6 @@ def track(
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1, counted from 0.")
     ] = None,
-    calibrate: Annotated[
-        bool,
-        typer.Option("--calibrate", help="Tell foe_y from the drive first, as `tsr calibrate` does."),
-    ] = False,
     restart: Annotated[
         bool, typer.Option("--restart", help="Start over where --evidence already holds a run.")
     ] = False,
@@ -78,7 +70,6 @@ def track(
     Examples:
       tsr track drive.mp4
       tsr track drive.mp4 --csv rows.csv --video seen.mp4
-      tsr track drive.mp4 --calibrate --evidence run2
       tsr track drive.mp4 --evidence run1 --set tau=20 --set motion=paper
       tsr track drive.mp4 --preset paper --frames 100:400 --timing
       tsr track drive.mp4 --onnx signs.onnx --onnx-size 640x640 --onnx-layout v8
@@ -93,8 +84,6 @@ def track(
     from tsr_engine.runs import RunRequest, track_video
 
     check_file(video)
-    if calibrate:
-        params = _aimed(params, settings, video, start, stop)
     components = load_components(params, models, network)
     request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart)
     with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
@@ -108,37 +97,15 @@ def track(
     else:
         print_report(report, timing)
     if report.interrupted:
+        if not report.frames:
+            say("Interrupted before the first frame: there are no results yet.")
+            raise typer.Exit(EXIT_INTERRUPTED)
         last = report.first_frame + report.frames - 1
         kept = " and ".join(str(path) for path in (csv, evidence, annotated) if path is not None)
         where = f"kept in {kept}" if kept else "shown above"
         again = " Run the same command again to go on." if evidence is not None else ""
         say(f"Interrupted after frame {last}: results up to there are {where}.{again}")
         raise typer.Exit(EXIT_INTERRUPTED)
-
-
-def _aimed(params: Params, settings: Sequence[str], video: Path, start: int, stop: int | None) -> Params:
-    """The parameters with the focus of expansion of the drive's own camera; as they are where it cannot be told.
-
-    Raises:
-        UsageError: the settings name a height of the focus as well.
-    """
-    if any(name.rpartition(".")[2] == "foe_y" for name, _ in split_settings(settings)):
-        raise UsageError("--calibrate tells foe_y from the drive, and --set foe_y names it. Choose one of them.")
-    from tsr_engine import calibration
-    from tsr_engine.cli.progress import progress_bar
-
-    try:
-        with progress_bar("calibrating", "frames") as show:
-            end = None if stop is None else min(stop, start + calibration.FRAMES)
-            focus = calibration.calibrate(video, start, end, lambda done, total: show(done, total, ""))
-    except VideoError:
-        raise
-    except InputError as error:
-        say(f"warning: {error} The focus is taken to lie at foe_y = {params.tracking.foe_y}.")
-        return params
-    y = round(focus.y, 3)
-    say(f"Calibrated: --set foe_y={y}")
-    return params.with_settings([("foe_y", y)])
 
 
 def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
@@ -151,6 +118,10 @@ def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
         "frames": report.frames,
         "resumed_at": report.resumed_at,
         "interrupted": report.interrupted,
+        "focus": None
+        if report.focus is None
+        else {"coast_foe_y": round(report.focus.y, 3), "error": report.focus.error, "frames": report.focus.frames},
+        "focus_seconds": round(report.focus_seconds, 3),
         "seconds": round(report.seconds, 3),
         "csv": None if request.csv is None else str(request.csv),
         "evidence": None if request.evidence is None else str(request.evidence),
@@ -190,6 +161,12 @@ def print_report(report: RunReport, timing: bool) -> None:
         f"{report.computed / max(report.seconds, 1e-9):.1f} frames/s{resumed}",
         soft_wrap=True,
     )
+    if report.focus is not None:
+        console.print(
+            f"The camera's focus of expansion lies at {report.focus.y:.3f} of the picture's height (told from "
+            f"{report.focus.frames} frames in {report.focus_seconds:.1f} s).",
+            soft_wrap=True,
+        )
     if report.tracks:
         console.print(track_table(report.tracks))
     if timing:

@@ -7,7 +7,14 @@ from types import MappingProxyType
 
 __all__ = ["ABSENT", "FIXED", "is_replayable"]
 
-FIXED = ("detector.", "tracking.use_camera_shift", "tracking.shift_scale")
+FIXED = (
+    "detector.",
+    "tracking.use_camera_shift",
+    "tracking.shift_scale",
+    # The shifts were measured about it.
+    "tracking.foe_x",
+    "tracking.foe_y",
+)
 """Parameters of steps that a replay does not repeat; a name that ends in a dot stands for its whole section."""
 
 ABSENT: Mapping[str, float | bool | None] = MappingProxyType(

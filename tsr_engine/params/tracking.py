@@ -44,6 +44,13 @@ class TrackingParams(Section):
     # motion = "looming"
     foe_x: float = Field(0.5, ge=-1, le=2, description="focus of expansion, share of the picture's width")
     foe_y: float = Field(0.5, ge=-1, le=2, description="focus of expansion, share of the picture's height")
+    coast_foe_y: float | None = Field(
+        None,
+        ge=-1,
+        le=2,
+        description="looming: the camera's own, share of the height, from which a track without detections moves away; "
+        "none: told from the drive before it is tracked, or the track's own where it does not tell",
+    )
     foe_spread: float = Field(
         0.03,
         ge=0,

@@ -17,10 +17,12 @@ from scipy.optimize import brentq
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import fit_shift
 
-__all__ = ["LEAST_APPROACH", "Focus", "find_focus"]
+__all__ = ["LARGEST_ERROR", "LEAST_APPROACH", "Focus", "find_focus"]
 
 LEAST_APPROACH = 0.1
 """Sum of the growths over a drive below which nothing is said: what is seen has come nearer by less than a tenth."""
+LARGEST_ERROR = 0.1
+"""Standard error, share of the height, above which nothing is said: a camera that is mounted level is known better."""
 _HIGHEST, _LOWEST = -0.5, 1.5
 """Between these a focus is looked for, shares of the height."""
 _FINE = 1e-3
@@ -33,8 +35,7 @@ class Focus:
 
     Attributes:
         y: share of the picture's height, 0 at the top.
-        error: its standard error, share of the height; from the scatter of the frames' shifts as if they were
-            independent.
+        error: its standard error, share of the height.
         frames: pairs of pictures with flow.
         approach: sum of the growths: how much nearer everything has come.
     """
@@ -58,8 +59,8 @@ def find_focus(
             that looks aside.
 
     Returns:
-        None where the camera has come too little nearer to what it sees (``LEAST_APPROACH``), or the shift has one
-        sign wherever the focus is put.
+        None where the camera has come too little nearer to what it sees (``LEAST_APPROACH``), shakes too much for
+        that (``LARGEST_ERROR``), or the shift has one sign wherever the focus is put.
     """
 
     def fitted(y: float) -> tuple[FloatArray, float]:
@@ -77,4 +78,15 @@ def find_focus(
     slope = (lasting(y + 0.05) - lasting(y - 0.05)) / 0.1
     if approach < LEAST_APPROACH or slope <= 0.0:
         return None
-    return Focus(y, float(lifts.std() / np.sqrt(len(lifts)) / slope), len(lifts), approach)
+    error = _error_of_mean(lifts) / slope
+    return Focus(y, error, len(lifts), approach) if error <= LARGEST_ERROR else None
+
+
+def _error_of_mean(lifts: FloatArray) -> float:
+    """Standard error of the mean of consecutive values, by the means of batches of them.
+
+    A car that nods down comes up again: its shifts are not independent, and their sum scatters far less than as many
+    independent ones would.
+    """
+    means = np.array([batch.mean() for batch in np.array_split(lifts, max(2, round(np.sqrt(len(lifts)))))])
+    return float(means.std(ddof=1) / np.sqrt(len(means)))

@@ -38,7 +38,9 @@ class ConstantVelocityMotion:
         P[4:, 4:] = np.diag((0.1 * sizes) ** 2)
         return MotionState(np.concatenate([z, np.zeros(4)]), P)
 
-    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
+    def predict(
+        self, state: MotionState, dt: float, shift: tuple[float, float], focus_y: float | None = None
+    ) -> MotionState:
         """``x + v dt``, plus the camera shift on the centre."""
         F = np.eye(8)
         F[:4, 4:] = dt * np.eye(4)

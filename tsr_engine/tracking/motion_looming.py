@@ -78,11 +78,25 @@ class LoomingMotion:
         foe = [p.foe_spread * width, p.foe_spread * height]
         return MotionState(mean, np.diag(np.array([*std, drift, drift, *foe]) ** 2))
 
-    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
-        """Time update along the ray from the FOE, then the camera shift."""
+    def predict(
+        self, state: MotionState, dt: float, shift: tuple[float, float], focus_y: float | None = None
+    ) -> MotionState:
+        """Time update along the ray from the FOE, then the camera shift.
+
+        Args:
+            state: of the frame before.
+            dt: nominal frame intervals since.
+            shift: of the camera, px.
+            focus_y: the height that is taken for the FOE's in this step, px; the state keeps its own.
+        """
         p = self._process
         wander = np.array([p.centre, p.centre_px, p.scale, p.growth, p.aspect, p.drift_px, p.drift_decay])
-        return MotionState(*_time_update(state.mean, state.covariance, float(dt), shift[0], shift[1], wander))
+        mean = state.mean.copy()
+        if focus_y is not None:
+            mean[FY] = focus_y
+        ahead, covariance = _time_update(mean, state.covariance, float(dt), shift[0], shift[1], wander)
+        ahead[FY] = state.mean[FY]
+        return MotionState(ahead, covariance)
 
     def update(
         self, state: MotionState, measurement: FloatArray, noise: float = 1.0, cut: Edges = WHOLE

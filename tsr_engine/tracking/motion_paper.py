@@ -35,7 +35,9 @@ class PaperMotion:
         z = np.asarray(measurement, dtype=np.float64)
         return MotionState(z.copy(), self._noise.covariance(z[2], z[3]))
 
-    def predict(self, state: MotionState, dt: float, shift: tuple[float, float]) -> MotionState:
+    def predict(
+        self, state: MotionState, dt: float, shift: tuple[float, float], focus_y: float | None = None
+    ) -> MotionState:
         """``x + B u``: the last estimate moved on by the mean displacement, and by the camera shift."""
         now = state.mean[:4]
         past = state.mean[4:].reshape(-1, 5)

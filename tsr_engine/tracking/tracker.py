@@ -101,6 +101,7 @@ class Tracker:
         self._debt = 0.0
         self._repeats = 0
         self._level = Level(params.level_frames)
+        self._focus_y = None if params.coast_foe_y is None else params.coast_foe_y * height
 
     @property
     def living(self) -> tuple[int, ...]:
@@ -135,7 +136,8 @@ class Tracker:
             self._level.forget()  # a run that is taken up again after this frame knows nothing of those before
         shift = self._level.of(shift or (0.0, 0.0), dt)
         for track in self._tracks.values():
-            motion = self._motion.predict(track.motion, dt, shift)
+            # What is seen shows its own path; what is not, moves away from where the camera is known to look.
+            motion = self._motion.predict(track.motion, dt, shift, self._focus_y if track.undetected > 0 else None)
             box = to_xyxy(self._motion.box_of(motion))
             track.begin_frame(Prediction(box, self._motion.innovation(motion)), motion)
         self._detections = Detections.empty()

@@ -2,6 +2,7 @@
 /** Parameters and models of the run, folded away. */
 
 import { fill, h } from '../dom.js';
+import { focusWords } from '../../model/focus.js';
 import { moment } from '../format.js';
 
 export function createRunFacts() {
@@ -18,6 +19,7 @@ export function createRunFacts() {
       if (run === null) return;
       const rows = [['Preset', run.preset], ['Engine', run.engine_version], ['Made', moment(run.created)],
         ...Object.entries(run.parameters).map(([name, value]) => [name, typeof value === 'string' ? value : JSON.stringify(value)]),
+        ...[focusWords(run)].filter((text) => text !== null).map((text) => ['Focus of expansion', text]),
         ...Object.entries(run.models).map(([name, hash]) => [`Model ${name}`, hash])];
       fill(table, rows.flatMap(([name, value]) => [h('dt', null, name), h('dd', { class: 'mono', title: value }, value)]));
     },

@@ -9,6 +9,7 @@
  * @typedef {import('../../model/geometry.js').Viewport} Viewport
  * @typedef {import('../../model/geometry.js').Size} Size
  */
+import { focusPoint } from '../../model/focus.js';
 import { clamp, handlesOf, toScreen } from '../../model/geometry.js';
 import { placeLabels } from '../../model/label_places.js';
 import { trackName } from '../../model/track_name.js';
@@ -65,6 +66,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   const pen = createPen(ctx, view, screen, inks);
   const overlay = review.overlays[review.frame];
   const on = review.layers;
+  const focus = focusPoint(review.run, review.video);
 
   for (const { box, score, raw } of overlay?.detections ?? []) {
     counts.detections++;
@@ -84,6 +86,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
       if (on.predictions && (track.source !== 0 || review.selected === `m${track.id}` || track.gate?.confident === false)) {
         pen.box('predictions', track.prediction.box);
         pen.innovation(track.prediction.box, track.prediction.sigma);
+        if (focus && track.source !== 0 && review.selected === `m${track.id}`) pen.ray(focus, track.prediction.box);
       }
     }
     if (track.relocalisation) {
@@ -199,6 +202,22 @@ function createPen(ctx, view, screen, inks) {
       const [x1, y1, x2, y2] = place([cx - sx, cy - sy, cx + sx, cy + sy]);
       stroke(inks.colour('predictions'), inks.unit, [2 * inks.unit, 2 * inks.unit], () => {
         ctx.rect(x1, y1, x2 - x1, y2 - y1);
+      });
+    },
+    /** From the focus of expansion, a ring, to a predicted box: the path of what the camera nears. @param {[number, number]} focus @param {Box} box */
+    ray(focus, box) {
+      const [fx, fy] = toScreen(view, screen, ...focus);
+      const [x1, y1, x2, y2] = place(box);
+      const [dx, dy] = [(x1 + x2) / 2 - fx, (y1 + y2) / 2 - fy];
+      const long = Math.hypot(dx, dy);
+      const ring = 5 * inks.unit;
+      stroke(inks.colour('predictions'), 1.5 * inks.unit, [], () => ctx.arc(fx, fy, ring, 0, 2 * Math.PI));
+      // it ends where it meets the box: what is in there must stay in sight
+      const end = long - Math.min((x2 - x1) / 2 / Math.max(Math.abs(dx) / long, 1e-9), (y2 - y1) / 2 / Math.max(Math.abs(dy) / long, 1e-9));
+      if (!(end > ring)) return;
+      stroke(inks.colour('predictions'), inks.unit, [1 * inks.unit, 6 * inks.unit], () => {
+        ctx.moveTo(fx + (dx / long) * ring, fy + (dy / long) * ring);
+        ctx.lineTo(fx + (dx / long) * end, fy + (dy / long) * end);
       });
     },
     /** @param {LayerName} layer @param {Box} box */

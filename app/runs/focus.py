@@ -1,0 +1,26 @@
+"""Where the camera of a run looks, for its summary."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tsr_engine.params import Params
+
+__all__ = ["focus_of"]
+
+
+def focus_of(params: Params, *, named: bool) -> dict[str, Any] | None:
+    """Where undetected signs move away from in the picture; see ``Run`` in static/js/types.js.
+
+    Args:
+        params: of the run, with what its drive told.
+        named: whether a person named the focus.
+
+    Returns:
+        ``x`` and ``y``, shares of the picture, and ``named``. None for motion models without one, and where the drive
+        did not tell it.
+    """
+    tracking = params.tracking
+    if tracking.motion != "looming" or tracking.coast_foe_y is None:
+        return None
+    return {"x": tracking.foe_x, "y": tracking.coast_foe_y, "named": named}

@@ -1,0 +1,20 @@
+// @ts-check
+/** Where the camera of a run looks: the focus of expansion, from which signs move away as they come nearer. Pure. */
+
+/** @typedef {import('../types.js').Run} Run */
+
+/**
+ * @param {Run|null} run
+ * @param {{width: number|null, height: number|null}} video   px
+ * @returns {[number, number]|null} px of the picture; null: it is not known, or the run is not complete
+ */
+export function focusPoint(run, video) {
+  const focus = run?.summary.focus;
+  return focus && video.width !== null && video.height !== null ? [focus.x * video.width, focus.y * video.height] : null;
+}
+
+/** @param {Run} run @returns {string|null} what a person reads of it */
+export function focusWords(run) {
+  const focus = run.summary.focus;
+  return focus ? `${focus.y.toFixed(3)} of the height, ${focus.named ? 'as it was named' : 'told from the drive'}` : null;
+}

@@ -1,0 +1,104 @@
+"""Runs whose camera is told from the drive: what is looked at, what is kept, and what happens when that ends early."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests import pipeline_toys as toys
+from tsr_engine import calibration
+from tsr_engine.calibration import aimed, calibrate
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.params import Params
+from tsr_engine.replay import run_params
+from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.tracking.focus import Focus, find_focus
+
+DRIVE = Path(__file__).parents[1] / "sample_videos" / "clips" / "low_sun.mp4"
+ASKING = toys.PARAMS.with_settings([("coast_foe_y", None)])
+
+
+@pytest.fixture(scope="module")
+def stands(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A drive in which nothing but a sign moves."""
+    return toys.write_drive(tmp_path_factory.mktemp("stands") / "stands.mp4", 12)
+
+
+def test_a_portion_that_leaves_little_doubt_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(calibration, "PORTION", 60)
+    monkeypatch.setattr(calibration, "ENOUGH", 0.05)
+    seen: list[tuple[int, int | None]] = []
+    found = calibrate(DRIVE, progress=lambda done, total: seen.append((done, total)))
+    assert found is not None
+    assert found.error <= calibration.ENOUGH
+    assert seen[-1] == (60, 300)
+    assert found.frames == 59
+
+
+def test_doubt_is_looked_on_with(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(calibration, "PORTION", 30)
+    monkeypatch.setattr(calibration, "ENOUGH", 0.0)
+    monkeypatch.setattr(calibration, "MOST", 90)
+    found = calibrate(DRIVE)
+    assert found is not None
+    assert found.frames == 89
+
+
+def test_a_run_keeps_what_the_drive_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A resumed run and a replay have the camera of the run, even if the drive would tell another by now."""
+    request = RunRequest(DRIVE, ASKING, tmp_path / "run", stop=4)
+    report = track_video(request, toys.components(ASKING))
+    assert report.focus is not None
+    assert report.focus_seconds > 0.0
+    monkeypatch.setattr(calibration, "find_focus", lambda *_: Focus(0.9, 0.001, 100, 1.0))
+    again = track_video(replace(request, stop=8), toys.components(ASKING))
+    assert (again.resumed_at, again.frames, again.focus) == (4, 8, None)
+    with EvidenceReader(tmp_path / "run") as reader:
+        assert run_params(reader).tracking.coast_foe_y == round(report.focus.y, 3)
+    assert track_video(replace(request, restart=True), toys.components(ASKING)).focus == Focus(0.9, 0.001, 100, 1.0)
+
+
+def test_a_car_that_stands_is_tracked_all_the_same(stands: Path, tmp_path: Path) -> None:
+    report = track_video(RunRequest(stands, ASKING, tmp_path / "run"), toys.components(ASKING))
+    assert (report.frames, report.focus) == (12, None)
+    with EvidenceReader(tmp_path / "run") as reader:
+        assert run_params(reader).tracking.coast_foe_y is None
+
+
+def test_a_run_stopped_while_its_camera_is_told_leaves_nothing(tmp_path: Path) -> None:
+    asked = 0
+
+    def stop() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 5
+
+    request = RunRequest(DRIVE, ASKING, tmp_path / "run", tmp_path / "rows.csv")
+    report = track_video(request, toys.components(ASKING), stop=stop)
+    assert report.interrupted
+    assert report.frames == 0
+    assert asked < 10  # it did not look on
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_focus_is_told_about_the_side_that_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float] = []
+
+    def watched(flows: object, width: float, height: float, x: float = 0.5) -> Focus | None:
+        asked.append(x)
+        return find_focus(flows, width, height, x)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(calibration, "find_focus", watched)
+    monkeypatch.setattr(calibration, "PORTION", 20)
+    params, found = aimed(Params().with_settings([("foe_x", 0.52)]), DRIVE)
+    assert found is not None
+    assert params.tracking.coast_foe_y == round(found.y, 3)
+    assert set(asked) == {0.52}
+
+
+def test_a_file_that_breaks_off_is_left_to_the_run(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.mp4"
+    broken.write_bytes(DRIVE.read_bytes()[:200])
+    assert aimed(Params(), broken) == (Params(), None)
