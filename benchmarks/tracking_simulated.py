@@ -20,7 +20,7 @@ import av
 import numpy as np
 
 from tsr_engine.evaluation.tracking import TrackingSummary, VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Results, Truth, in_view, read_clip_truth, read_mot_truth, thinned
+from tsr_engine.evaluation.tracking_rows import Results, Truth, read_clip_truth, read_mot_truth, thinned
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections, FloatArray
@@ -118,8 +118,8 @@ def evaluate(
             rng = np.random.default_rng([args.seed, k, repeat])
             detections = simulate(video, p_det, args.noise, args.false_rate, rng)
             rows = raw(video, detections) if params is None else track(video, detections, params)
-            truth, shown = in_view(video.truth, rows, video.width, video.height)
-            reports.append(evaluate_video(video.name, truth, shown, video.frames))
+            size = (video.width, video.height)
+            reports.append(evaluate_video(video.name, video.truth, rows, video.frames, size=size))
     return summarise(reports), reports
 
 

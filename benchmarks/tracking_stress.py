@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import in_view, read_mot_truth, read_results
+from tsr_engine.evaluation.tracking_rows import read_mot_truth, read_results
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.runs import RunRequest, track_video
@@ -57,10 +57,13 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as scratch:
                 rows = Path(scratch) / "rows.csv"
                 report = track_video(RunRequest(folder / "video.mp4", params, csv=rows), components)
-                truth, shown = in_view(
-                    read_mot_truth(folder / "gt.txt"), read_results(rows), report.width, report.height
+                scored = evaluate_video(
+                    clip["clip"],
+                    read_mot_truth(folder / "gt.txt"),
+                    read_results(rows),
+                    report.frames,
+                    size=(report.width, report.height),
                 )
-                scored = evaluate_video(clip["clip"], truth, shown, report.frames)
             for stress in (clip["stress"], "all"):
                 reports.setdefault((stress, name), []).append(scored)
     for (stress, name), videos in sorted(reports.items(), key=lambda item: (item[0][0] == "all", item[0][0])):

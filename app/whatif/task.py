@@ -42,7 +42,7 @@ def run_whatif(task: TaskContext) -> None:
         parent = session.get_one(Run, run.parent_id)
         run.state, run.error, run.started = "running", None, run.started or datetime.now(UTC)
         models = models_of_run(task.settings, session, parent)
-        asked = params_of(parent.preset, parent.parameters)
+        asked = params_of(run.preset, run.parameters)
         publish_run(session, task.events, run)
     source = task.settings.home / parent.folder
     with EvidenceReader(source) as reader:

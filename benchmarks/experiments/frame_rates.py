@@ -17,7 +17,7 @@ from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Seen, every, look
 from benchmarks.peers.tuning import tune
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Results, in_view
+from tsr_engine.evaluation.tracking_rows import Results
 from tsr_engine.params import Params
 
 __all__ = ["EXPERIMENT"]
@@ -84,8 +84,8 @@ def _group(seen: Seen) -> str:
 def _figures(seen: Sequence[Seen], rows: Sequence[Results]) -> dict[str, Any]:
     reports = []
     for s, returned in zip(seen, rows, strict=True):
-        truth, shown = in_view(s.video.truth, returned, s.width, s.height)
-        reports.append(evaluate_video(s.video.name, truth, shown, len(s.frames)))
+        size = (s.width, s.height)
+        reports.append(evaluate_video(s.video.name, s.video.truth, returned, len(s.frames), size=size))
     summary = summarise(reports).as_dict()
     return {name: summary[name] for name in ("mean_error", "coverage", "ids_per_sign", "false_tracks")}
 

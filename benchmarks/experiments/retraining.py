@@ -15,7 +15,7 @@ from benchmarks.experiments.clips import clip_groups, read_clips
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import Truth, in_view, read_results
+from tsr_engine.evaluation.tracking_rows import Truth, read_results
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.io.models import SHIPPED, load_component
@@ -107,8 +107,7 @@ def _judged(held: Pairs, models: Path, work: Path) -> dict[str, Any]:
     reports = []
     for name, (path, truth) in held.items():
         run = track_video(RunRequest(path, params, csv=rows), parts)
-        counted, shown = in_view(truth, read_results(rows), run.width, run.height)
-        reports.append(evaluate_video(name, counted, shown, run.frames))
+        reports.append(evaluate_video(name, truth, read_results(rows), run.frames, size=(run.width, run.height)))
     return found | summarise(reports).as_dict()
 
 

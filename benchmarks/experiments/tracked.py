@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.experiments.remembered import Memory
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame, look, pictures
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
-from tsr_engine.evaluation.tracking_rows import Results, Truth, in_view
+from tsr_engine.evaluation.tracking_rows import Results, Truth
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.geometry.boxes import clip, to_cxcywh, to_xyxy
 from tsr_engine.params import Params
@@ -123,8 +123,8 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
         if missing:
             seen = next(look([Annotated(title, "", video, truth)], scratch / "detections", shipped))
             for name, run in track_together(seen, missing, components).items():
-                counted, rows = in_view(truth, results_of(run.rows), seen.width, seen.height)
-                report = evaluate_video(title, counted, rows, run.frames)
+                size = (seen.width, seen.height)
+                report = evaluate_video(title, truth, results_of(run.rows), run.frames, size=size)
                 memory.keep(keys[name], report, run.stages)
                 known[name] = report, run.stages
         for name, found in known.items():

@@ -193,7 +193,9 @@ def test_boxes_that_reach_over_the_edge_are_compared_within_the_picture() -> Non
     for box in (beyond, np.minimum(beyond, 160.0)):
         signs, rows = in_view(truth((0, 1, box, 1, False)), shown, 160, 576)
         assert rows.boxes[0].tolist() == [130.0, 100.0, 160.0, 140.0]
-        errors.append(summarise([evaluate_video("v", signs, rows, 1)]).mean_error)
+        same = evaluate_video("v", truth((0, 1, box, 1, False)), shown, 1, size=(160, 576))
+        assert same == evaluate_video("v", signs, rows, 1)
+        errors.append(summarise([same]).mean_error)
     assert errors == [0.0, 0.0]
     assert shown.boxes[0].tolist() == beyond.tolist()
 

@@ -68,7 +68,7 @@ def tracking(
     """
     params = make_params(preset, settings)
     from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
-    from tsr_engine.evaluation.tracking_rows import in_view, read_clip_truth, read_results
+    from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
     from tsr_engine.io.video import open_video
 
     pairs = [(video, _truth_of(video, truth)) for video in _videos(videos, truth)]
@@ -86,8 +86,8 @@ def tracking(
                 rows = read_results(results / f"{video.stem}.csv")
             else:
                 frames, rows = _track(video, chosen, models, f"{name}: {video.name}")
-            counted, rows = in_view(read_clip_truth(table), rows, width, height)
-            reports.append(evaluate_video(video.name, counted, rows, frames, min_width))
+            annotated = read_clip_truth(table)
+            reports.append(evaluate_video(video.name, annotated, rows, frames, min_width, size=(width, height)))
         summaries[name] = summarise(reports)
         details[name] = [
             {"video": r.name, "signs": len(r.signs), "found": sum(bool(s.ids) for s in r.signs),

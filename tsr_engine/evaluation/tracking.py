@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import linear_sum_assignment
 
-from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.evaluation.tracking_rows import Results, Truth, in_view
 from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
 
 BINS = 20
@@ -100,14 +100,19 @@ class TrackingSummary:
 
 
 def evaluate_video(
-    name: str, truth: Truth, results: Results, frames: int, min_width: float = 20.0, match_iou: float = 0.5
+    name: str,
+    truth: Truth,
+    results: Results,
+    frames: int,
+    min_width: float = 20.0,
+    match_iou: float = 0.5,
+    size: tuple[int, int] | None = None,
 ) -> VideoReport:
     """Compares one video's rows with its truth.
 
     In each frame results are assigned to counted truth with the largest total IoU; a sign keeps the id that it had
     in its last matched frame while that still overlaps enough (as in CLEAR MOT). What is left over is excused where
-    an ignored box explains it: IoU, or intersection over the result's own area, of at least ``match_iou``. Boxes are
-    compared as they are; see :func:`~tsr_engine.evaluation.tracking_rows.in_view`.
+    an ignored box explains it: IoU, or intersection over the result's own area, of at least ``match_iou``.
 
     Args:
         name: of the video, for the report.
@@ -116,7 +121,10 @@ def evaluate_video(
         frames: number of frames of the video.
         min_width: narrowest sign that coverage and detection count, px.
         match_iou: least IoU of a match.
+        size: width and height of the picture, px, to which both are cut; unset: they are compared as they are.
     """
+    if size is not None:
+        truth, results = in_view(truth, results, *size)
     held: dict[int, int] = {}
     matches: list[tuple[int, int]] = []
     excused = np.zeros(len(results.frame), dtype=bool)

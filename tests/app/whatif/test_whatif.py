@@ -118,6 +118,8 @@ def test_a_what_if_of_a_what_if_replays_the_run_with_both_changes(toy_homes: Any
 def test_only_steps_before_tracking_are_fixed() -> None:
     assert not is_replayable("detector.min_width")
     assert not is_replayable("tracking.shift_scale")
+    assert not is_replayable("tracking.foe_y")  # shifts were measured about it
+    assert is_replayable("tracking.coast_foe_y")
     assert is_replayable("tracking.motion")
     assert is_replayable("gate.tau")
 
@@ -163,10 +165,13 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
             jobs.finish(session, job.id, job.token, "done")
 
     work(track)
-    asked = WhatIfService(database, events, jobs).start("a" * 32, {"confirm_hits": 5})
+    asked = WhatIfService(database, events, jobs).start("a" * 32, {"confirm_hits": 5, "coast_foe_y": 0.4})
     work(run_whatif)
     with database.read() as session:
         run = session.get_one(Run, asked.id)
+        told = session.get_one(Run, "a" * 32).summary["focus"]
+        assert told == {"x": 0.5, "y": pytest.approx(0.44, abs=0.01), "named": False}
+    assert run.summary["focus"] == {"x": 0.5, "y": 0.4, "named": True}
     assert (run.state, run.frames_done, run.frames_total) == ("complete", 50, 50)
     assert set(run.summary["difference"]["counts"]) == {"gained", "lost", "switched", "relabelled"}
     assert run.summary["identical_frames"] < 50
