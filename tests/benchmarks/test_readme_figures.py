@@ -114,7 +114,7 @@ def gaps() -> list[str]:
     said = {name: f"{f['error']:.3f}, {100 * f['held']:.0f} %" for name, f in found.items()}
     return [
         f"{said['default']} (filter alone {said['KF alone']}; OpenCV's CSRT {said['CSRT']})",
-        f"{said['default, camera calibrated']} (filter alone {said['KF alone, camera calibrated']})",
+        f"{said['default, camera unknown']} (filter alone {said['KF alone, camera unknown']})",
         f"{found['default']['gaps']} starts",
     ]
 

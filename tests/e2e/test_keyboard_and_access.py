@@ -78,52 +78,6 @@ def pick(page: Page, key: str) -> None:
     raise AssertionError(f"Tab never reaches {key}")
 
 
-def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: Desk, page: Page) -> None:
-    shown = "Object.entries(tsr.store.get().review.layers).filter(([, on]) => on).map(([name]) => name)"
-    before = page.evaluate(shown)
-    page.keyboard.press("7")
-    page.keyboard.press("2")
-    expected = [name for name in [*before, "truth"] if name != "predictions"]
-    assert sorted(page.evaluate(shown)) == sorted(expected)
-    page.wait_for_timeout(100)  # the page remembers with its next picture
-    page.reload()
-    wait(page, lambda s: s["shown"] == s["frame"])
-    assert sorted(page.evaluate(shown)) == sorted(expected)
-    page.keyboard.press("End")
-    last = wait(page, lambda s: s["frame"] > 0 and s["shown"] == s["frame"])["frame"]
-    page.keyboard.press("Space")
-    wait(page, lambda s: 0 < s["frame"] < last)
-    page.keyboard.press("Space")
-
-
-def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, page: Page) -> None:
-    page.keyboard.press("j")
-    wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])
-    told = page.locator(".lanes-drive-flips")
-    slider = page.get_by_role("slider", name="tau, the threshold of the gate")
-    expect(told).to_be_hidden()
-    slider.press("Home")
-    for _ in range(12):
-        slider.press("PageDown")
-    tau = float(page.evaluate("tsr.store.get().review.tau"))
-    found = desk.server.call("GET", f"/runs/{desk.run}/flips?tau={tau}")
-    places = sorted((track["frame"], track["id"]) for track in found["tracks"])
-    assert found["to_confident"] == 0 < found["to_rejected"]
-    assert len(places) > 1
-    expect(told).to_have_text(f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks")
-    seen = []
-    for _ in places:
-        now = state(page)
-        before = (now["selected"], now["frame"])
-        told.click()
-        now = wait(page, lambda s, b=before: (s["selected"], s["frame"]) != b and s["shown"] == s["frame"])  # type: ignore[misc]
-        seen.append(now["frame"])
-    assert sorted(seen) == [frame for frame, _ in places]
-    expect(page.locator(".lanes-flipping")).to_be_visible()
-    page.get_by_role("button", name="Reset").click()
-    expect(told).to_be_hidden()
-
-
 def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     to_picture(page)
     assert page.evaluate(FOCUSED)["seen"]

@@ -22,8 +22,8 @@ __all__ = ["LARGEST_ERROR", "LEAST_APPROACH", "Focus", "find_focus"]
 LEAST_APPROACH = 0.2
 """Sum of the growths over a drive below which nothing is said: what is seen has come nearer by less than a fifth.
 
-Flow that is off by the same hundredth of a pixel in every frame moves the focus of a short approach by some hundredths of
-the height, and no scatter tells."""
+Flow that is off by the same hundredth of a pixel in every frame moves the focus of a short approach by some hundredths
+of the height, and no scatter tells."""
 LARGEST_ERROR = 0.1
 """Standard error, share of the height, above which nothing is said: a camera that is mounted level is known better."""
 _HIGHEST, _LOWEST = -0.5, 1.5

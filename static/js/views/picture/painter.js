@@ -215,7 +215,7 @@ function createPen(ctx, view, screen, inks) {
       // it ends where it meets the box: what is in there must stay in sight
       const end = long - Math.min((x2 - x1) / 2 / Math.max(Math.abs(dx) / long, 1e-9), (y2 - y1) / 2 / Math.max(Math.abs(dy) / long, 1e-9));
       if (!(end > ring)) return;
-      stroke(inks.colour('predictions'), inks.unit, [1 * inks.unit, 6 * inks.unit], () => {
+      stroke(inks.colour('predictions'), inks.unit, [4 * inks.unit, 4 * inks.unit], () => {
         ctx.moveTo(fx + (dx / long) * ring, fy + (dy / long) * ring);
         ctx.lineTo(fx + (dx / long) * end, fy + (dy / long) * end);
       });

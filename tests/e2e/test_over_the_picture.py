@@ -1,0 +1,123 @@
+"""What is drawn over the picture and beside it: layers, the camera's focus, another tau."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, expect, sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import Desk, state, tracked, wait
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+YELLOW = """focus => { const {review} = tsr.store.get(); const canvas = document.querySelector('.picture-layers');
+  const view = review.viewport, ratio = canvas.width / canvas.clientWidth, size = Math.round(14 * ratio);
+  const x = (focus.x * review.video.width - view.x) * view.zoom + canvas.clientWidth / 2;
+  const y = (focus.y * review.video.height - view.y) * view.zoom + canvas.clientHeight / 2;
+  const {data} = canvas.getContext('2d').getImageData(x * ratio - size / 2, y * ratio - size / 2, size, size);
+  let found = 0;
+  for (let i = 0; i < data.length; i += 4) found += data[i] > 180 && data[i + 1] > 160 && data[i + 2] < 130;
+  return found; }"""
+"""Pixels in the colour of predictions around the focus of expansion."""
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    roots = tmp_path_factory.mktemp("clips")
+    shutil.copyfile(SHIPPED[0].video, roots / "drive.mp4")
+    with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as server, sync_playwright() as play:
+        video = str(server.add_video(roots / "drive.mp4")["id"])
+        run = tracked(server, video, {"stop": 120})
+        browser = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Desk(server, browser, video, run)
+        browser.close()
+
+
+@pytest.fixture
+def page(desk: Desk) -> Iterator[Page]:
+    page = desk.page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    page.context.close()
+    assert errors == []
+
+
+def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: Desk, page: Page) -> None:
+    shown = "Object.entries(tsr.store.get().review.layers).filter(([, on]) => on).map(([name]) => name)"
+    before = page.evaluate(shown)
+    page.keyboard.press("7")
+    page.keyboard.press("2")
+    expected = [name for name in [*before, "truth"] if name != "predictions"]
+    assert sorted(page.evaluate(shown)) == sorted(expected)
+    page.wait_for_timeout(100)  # the page remembers with its next picture
+    page.reload()
+    wait(page, lambda s: s["shown"] == s["frame"])
+    assert sorted(page.evaluate(shown)) == sorted(expected)
+    page.keyboard.press("End")
+    last = wait(page, lambda s: s["frame"] > 0 and s["shown"] == s["frame"])["frame"]
+    page.keyboard.press("Space")
+    wait(page, lambda s: 0 < s["frame"] < last)
+    page.keyboard.press("Space")
+
+
+def test_where_the_camera_looks_is_drawn_for_a_predicted_sign(desk: Desk, page: Page) -> None:
+    focus = desk.server.call("GET", f"/runs/{desk.run}")["summary"]["focus"]
+    assert focus["named"] is False
+    tracks = desk.server.call("GET", f"/runs/{desk.run}/tracks")
+    lanes = [desk.server.call("GET", f"/runs/{desk.run}/tracks/{track}") for track in tracks["id"]]
+    seen, unseen = (
+        next((lane["id"], lane["frame"][i]) for lane in lanes for i in range(5, len(lane["frame"])) if test(lane, i))
+        for test in (lambda lane, i: lane["source"][i] == 0, lambda lane, i: lane["source"][i] == 1)
+    )
+    for (track, frame), drawn in ((unseen, True), (seen, False)):
+        page.evaluate(f"location.hash = '#/review/{desk.video}/{desk.run}?frame={frame}&track=m{track}'")
+        wait(
+            page, lambda s, f=frame, t=f"m{track}": s["shown"] == f and s["selected"] == t and s["overlay"] is not None
+        )  # type: ignore[misc]
+        if drawn:
+            page.wait_for_function(f"focus => ({YELLOW})(focus) > 10", arg=focus)
+        else:
+            page.wait_for_function(f"focus => ({YELLOW})(focus) === 0", arg=focus)
+    page.get_by_role("tab", name="Inspector").click()
+    page.get_by_text("Run: parameters and models").click()
+    expect(page.locator(".inspector-run")).to_contain_text(f"{focus['y']:.3f} of the height, told from the drive")
+
+
+def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])
+    told = page.locator(".lanes-drive-flips")
+    slider = page.get_by_role("slider", name="tau, the threshold of the gate")
+    expect(told).to_be_hidden()
+    slider.press("Home")
+    for _ in range(12):
+        slider.press("PageDown")
+    tau = float(page.evaluate("tsr.store.get().review.tau"))
+    found = desk.server.call("GET", f"/runs/{desk.run}/flips?tau={tau}")
+    places = sorted((track["frame"], track["id"]) for track in found["tracks"])
+    assert found["to_confident"] == 0 < found["to_rejected"]
+    assert len(places) > 1
+    expect(told).to_have_text(f"Drive: {found['to_rejected']:,} verdicts flip in {len(places)} tracks")
+    seen = []
+    for _ in places:
+        now = state(page)
+        before = (now["selected"], now["frame"])
+        told.click()
+        now = wait(page, lambda s, b=before: (s["selected"], s["frame"]) != b and s["shown"] == s["frame"])  # type: ignore[misc]
+        seen.append(now["frame"])
+    assert sorted(seen) == [frame for frame, _ in places]
+    expect(page.locator(".lanes-flipping")).to_be_visible()
+    page.get_by_role("button", name="Reset").click()
+    expect(told).to_be_hidden()
