@@ -50,7 +50,7 @@ def calibrate(
         VideoError: the video cannot be opened or decoded.
         UsageError: the range lies beyond the end.
     """
-    camera, size, focus = CameraShift(scale), (0, 0), None
+    camera, size = CameraShift(scale), (0, 0)
     flows: list[tuple[FloatArray, FloatArray]] = []
     end = start + MOST if stop is None else stop
     with open_video(path) as video:
@@ -64,9 +64,9 @@ def calibrate(
             if progress is not None:
                 progress(done, total)
             if stop is None and done % PORTION == 0:
-                focus = find_focus(flows, *size, x)
-                if focus is not None and focus.error <= ENOUGH:
-                    return focus
+                found_by_now = find_focus(flows, *size, x)
+                if found_by_now is not None and found_by_now.error <= ENOUGH:
+                    return found_by_now
     return find_focus(flows, *size, x)
 
 

@@ -21,6 +21,8 @@ from app.edits.documents import TrackDoc, engine_doc
 from app.errors import Invalid
 from app.events import EventBus
 from app.jobs.queue import JobQueue
+from app.runs.focus import focus_of
+from app.runs.parameters import params_of
 from app.runs.view import RunView, publish_run, run_view
 from app.settings import Settings
 from app.shapes import Model
@@ -233,7 +235,11 @@ class BundleImports:
             frames_done=count,
             frames_total=count,
             tracks=tracks,
-            summary={"bundle": report.model_dump(mode="json"), "seconds": 0.0},
+            summary={
+                "bundle": report.model_dump(mode="json"),
+                "seconds": 0.0,
+                "focus": focus_of(params_of(preset, changed), named=True),
+            },
             started=now,
             finished=now,
         )

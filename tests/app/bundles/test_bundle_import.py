@@ -75,6 +75,7 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     assert report["first"] <= report["frame"] < report["stop"]
     assert (told["run"]["kind"], told["run"]["state"], told["run"]["first"]) == ("engine", "complete", START)
     assert told["run"]["parameters"] == {"tau": 3.0, "coast_foe_y": 0.5}
+    assert told["run"]["summary"]["focus"] == {"x": 0.5, "y": 0.5, "named": True}
     assert not told["video"]["missing"], "the answer is given when the clip is in its place"
     with server.context.database.read() as session:
         events = [event.data for event in session.query(Event).where(Event.kind == "video")]
