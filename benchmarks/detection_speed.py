@@ -58,8 +58,7 @@ class _Scan:
 
 def _levels(detector: AcfDetector, picture: Picture, scratch: Scratch | None = None) -> Iterator[Level]:
     scales, bands = detector.search(picture.shape[1], picture.shape[0])
-    model = detector.model
-    return build_pyramid(picture, scales, model.plan, bands, border=model.window.pad, scratch=scratch)
+    return build_pyramid(picture, scales, detector.model.plan, bands, border=detector.window.pad, scratch=scratch)
 
 
 def stages(pictures: list[Picture]) -> dict[str, float]:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from sample_videos import SHIPPED
+from tsr_engine.channels.pyramid import Level
+from tsr_engine.detection.window import Window
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_detector
@@ -38,3 +40,29 @@ def test_several_threads_may_ask_at_a_time(pictures: list[Picture]) -> None:
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(detector.detect, pictures * 5))
     assert all(same(a, b) for a, b in zip(alone * 5, together, strict=True))
+
+
+@pytest.mark.parametrize("edge", [0, 1, 2, 3])
+def test_a_sign_is_found_that_the_picture_s_edge_cuts(edge: int) -> None:
+    with open_video(SHIPPED[0].video) as video:
+        whole = video.read(60).picture
+    detector = load_detector(Params())
+    x1, y1, x2, y2 = detector.detect(whole).boxes[0]
+    fifth = 0.2 * (x2 - x1)
+    left, top, right, bottom = (round(v) for v in (x1 + fifth, y1 + fifth, x2 - fifth, y2 - fifth))
+    cut = np.ascontiguousarray((whole[:, left:], whole[top:], whole[:, :right], whole[:bottom])[edge])
+    limit = (0, 0, cut.shape[1], cut.shape[0])[edge]
+    assert len(found := detector.detect(cut))
+    assert found.raw_scores[0] > 2
+    assert found.boxes[0, edge] == limit, "the box goes up to the picture's edge"
+    inside = load_detector(Params().with_settings([("beyond_edge", 0.0)])).detect(cut)
+    assert not (inside.boxes[:, edge] == limit).any()
+
+
+def test_the_border_of_the_scan_is_as_wide_as_the_part_of_a_sign_that_is_cut_off() -> None:
+    window = Window(cells=14, shrink=2, sign=24.0)
+    assert [window.reaching(share).pad for share in (0.0, 1 / 12, 0.25, 0.26, 0.5)] == [1, 2, 4, 5, 7]
+    cells = np.zeros((10, 30, 30), np.uint8)
+    level = Level(0, cells, scale_x=1.0, scale_y=1.0, top=0.0, computed=True, gains=np.ones(10))
+    # The first window begins a quarter of a sign outside.
+    assert window.reaching(0.25).to_boxes([0], [0], level)[0].tolist() == [-6.0, -6.0, 18.0, 18.0]

@@ -35,7 +35,7 @@ def kinds(frame: TrackedFrame) -> list[str]:
 
 
 def test_birth_and_confirmation_after_k_detections() -> None:
-    out = run(Tracker(PARAMS, WIDTH, HEIGHT), {f: detections(approach(f)) for f in range(3)}, 3)
+    out = run(Tracker(PARAMS, WIDTH, HEIGHT), {f: detections(approach(f, score=0.5)) for f in range(3)}, 3)
     assert [kinds(f) for f in out] == [["born"], [], ["confirmed"]]
     assert [f.tracks[0].state for f in out] == ["tentative", "tentative", "confirmed"]
     assert out[0].tracks[0].prediction is None
@@ -44,7 +44,7 @@ def test_birth_and_confirmation_after_k_detections() -> None:
     assert out[2].tracks[0].source == "detected"
 
 
-@pytest.mark.parametrize(("scores", "confirmed"), [((3.5, 2.6), True), ((3.5, 2.4), False), ((9.0,), False)])
+@pytest.mark.parametrize(("scores", "confirmed"), [((1.5, 0.6), True), ((1.5, 0.4), False), ((9.0,), False)])
 def test_two_sure_detections_confirm_at_once(scores: tuple[float, ...], confirmed: bool) -> None:
     seen = {f: detections(approach(f, score)) for f, score in enumerate(scores)}
     out = run(Tracker(PARAMS, WIDTH, HEIGHT), seen, 4)

@@ -135,6 +135,7 @@ class AcfDetector:
         self.prior = prior
         self.params = params or DetectorParams()
         self.prior_params = prior_params or PriorParams()
+        self.window = model.window.reaching(self.params.beyond_edge)
         self._prepared: dict[tuple[int, int, int], ScanNodes] = {}
         self._own = local()
         self._pool = ThreadPoolExecutor(1, "tsr-scan") if self.params.second_core else None
@@ -235,7 +236,7 @@ class AcfDetector:
     def _scan(
         self, picture: Picture, scales: FloatArray, bands: list[tuple[float, float]], chain: int, chains: int
     ) -> tuple[FloatArray, FloatArray]:
-        window = self.model.window
+        window = self.window
         boxes, scores = [np.zeros((0, 4))], [np.zeros(0)]
         levels = build_pyramid(picture, scales, self.model.plan, bands, chain, chains, window.pad, self._scratch())
         for level in levels:

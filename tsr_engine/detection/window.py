@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +20,8 @@ class Window:
         cells: side in cells.
         shrink: px a cell.
         sign: side of the sign inside, px.
-        pad: border of each level in cells, so that signs at the picture's edge fit into a window.
+        pad: border of each level in cells, so that signs at the picture's edge fit into a window. It is the border of
+            training; a detector scans with one of its own, see :meth:`reaching`.
     """
 
     cells: int = 14
@@ -36,6 +38,14 @@ class Window:
     def margin(self) -> float:
         """Px between the window's edge and the sign."""
         return (self.side - self.sign) / 2
+
+    def reaching(self, share: float) -> Window:
+        """The same window over levels with a border so wide that it also finds signs which the picture's edge cuts.
+
+        Args:
+            share: of the sign's side that may lie beyond the edge, >= 0.
+        """
+        return replace(self, pad=ceil((self.margin + share * self.sign) / self.shrink))
 
     def to_boxes(self, rows: ArrayLike, columns: ArrayLike, level: Level) -> FloatArray:
         """Sign boxes in picture px, shape (n, 4), of windows with their first cell at (row, column)."""

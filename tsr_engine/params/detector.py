@@ -12,6 +12,9 @@ class DetectorParams(Section):
 
     min_width: float = Field(16.0, ge=8, le=256, description="narrowest sign that is searched for, px")
     keep_score: float = Field(-2.0, description="raw detections below this score are not kept, not even as evidence")
+    beyond_edge: float = Field(
+        0.25, ge=0, le=0.5, description="share of a sign's width or height that may lie beyond the picture's edge"
+    )
     dense_trees: int = Field(24, ge=1, le=64, description="trees evaluated for whole rows before windows are dropped")
     first_overlap: float = Field(
         0.5, gt=0, le=1, description="suppression before the second look, share of the smaller"

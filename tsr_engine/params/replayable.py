@@ -19,6 +19,7 @@ FIXED = (
 
 ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
     {
+        "detector.beyond_edge": 0.08,
         "tracking.result_noise": 1.0,
         "tracking.level_frames": 0,
         "tracking.open_edges": False,

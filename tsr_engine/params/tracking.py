@@ -100,7 +100,7 @@ class TrackingParams(Section):
     confirm_score: float = Field(-1.0, description="least mean score of those detections")
     sure_hits: int = Field(2, ge=1, le=60, description="so many detections confirm a track by themselves ...")
     sure_score: float | None = Field(
-        3.0, description="... if their mean score is at least this (none: never fewer than confirm_hits)"
+        1.0, description="... if their mean score is at least this (none: never fewer than confirm_hits)"
     )
     duplicate_iou: float = Field(
         0.3, ge=0, le=1, description="a detection that overlaps a track by this IoU starts no second one"
