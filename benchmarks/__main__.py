@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine
 from benchmarks.experiments import EXPERIMENTS
 from benchmarks.page import write_report
-from tsr_engine.errors import TsrError, UsageError
+from tsr_engine.errors import InputError, TsrError, UsageError
 
 RESULTS = ROOT / "results"
 
@@ -75,7 +75,7 @@ def _run(experiments: Sequence[Experiment], data: Data) -> None:
         sys.stderr.flush()
         try:
             result = experiment.run(data)
-        except Skip as why:  # an old number never stands in for one that could not be taken
+        except (Skip, InputError) as why:  # an old number never stands in for one that could not be taken
             result = Result(experiment.name, skipped=str(why), machine=machine())
         if experiment.headline is not None:
             earlier = RESULTS / f"{experiment.name}.json"

@@ -209,8 +209,9 @@ def _worse_than_paper(judged: Mapping[str, Any], columns: Sequence[str]) -> str:
             if gain < 0:
                 worse.append(f"{column}, {title.lower()}: {number(mine, digits)} against {number(theirs, digits)}")
     return (
-        f"`default` against `paper`, figure by figure and column by column: better in {better}, equal in {same}, worse "
-        f"in {len(worse)}{': ' + '; '.join(worse) if worse else ''}.\n"
+        f"`default` against `paper` on these videos, figure by figure and column by column: better in {better}, equal "
+        f"in {same}, worse in {len(worse)}{': ' + '; '.join(worse) if worse else ''}. They are fewer than the "
+        "approaches that are judged under each stress, which count more false tracks.\n"
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, machine, table
-from benchmarks.experiments.trackers import annotated, ideal
+from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
 from benchmarks.peers.kept import Kept
 from benchmarks.peers.multi import PEERS, Missing, rows_of, version
 from benchmarks.peers.ours import filter_alone
@@ -44,7 +44,7 @@ GROUPS = ("held out", "chosen on", "approaches")
 
 def _run(data: Data) -> Result:
     videos, without = annotated(data)
-    seen = list(look(videos, data.scratch / "detections"))
+    seen = list(look([*videos, *tuning_approaches(data)], data.scratch / "detections"))
     kept = Kept(data.scratch / "peers")
     default = Params.preset("default")
     ours = {OURS: default, BEFORE: default.with_settings(list(FULL_RATE.items()))}
@@ -55,7 +55,10 @@ def _run(data: Data) -> Result:
         rows: dict[str, list[Results]] = {name: [filter_alone(s, p) for s in left] for name, p in ours.items()}
         for peer in PEERS:
             try:
-                best = tune(peer, [s for s in left if s.video.group == "chosen on"], kept)
+                tuned_on = [s for s in left if s.video.group in CHOSEN_ON]
+                if not tuned_on:
+                    raise Missing("nothing was given that its settings could be chosen on.")
+                best = tune(peer, tuned_on, kept)
                 rows[peer.name] = [rows_of(peer, s, best.settings)[0] for s in left]
             except Missing as why:
                 missing[peer.name] = str(why)
@@ -78,7 +81,7 @@ def _run(data: Data) -> Result:
 
 
 def _group(seen: Seen) -> str:
-    return seen.video.group if seen.video.group in GROUPS else "approaches"
+    return seen.video.group if seen.video.group in (*GROUPS, *CHOSEN_ON) else "approaches"
 
 
 def _figures(seen: Sequence[Seen], rows: Sequence[Results]) -> dict[str, Any]:
@@ -95,8 +98,8 @@ def _tell(result: Result) -> str:
     parts = [f"*Skipped:* {name}: {why}\n" for name, why in f["missing"].items()]
     parts.append(
         "A cell is the mean Eq. 7, the coverage and the ids per sign. The peers' settings were chosen by HOTA on the "
-        f"clips chosen on, anew for each rate; the values of `{OURS}` on the same clips at all four rates and on "
-        "other approaches.\n"
+        f"videos of *Trackers on identical detections*, anew for each rate; the values of `{OURS}` on such videos at "
+        "all four rates.\n"
     )
     for group, steps in _in_order(f["groups"]):
         head = [group, *(HEADINGS[step] for step in steps)]
@@ -165,7 +168,7 @@ def _plot(result: Result, path: Path) -> None:
             axes.set_title(group)
             axes.set_xlabel("one frame of")
         np.atleast_1d(all_axes)[0].set_ylabel("mean Eq. 7")
-        np.atleast_1d(all_axes)[0].legend(fontsize=6)
+        np.atleast_1d(all_axes)[-1].legend(fontsize=6, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 EXPERIMENT = Experiment(

@@ -173,8 +173,24 @@ def _verdict(groups: Mapping[str, Any]) -> str:
                 named = ", ".join(f"{name} with {error:.4f}" for error, name in ahead)
                 beaten.append(f"- {group}, {n} frames: ours ends with {mine['error']:.4f}, {named}")
     if not beaten:
-        return "From the same detections nothing ends nearer to the sign than `default`, on any row.\n"
-    return "**`default` is beaten** by what starts from the same detections at:\n\n" + "\n".join(beaten) + "\n"
+        said = "From the same detections nothing else ends nearer to the sign than `default`, on any row.\n"
+        return said + _unaimed(groups)
+    head = "**`default` is beaten** by what starts from the same detections at:\n\n"
+    return head + "\n".join(beaten) + "\n" + _unaimed(groups)
+
+
+def _unaimed(groups: Mapping[str, Any]) -> str:
+    """Where not knowing the camera would have been better; nothing where it never is."""
+    title = UNAIMED["default"]
+    better = [
+        f"{group}, {n} frames: {by_name[title][str(n)]['error']:.4f} against {by_name['default'][str(n)]['error']:.4f}"
+        for group, by_name in _groups(groups)
+        for n in LENGTHS
+        if title in by_name
+        and by_name["default"][str(n)]["gaps"]
+        and by_name[title][str(n)]["error"] < by_name["default"][str(n)]["error"]
+    ]
+    return f"`{title}` ends nearer than `default` at: {'; '.join(better)}.\n" if better else ""
 
 
 def _plot(result: Result, path: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine
+from benchmarks.experiments.clips import clip_groups
 from tsr_engine.evaluation.gate import Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
 from tsr_engine.io.video import open_video
@@ -26,8 +27,10 @@ def _trials(clips: Path, params: Any, seed: int) -> dict[str, list[tuple[str, Tr
         if not video.is_file():
             continue
         rows = read_clip_truth(path)
+        signs = ~rows.ignore
         truth: dict[int, dict[int, Any]] = {}
-        for frame, track, box in zip(rows.frame.tolist(), rows.track_id.tolist(), rows.boxes, strict=True):
+        found_signs = zip(rows.frame[signs].tolist(), rows.track_id[signs].tolist(), rows.boxes[signs], strict=True)
+        for frame, track, box in found_signs:
             truth.setdefault(frame, {})[track] = box
         with open_video(video) as opened:
             frames = ((frame.ordinal, frame.picture) for frame in opened.frames())
@@ -41,8 +44,10 @@ def _run(data: Data) -> Result:
     params = Params.preset("default")
     by_clip = _trials(data.need("clips"), params, data.seed)
     names = sorted(by_clip)
-    # The tau that is best on every second clip is judged on the others, and the other way round.
-    halves = names[::2], names[1::2]
+    # The tau that is best on one half is judged on the other, and the other way round. Clips that show the same signs
+    # are in the same half: those held out, and those that parameters were chosen on.
+    groups = list(clip_groups(names).values())
+    halves = (groups[0], groups[1]) if len(groups) == 2 else (names[::2], names[1::2])
     judged = []
     for mine, others in (halves, halves[::-1]):
         best = collection_curve([t for n in mine for t in by_clip[n]], TAU).best_tau
@@ -51,8 +56,8 @@ def _run(data: Data) -> Result:
     curve = collection_curve([t for n in names for t in by_clip[n]], TAU)
     return Result(
         "gate",
-        data=f"Candidates around the annotated signs of {len(names)} clips ({', '.join(names)}); the tau chosen on "
-        "every second clip is judged on the others.",
+        data=f"Candidates around the annotated signs of {len(names)} clips; the tau chosen on {', '.join(halves[0])} "
+        f"is judged on {', '.join(halves[1])}, and the other way round.",
         figures={
             "tau": curve.tau.tolist(),
             "genuine": curve.genuine.tolist(),

@@ -63,7 +63,8 @@ def _run(data: Data) -> Result:
         "retraining",
         data=f"The annotations of {', '.join(groups['chosen on'])} stand for what a person would have said. A version "
         "is refined from them and, beside the shipped one that it started from, judged on "
-        f"{', '.join(groups['held out'])}, on which nothing was chosen. Then the same with all clips as a dim camera "
+        f"{', '.join(groups['held out'])}, which no parameter was chosen on (that the classifier learns drawn signs "
+        "too is owed to two of them: docs/models.md). Then the same with all clips as a dim camera "
         "films them: a fifth of the light, noise, soft, compressed hard.",
         figures=figures,
         settings={"seed": data.seed},

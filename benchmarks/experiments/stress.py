@@ -20,6 +20,8 @@ from tsr_engine.evaluation.tracking import changed_errors, summarise
 
 __all__ = ["EXPERIMENT"]
 
+APART = "No approach to a scene that parameters were chosen on is among them."
+NOT_APART = "*Skipped, as not given:* tuning; approaches to scenes that parameters were chosen on may be among them."
 SHEET = ROOT / "figures" / "stress_wrong.png"
 """The scenes are GTSDB's, whose pictures may be shown."""
 
@@ -42,8 +44,8 @@ def _run(data: Data) -> Result:
         "stress",
         data=f"{len(clips.videos)} simulated approaches (seed {clips.seed}), 720x576: signs and scenes are real "
         "pictures, the motion is exact. The scenes are among those that the detector was trained on, so detection is "
-        "easier than on new roads; localisation and identity are what this measures. No approach to a scene that "
-        "parameters were chosen on is among them.",
+        "easier than on new roads; localisation and identity are what this measures. Coverage counts signs of at least "
+        f"20 px, Eq. 7 whatever is matched by an IoU of 0.5. {APART if data.tuning else NOT_APART}",
         figures=figures,
         settings={"clips": len(clips.videos), "seed": clips.seed},
         machine=machine(),
@@ -83,7 +85,7 @@ def _bars(figures: Mapping[str, Mapping[str, Any]]) -> str:
         if mine["mean_error"] is not None and mine["mean_error"] >= paper.EQ7_ONLINE:
             broken.append(f"{stress}: Eq. 7 {mine['mean_error']:.4f}, not below {paper.EQ7_ONLINE}")
         if None not in (mine["mean_error"], alone["mean_error"]) and mine["mean_error"] > alone["mean_error"]:
-            broken.append(f"{stress}: Eq. 7 {mine['mean_error']:.4f}, above the {alone['mean_error']:.4f} of KF alone")
+            broken.append(_above(stress, mine, alone))
         for key, words, better in (
             ("coverage", "coverage", max), ("signs_classified", "signs classified", max),
             ("ids_per_sign", "ids per sign", min), ("false_tracks", "false tracks", min),
@@ -98,6 +100,19 @@ def _bars(figures: Mapping[str, Mapping[str, Any]]) -> str:
         "Rows where `default` is worse than `paper`: " + ("none." if not worse else "; ".join(worse) + "."),
     ]
     return "\n\n".join(lines) + "\n"
+
+
+def _above(stress: str, mine: Mapping[str, Any], alone: Mapping[str, Any]) -> str:
+    """By how much the mean of Eq. 7 lies above that of KF alone, and on the boxes that both have."""
+    digits = next((n for n in (4, 5, 6) if round(mine["mean_error"], n) != round(alone["mean_error"], n)), 7)
+    text = f"{stress}: Eq. 7 {mine['mean_error']:.{digits}f}, above the {alone['mean_error']:.{digits}f} of KF alone"
+    changed = alone["changed"]
+    if changed["n"] and changed["only_ours"] and changed["ours"] <= changed["theirs"]:
+        text += (
+            f" (on the boxes that differ and both cover, below: {changed['ours']:.4f} against "
+            f"{changed['theirs']:.4f}; the rest is {changed['only_ours']} frames that it alone covers)"
+        )
+    return text
 
 
 def _short(value: float) -> str:

@@ -47,8 +47,8 @@ def _run(data: Data) -> Result:
         rows = [_row(size, data.seed) for size in SIZES]
     return Result(
         "svm",
-        data=f"Unit-length descriptors of {FEATURES} values with overlapping classes, linear kernel, C = 1; CPU time "
-        f"of one thread, mean over {STEPS} steps.",
+        data=f"Random vectors of unit length, {FEATURES} values, in two overlapping classes (no pictures are looked "
+        f"at), linear kernel, C = 1; CPU time of one thread, mean over {STEPS} steps.",
         figures={"rows": rows},
         settings={"seed": data.seed},
         machine=machine(),

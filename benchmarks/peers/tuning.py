@@ -12,6 +12,11 @@ from benchmarks.peers.seen import Seen
 
 __all__ = ["Tuned", "tune"]
 
+ORDER = ("HOTA", "MOTA", "IDF1")
+"""What a combination is chosen by: the later ones decide where the earlier are equal."""
+_DIGITS = 9
+"""Figures that agree to so many decimals are equal: sums come in another order."""
+
 
 @dataclass(frozen=True, slots=True)
 class Tuned:
@@ -19,21 +24,23 @@ class Tuned:
 
     Attributes:
         settings: a combination of the peer's grid.
-        hota: on the clips that it was chosen on.
+        hota: on the videos that it was chosen on.
         tried: number of combinations.
+        equal: how many of them reach that HOTA.
     """
 
     settings: dict[str, float]
     hota: float
     tried: int
+    equal: int
 
 
 def tune(peer: Peer, clips: Sequence[Seen], kept: Kept) -> Tuned:
-    """The combination with the highest HOTA over all clips together; of equal ones the first of the grid.
+    """The combination with the highest HOTA over all videos together; of equal ones the best by MOTA, then by IDF1.
 
     Args:
         peer: what is tuned.
-        clips: with the detections that it gets.
+        clips: the videos, with the detections that it gets.
         kept: where earlier answers are.
 
     Raises:
@@ -44,23 +51,26 @@ def tune(peer: Peer, clips: Sequence[Seen], kept: Kept) -> Tuned:
     if not clips:
         raise ValueError(f"{peer.name} cannot be tuned: expected at least one clip, got none. Name the clips' folder.")
     grid = {name: list(values) for name, values in peer.grid.items()}
-    made_from = ["tuned", peer.name, grid, version(PACKAGE), version("trackeval"), [c.video.identity() for c in clips]]
+    versions = version(PACKAGE), version("trackeval")
+    made_from = ["tuned", ORDER, peer.name, grid, *versions, [c.video.identity() for c in clips]]
     return Tuned(**kept.get(made_from, lambda: asdict(_search(peer, clips))))
 
 
 def _search(peer: Peer, clips: Sequence[Seen]) -> Tuned:
-    best: Tuned | None = None
-    known: dict[tuple[bytes, ...], float] = {}
+    known: dict[tuple[bytes, ...], tuple[float, ...]] = {}
     combinations = list(peer.settings())
+    reached: list[tuple[float, ...]] = []
     for settings in combinations:
         found = [rows_of(peer, s, settings)[0] for s in clips]
         # Neighbouring settings often come to the very same rows.
         same = tuple(part.tobytes() for rows in found for part in (rows.frame, rows.track_id, rows.boxes))
         if same not in known:
             videos = [sequence(s.video.truth, rows, len(s.frames)) for s, rows in zip(clips, found, strict=True)]
-            known[same] = trackeval_figures(videos, ["HOTA"])["HOTA"]
-        if best is None or known[same] > best.hota:
-            best = Tuned(settings, known[same], len(combinations))
-    if best is None:
+            figures = trackeval_figures(videos, ORDER)
+            known[same] = tuple(round(figures[name], _DIGITS) for name in ORDER)
+        reached.append(known[same])
+    if not reached:
         raise ValueError(f"{peer.name} has an empty grid. Name at least one value of each setting.")
-    return best
+    best = max(range(len(reached)), key=reached.__getitem__)
+    equal = sum(figures[0] == reached[best][0] for figures in reached)
+    return Tuned(combinations[best], reached[best][0], len(combinations), equal)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.experiment import Data, Result
+from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import trackers
 from benchmarks.peers import multi, tuning
 from benchmarks.peers.figures import sequence, trackeval_figures
@@ -111,7 +111,7 @@ def test_what_a_package_does_not_take_is_named(toy: Peer) -> None:
 
 def test_the_best_of_the_grid_is_chosen(toy: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
     def whole(videos: list[dict[str, Any]], names: Any) -> dict[str, float]:
-        return {"HOTA": 1.0 / sum(v["num_tracker_ids"] for v in videos)}
+        return {"HOTA": 1.0 / sum(v["num_tracker_ids"] for v in videos), "MOTA": 0.5, "IDF1": 0.5}
 
     monkeypatch.setattr(tuning, "trackeval_figures", whole)
     monkeypatch.setattr(tuning, "load", lambda name: None)
@@ -119,7 +119,7 @@ def test_the_best_of_the_grid_is_chosen(toy: Peer, monkeypatch: pytest.MonkeyPat
     best = tuning.tune(toy, [_seen(), _seen(range(3, 5))], Kept(None))
     assert best.settings["change"] == 100
     assert best.hota == 0.5
-    assert best.tried == 3
+    assert (best.tried, best.equal) == (3, 1)
     with pytest.raises(ValueError, match="at least one clip"):
         tuning.tune(toy, [], Kept(None))
 
@@ -220,7 +220,8 @@ def _figures(coverage: float, error: float, **others: Any) -> dict[str, Any]:
 
 
 def _told(**rows: dict[str, Any]) -> str:
-    chosen = {"SORT": {"settings": {"activation_score": 0.0}, "hota": 0.6, "tried": 4}} if "SORT" in rows else {}
+    best = {"settings": {"activation_score": 0.0}, "hota": 0.6, "tried": 4, "equal": 2}
+    chosen = {"SORT": best} if "SORT" in rows else {}
     missing = {"C-BIoU": "the package trackers cannot be imported."}
     figures = {"groups": {"held out": rows}, "chosen": chosen, "missing": missing}
     return trackers.EXPERIMENT.tell(Result("trackers", "toys", figures))
@@ -229,11 +230,46 @@ def _told(**rows: dict[str, Any]) -> str:
 def test_the_report_names_each_row_on_which_a_peer_is_better() -> None:
     text = _told(default=_figures(0.7, 0.1), paper=_figures(0.6, 0.2), SORT=_figures(0.65, 0.09))
     assert "**`default` is beaten by a tuned peer**" in text
-    assert "- held out, mean Eq. 7 by SORT: 0.09 against our 0.1" in text
-    assert "coverage by SORT" not in text
+    assert "- held out, mean Eq. 7: 0.09 by SORT against our 0.1" in text
+    assert "held out, coverage" not in text
     assert "`default` is nowhere beaten by `paper`." in text
     assert "*Skipped:* C-BIoU: the package trackers cannot be imported." in text
     assert "| held out | **0.1000 / 0.0900 (7)** |" in text
+
+
+def test_every_peer_that_is_better_is_named_and_what_is_known_while_driving_is_judged_too() -> None:
+    rows = {"default": _figures(0.9, 0.1), trackers.LIVE: _figures(0.6, 0.1), "paper": _figures(0.6, 0.2)}
+    peers = {"SORT": _figures(0.7, 0.09), "OC-SORT": _figures(0.8, 0.08)}
+    best = {"settings": {}, "hota": 0.6, "tried": 4, "equal": 2}
+    figures = {"groups": {"blur": rows | peers}, "chosen": dict.fromkeys(peers, best), "missing": {}}
+    text = trackers.EXPERIMENT.tell(Result("trackers", "toys", figures))
+    assert "- blur, mean Eq. 7: 0.08 by OC-SORT, 0.09 by SORT against our 0.1" in text
+    assert "**`default, while driving` is beaten by a tuned peer** at:\n\n- blur, coverage: 0.8 by OC-SORT, 0.7" in text
+    assert "| SORT | 4 | 0.600 | 2 |" in text
+
+
+def test_of_equal_settings_the_next_figure_decides(toy: Peer, monkeypatch: pytest.MonkeyPatch) -> None:
+    def figures(videos: list[dict[str, Any]], names: Any) -> dict[str, float]:
+        return {"HOTA": 0.5, "MOTA": 1.0 / videos[0]["num_tracker_ids"], "IDF1": 0.5}
+
+    monkeypatch.setattr(tuning, "trackeval_figures", figures)
+    monkeypatch.setattr(tuning, "load", lambda name: None)
+    monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
+    best = tuning.tune(toy, [_seen()], Kept(None))
+    assert (best.settings["change"], best.equal) == (100, 3)
+
+
+def test_without_videos_to_judge_or_to_choose_on_a_sentence_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trackers, "annotated", lambda data: ([], "nothing was given."))
+    monkeypatch.setattr(trackers, "look", lambda videos, folder: iter(()))
+    with pytest.raises(Skip, match="chosen on"):
+        trackers.EXPERIMENT.run(Data(None, None, tmp_path, None, tmp_path))
+    monkeypatch.setattr(trackers, "load", lambda name: None)
+    chosen, missing = trackers.run_peers([], [_seen()], {}, Kept(None))
+    assert chosen == {}
+    assert all("could be chosen on" in why for why in missing.values())
 
 
 def test_errors_are_compared_where_both_have_a_box() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from benchmarks import experiment
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments import EXPERIMENTS
 from benchmarks.page import write_report
+from tsr_engine.errors import InputError
 
 
 def _toy(name: str) -> Experiment:
@@ -91,6 +93,27 @@ def test_a_missing_folder_skips_by_name(tmp_path: Path) -> None:
     for name in ("gtsdb", "clips"):
         with pytest.raises(Skip, match=f"`{name}`"):
             data.need(name)
+
+
+def test_an_unreadable_file_skips_its_part_and_the_others_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(data: Data) -> Result:
+        raise InputError(f"Expected a number for x1 in row 3 of {data.scratch / 'a.csv'}, got 'ten'.")
+
+    def fine(data: Data) -> Result:
+        return Result("two", "On toys.", {"value": 7}, {}, machine())
+
+    monkeypatch.setattr(runner, "EXPERIMENTS", [replace(_toy("one"), run=broken), replace(_toy("two"), run=fine)])
+    monkeypatch.setattr(runner, "ROOT", tmp_path)
+    monkeypatch.setattr(runner, "RESULTS", tmp_path / "results")
+    _write(tmp_path, Result("one", "On toys.", {"value": 41.5}, {}, machine()))
+    assert runner.main(["--scratch", str(tmp_path / "scratch")]) == 0
+    text = (tmp_path / "REPORT.md").read_text(encoding="utf-8")
+    assert "*Skipped:* Expected a number for x1 in row 3" in text
+    assert "It is 7." in text
+    assert "41.5" not in text
+    assert "done" in capsys.readouterr().err
 
 
 def test_names_are_unique_and_files_can_be_told_from_them() -> None:

@@ -54,7 +54,7 @@ def test_a_track_counts_from_its_first_frame_and_through_gaps() -> None:
     frames[2] = _seen(2, (SIGN + 2, 2.0), (np.array([400.0, 200, 430, 230]), 1.0))  # seen once: no track
     rows = followed(frames, Params().tracking)
     assert [len(row.boxes) for row in rows] == [1] * 10
-    assert [bool(row.known[0]) for row in rows] == [False, False] + [True] * 8  # three detections confirm
+    assert [bool(row.known[0]) for row in rows] == [False] + [True] * 9  # two sure detections confirm
     assert abs(rows[5].boxes[0] - (SIGN + 5)).max() < 4
     assert rows[5].scores[0] < rows[4].scores[0]
 
