@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "draw_precision_recall", "drawing"]
+__all__ = ["COLOURS", "draw_precision_recall", "drawing", "legend_below"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe and Ito: told apart by people who see fewer colours."""
@@ -24,6 +24,16 @@ def drawing(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6))
         axes = figure.subplots(1, across)
         yield axes
         figure.savefig(path, format="svg", metadata={"Date": None})
+
+
+def legend_below(axes: Any, columns: int = 4) -> None:
+    """One legend for a whole figure, under its axes, where it covers nothing.
+
+    Args:
+        axes: whose lines and bars are named; those of its neighbours look alike.
+        columns: of the legend.
+    """
+    axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns, fontsize=7)
 
 
 def draw_precision_recall(path: Path, curves: Mapping[str, Mapping[str, Any]], styles: Mapping[str, str]) -> None:

@@ -155,6 +155,10 @@ def _tell(result: Result) -> str:
         parts.append(f"\nThe prior lowers our own recall {' and '.join(lower)} false detections a picture.\n")
     if result.figures["missing"]:
         parts.append(f"\nThe other systems are not here: {result.figures['missing']}\n")
+    parts.append(
+        "\nCrops of GTSRB train the model too. They come from the same recordings as these scenes, so that a physical "
+        "sign of a scene that is reported on may have been among them.\n"
+    )
     parts.append("\nThe curves with the Kalman filter need video: *Detection with tracking*, below.\n")
     return "".join(parts)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.drawing import drawing
+from benchmarks.drawing import drawing, legend_below
 from benchmarks.experiment import Data, Experiment, Result, machine, table
 from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
 from benchmarks.peers.kept import Kept
@@ -168,7 +168,7 @@ def _plot(result: Result, path: Path) -> None:
             axes.set_title(group)
             axes.set_xlabel("one frame of")
         np.atleast_1d(all_axes)[0].set_ylabel("mean Eq. 7")
-        np.atleast_1d(all_axes)[-1].legend(fontsize=6, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        legend_below(np.atleast_1d(all_axes)[0])
 
 
 EXPERIMENT = Experiment(

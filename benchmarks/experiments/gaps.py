@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 
-from benchmarks.drawing import drawing
+from benchmarks.drawing import drawing, legend_below
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.tracked import CONFIGURATIONS
 from benchmarks.experiments.trackers import annotated
@@ -193,17 +194,23 @@ def _unaimed(groups: Mapping[str, Any]) -> str:
     return f"`{title}` ends nearer than `default` at: {'; '.join(better)}.\n" if better else ""
 
 
+_MARKERS = "osD^vPX*<>"
+"""There are more trackers than colours."""
+
+
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
     with drawing(path, across=len(groups), size=(4.0, 3.4)) as found:
         for axes, (group, by_name) in zip(np.atleast_1d(found), _groups(groups), strict=True):
-            for name in _order(by_name):
+            for name, marker in zip(_order(by_name), cycle(_MARKERS)):
                 figures = by_name[name]
                 here = [n for n in LENGTHS if figures[str(n)]["gaps"]]
                 style = "-" if name in CONFIGURATIONS else ":" if name in UNAIMED.values() else "--"
-                axes.plot(here, [figures[str(n)]["error"] for n in here], style, marker="o", markersize=3, label=name)
+                axes.plot(
+                    here, [figures[str(n)]["error"] for n in here], style, marker=marker, markersize=4, label=name
+                )
             axes.set(title=group, xlabel="frames without detections", ylabel="mean Eq. 7 at the end", ylim=(0, 1))
-            axes.legend(fontsize=7)
+        legend_below(np.atleast_1d(found)[0], 5)
 
 
 EXPERIMENT = Experiment(

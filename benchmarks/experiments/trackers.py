@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from benchmarks.drawing import drawing
+from benchmarks.drawing import drawing, legend_below
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH, EACH_OF_A_ROW, read_looming
@@ -321,7 +321,7 @@ def _plot(result: Result, path: Path) -> None:
                 axes.bar(places, values, 0.8 / len(names), label=name)
             axes.set_xticks(np.arange(len(groups)), list(groups), rotation=30, ha="right")
             axes.set_ylabel(title)
-        both[0].legend(fontsize=7, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
+        legend_below(both[0], 6)
 
 
 EXPERIMENT = Experiment(
