@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, read_looming
 from benchmarks.peers.kept import Kept, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.remembered import plain_seen, read_seen, systems_code
@@ -61,10 +62,12 @@ def _run(data: Data) -> Result:
     times: list[float] = []
     kept = Kept(data.scratch / "watched")
     clips = {name: _watched(video, truth, times, kept) for name, (video, truth) in pairs.items()}
+    approaches = {} if data.tuning is None else read_looming(data.tuning, each=EACH_OF_A_ROW).videos
+    tuned_on = [clips[n] for n in chosen] + [_watched(*pair, [], kept) for pair in approaches.values()]
     figures: dict[str, Any] = {}
     picked: dict[str, dict[str, float]] = {}
     for name, row in (("ACF", "ACF and KF"), ("ACF and prior", "ACF, prior and KF")):
-        params = _best([clips[n] for n in chosen], name)
+        params = _best(tuned_on, name)
         picked[row] = params
         figures[name] = _alone([clips[n] for n in judged], name) | {"ms": float(np.median(times)) * 1e3}
         figures[row], filtering = _filtered([clips[n] for n in judged], name, params)
@@ -74,7 +77,8 @@ def _run(data: Data) -> Result:
     return Result(
         "detection_video",
         data=f"Annotated dash-cam clips, every frame a picture, signs from {MIN_WIDTH:g} px. The tracker's "
-        f"{' and '.join(GRID)} were chosen on {', '.join(chosen)}; the figures are of {', '.join(judged)} "
+        f"{' and '.join(GRID)} were chosen on {', '.join(chosen)} and {len(approaches)} simulated approaches; "
+        f"the figures are of {', '.join(judged)} "
         f"({len(truth)} frames, {sum(len(frame.boxes) for frame in truth)} boxes of "
         f"{sum(_signs(pairs[n][1]) for n in judged)} physical signs).",
         figures={"curves": figures, "picked": picked, "frames": len(truth)},
