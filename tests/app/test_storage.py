@@ -158,6 +158,9 @@ def test_a_full_disk_is_told_and_reading_goes_on(server: Server) -> None:
     # SQLite's own limit on the file stands in for the disk: the same error, without filling a real one
     from sqlalchemy import event
 
+    for warmer in [thread for thread in threading.enumerate() if thread.name == "tsr-warm"]:
+        warmer.join()  # it begins a transaction of its own, and no listener can be added meanwhile
+
     @event.listens_for(context.database.engine, "begin")
     def limit(connection: object) -> None:
         connection.exec_driver_sql(f"PRAGMA max_page_count = {pages}")  # type: ignore[attr-defined]
