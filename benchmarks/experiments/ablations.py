@@ -211,7 +211,7 @@ def _worse_than_paper(judged: Mapping[str, Any], columns: Sequence[str]) -> str:
     return (
         f"`default` against `paper` on these videos, figure by figure and column by column: better in {better}, equal "
         f"in {same}, worse in {len(worse)}{': ' + '; '.join(worse) if worse else ''}. They are fewer than the "
-        "approaches that are judged under each stress, which count more false tracks.\n"
+        "approaches that are judged under each stress.\n"
     )
 
 
