@@ -1,4 +1,4 @@
-"""`python -m tsr_engine` is the command `tsr`."""
+"""`python -m tsr_engine`: the engine's commands alone; the command `tsr` also has those of the review tool."""
 
 from __future__ import annotations
 
