@@ -8,7 +8,9 @@ import numpy as np
 from tsr_engine.records import FloatArray, Picture
 
 
-def cut_patch(picture: Picture, box: FloatArray, sign: float, side: int) -> Picture:
+def cut_patch(
+    picture: Picture, box: FloatArray, sign: float, side: int, distortion: FloatArray | None = None
+) -> Picture:
     """A patch of ``side`` px with the box in its middle.
 
     Args:
@@ -16,6 +18,8 @@ def cut_patch(picture: Picture, box: FloatArray, sign: float, side: int) -> Pict
         box: shape (4,), corners in px; may reach beyond the picture, whose border is replicated.
         sign: px that the box's mean side (root of its area) has in the patch.
         side: side of the patch, px.
+        distortion: shape (2, 2): turns and stretches what is seen about the box's centre, (x, y) of the scaled picture
+            to (x, y) of the patch. Unset: as it is.
 
     Returns:
         BGR uint8, shape (side, side, 3).
@@ -32,13 +36,10 @@ def cut_patch(picture: Picture, box: FloatArray, sign: float, side: int) -> Pict
         picture = np.asarray(cv2.resize(region, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         cx, cy = (cx - x1) * size[0] / (x2 - x1), (cy - y1) * size[1] / (y2 - y1)
         scale = 1.0
+    linear = scale * (np.eye(2) if distortion is None else distortion)
     # OpenCV counts pixel centres, boxes count edges: half a pixel on either side of the map
-    matrix = np.array(
-        [
-            [scale, 0.0, side / 2 - scale * cx + 0.5 * (scale - 1)],
-            [0.0, scale, side / 2 - scale * cy + 0.5 * (scale - 1)],
-        ]
-    )
+    shift = side / 2 - linear @ np.array([cx, cy]) + 0.5 * (linear.sum(axis=1) - 1)
+    matrix = np.column_stack([linear, shift])
     patch = cv2.warpAffine(picture, matrix, (side, side), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(patch, dtype=np.uint8)
 

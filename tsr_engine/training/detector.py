@@ -41,7 +41,10 @@ class DetectorPlan:
             learns better, also for levels that are resampled.
         log_scale: largest change of a training window's scale, natural logarithm: half a step between levels, since
             signs lie between them.
+        aspect: stretch of training windows, see :func:`~tsr_engine.training.patches.sign_windows`.
+        turn: their turn, degrees.
         depth: depth of the cascade's trees.
+        shrinkage: factor on every leaf of the cascade; the floors are scores, and go with it.
         feature_share: share of the features that one tree may look at.
         jittered: training windows cut around each annotated sign.
         crop_frames: windows from each GTSRB track, 0: none.
@@ -63,7 +66,10 @@ class DetectorPlan:
     computed_per_octave: int = 1
     computed_in_training: int = 2
     log_scale: float = 0.085
+    aspect: float = 0.0
+    turn: float = 0.0
     depth: int = 3
+    shrinkage: float = 1.0
     feature_share: float = 1 / 16
     jittered: int = 16
     crop_frames: int = 5
@@ -109,7 +115,7 @@ def fit_detector(
     cascade = None
     for number, trees in enumerate(plan.rounds):
         tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
-        boosting = BoostingPlan(trees, plan.depth, plan.feature_share)
+        boosting = BoostingPlan(trees, plan.depth, plan.feature_share, plan.shrinkage)
         cascade = with_floors(boost(positives, negatives, boosting, rng, window.cells, weights), plan.floors)
         if number == len(plan.rounds) - 1:
             break
@@ -164,7 +170,10 @@ def _positives(
             continue
         picture = read_picture(scene)
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
-            cut = sign_windows(picture, box, window, plan.jittered, rng, log_scale=plan.log_scale)
+            cut = sign_windows(
+                picture, box, window, plan.jittered, rng,
+                log_scale=plan.log_scale, aspect=plan.aspect, turn=plan.turn,
+            )  # fmt: skip
             windows.append(cut)
             weights.append(np.full(len(cut), frequency[class_id] ** -0.5 / len(cut)))
         if number % 2 == 0:

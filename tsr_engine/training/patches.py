@@ -40,6 +40,20 @@ def jitter(box: FloatArray, rng: np.random.Generator, shift: float, log_scale: f
     return np.array([cx - half_w, cy - half_h, cx + half_w, cy + half_h])
 
 
+def drawn_distortion(rng: np.random.Generator, aspect: float, turn: float) -> FloatArray:
+    """A stretch of unchanged area, then a turn; shape (2, 2). Both are normal, cut at two standard deviations.
+
+    Args:
+        rng: randomness.
+        aspect: standard deviation of the logarithm by which x grows and y shrinks.
+        turn: standard deviation of the angle, degrees.
+    """
+    stretch = float(np.clip(rng.normal(0, aspect), -2 * aspect, 2 * aspect))
+    angle = np.deg2rad(np.clip(rng.normal(0, turn), -2 * turn, 2 * turn))
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.asarray(np.array([[cos, -sin], [sin, cos]]) @ np.diag(np.exp([stretch, -stretch])))
+
+
 def sign_windows(
     picture: Picture,
     box: FloatArray,
@@ -49,6 +63,8 @@ def sign_windows(
     *,
     shift: float = 0.045,
     log_scale: float = 0.06,
+    aspect: float = 0.0,
+    turn: float = 0.0,
     relit: float = 0.5,
     softened: float = 0.3,
 ) -> NDArray[np.uint8]:
@@ -58,10 +74,12 @@ def sign_windows(
         picture: the scene, BGR.
         box: the sign, shape (4,).
         window: the detector's window.
-        count: number of windows; the first is neither relit nor softened.
+        count: number of windows; the first is neither distorted nor relit nor softened.
         rng: randomness.
         shift: largest displacement as a share of the sign's side (the scan's own step is about half of this).
         log_scale: largest change of scale, natural logarithm.
+        aspect: standard deviation of the stretch, natural logarithm: a sign turned away is narrower.
+        turn: standard deviation of the turn in the picture's plane, degrees.
         relit: share of windows under another light.
         softened: share of windows with less detail.
 
@@ -70,7 +88,8 @@ def sign_windows(
     """
     out = []
     for i in range(count):
-        patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH)
+        distortion = drawn_distortion(rng, aspect, turn) if i and (aspect or turn) else None
+        patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH, distortion)
         if i and rng.random() < relit:
             patch = relight(patch, rng)
         if i and rng.random() < softened:

@@ -1,0 +1,79 @@
+"""What an option of the detector's training is worth, on drawn scenes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from benchmarks.detector_choice import main, parts, plan_with
+from tests.training.toy_scenes import write_gtsdb
+from tsr_engine.errors import UsageError
+from tsr_engine.io.gtsdb import read_gtsdb
+from tsr_engine.training.detector import DetectorPlan
+from tsr_engine.training.offline import split_scenes
+
+SMALL = (
+    "rounds=[24, 48]", "mining_share=[1.0]", "feature_share=0.25", "jittered=8", "per_scene=30", "likeness.steps=80",
+    "likeness.batch=48", "likeness.network.filters=8", "likeness.network.hidden=24", "likeness.network.warm_up=10",
+    "refinement.views=1", "refinement.starts=4", "refinement.candidates=20", "refinement.boosting.trees=32",
+    "refinement.boosting.depth=3", "refinement.boosting.feature_share=0.125",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_gtsdb(tmp_path_factory.mktemp("scenes"), 32, 1)
+
+
+def test_each_scene_is_held_out_once_and_none_that_is_reported_on(folder: Path) -> None:
+    scenes = read_gtsdb(folder)
+    _, _, reported = split_scenes(scenes, 3)
+    cut = parts(scenes, 3, 3)
+    held = [s.path for _, part in cut for s in part]
+    assert sorted(held) == sorted({s.path for s in scenes} - {s.path for s in reported})
+    for train, part in cut:
+        assert not {s.path for s in train} & {s.path for s in part}
+        assert len(train) + len(part) == len(held)
+
+
+def test_values_are_set_by_name() -> None:
+    plan = plan_with(["shrinkage=1", "rounds=[8, 16]", "refinement.boosting.trees=32", "floors=[[24, -1.0]]"])
+    assert (plan.shrinkage, plan.rounds, plan.floors) == (1, (8, 16), ((24, -1.0),))
+    assert plan.refinement.boosting.trees == 32
+    assert plan.refinement.boosting.depth == DetectorPlan().refinement.boosting.depth
+    assert plan_with([]) == DetectorPlan()
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("shrinkages=1", "no option 'shrinkages'"),
+        ("refinement.tree=1", "no option 'refinement.tree'"),
+        ("shrinkage.x=1", "no option 'shrinkage.x'"),
+        ("shrinkage=half", "must be JSON"),
+        ("refinement=3", "options of its own"),
+        ("refinement.boosting.depth=9", "depth must be in 1..5"),
+    ],
+)
+def test_a_wrong_option_is_named(setting: str, told: str) -> None:
+    with pytest.raises(UsageError, match=told):
+        plan_with([setting])
+
+
+def test_wrong_use_is_a_sentence(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--gtsdb", str(folder), "--part", "3"]) == UsageError.exit_code
+    assert "detector_choice: There must be two parts or more" in capsys.readouterr().err
+
+
+def test_a_part_is_trained_and_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chosen = [word for setting in SMALL for word in ("--set", setting)]
+    assert main(["--gtsdb", str(folder), "--parts", "2", "--part", "1", "--seed", "3", *chosen]) == 0
+    row = json.loads(capsys.readouterr().out)
+    held = parts(read_gtsdb(folder), 2, 3)[1][1]
+    assert row["part"] == 1
+    assert row["set"] == list(SMALL)
+    assert (row["pictures"], row["signs"]) == (len(held), sum(len(s.boxes) for s in held))
+    assert 0.5 < row["ap50"] <= 1
+    assert 0 <= row["lost"] <= 0.4 * row["signs"]

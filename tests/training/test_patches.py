@@ -1,0 +1,74 @@
+"""Training windows of signs: where the sign lies in a patch, and how a distortion shows it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from tsr_engine.detection.patch import cut_patch
+from tsr_engine.detection.window import Window
+from tsr_engine.training.patches import PATCH, drawn_distortion, sign_windows
+
+BOX = np.array([100.0, 60.0, 148.0, 108.0])
+
+
+def scene() -> np.ndarray:
+    """A bright square on grey, just as large as ``BOX``."""
+    picture = np.full((180, 240, 3), 60, np.uint8)
+    picture[60:108, 100:148] = 220
+    return picture
+
+
+def extent(patch: np.ndarray) -> tuple[float, float, float, float]:
+    """Centre and size of the bright square, px: from the sums of what is brighter than the ground."""
+    light = (patch[..., 0].astype(float) - 60) / 160
+    columns, rows = light.sum(0), light.sum(1)
+    at = np.arange(len(patch)) + 0.5
+    return columns @ at / columns.sum(), rows @ at / rows.sum(), light[len(patch) // 2].sum(), light.sum(0).max()
+
+
+@pytest.mark.parametrize("sign", [24.0, 60.0])
+def test_the_sign_lies_in_the_middle_and_has_its_size(sign: float) -> None:
+    x, y, width, height = extent(cut_patch(scene(), BOX, sign, PATCH))
+    assert (x, y) == pytest.approx((PATCH / 2, PATCH / 2), abs=0.05)
+    assert (width, height) == pytest.approx((sign, sign), abs=0.3)
+
+
+@pytest.mark.parametrize("sign", [24.0, 60.0])
+def test_a_stretch_widens_and_flattens_about_the_middle(sign: float) -> None:
+    x, y, width, height = extent(cut_patch(scene(), BOX, sign, PATCH, np.diag(np.exp([0.2, -0.2]))))
+    assert (x, y) == pytest.approx((PATCH / 2, PATCH / 2), abs=0.1)
+    assert (width, height) == pytest.approx((sign * np.exp(0.2), sign * np.exp(-0.2)), abs=0.5)
+
+
+def test_no_distortion_is_the_identity() -> None:
+    noise = cv2.randu(np.empty((180, 240, 3), np.uint8), 0, 255)
+    for sign in (24.0, 60.0):
+        plain = cut_patch(noise, BOX + 0.3, sign, PATCH)
+        np.testing.assert_array_equal(plain, cut_patch(noise, BOX + 0.3, sign, PATCH, np.eye(2)))
+
+
+def test_distortions_keep_the_area_and_stay_within_two_standard_deviations() -> None:
+    rng = np.random.default_rng(3)
+    drawn = [drawn_distortion(rng, 0.06, 4.0) for _ in range(400)]
+    sizes = np.array([np.linalg.norm(d, axis=0) for d in drawn])
+    np.testing.assert_allclose([np.linalg.det(d) for d in drawn], 1.0, atol=1e-12)
+    stretch = np.log(sizes[:, 0])
+    turn = np.rad2deg([np.arctan2(d[1, 0], d[0, 0]) for d in drawn])
+    assert abs(stretch).max() == pytest.approx(0.12)
+    assert abs(turn).max() == pytest.approx(8.0)
+    assert stretch.std() == pytest.approx(0.06, rel=0.15)
+    assert turn.std() == pytest.approx(4.0, rel=0.15)
+
+
+def test_the_first_window_shows_the_sign_as_it_stands() -> None:
+    window = Window()
+    still = {"shift": 0.0, "log_scale": 0.0, "relit": 0.0, "softened": 0.0}
+    # an even ground and a square are the same mirrored
+    plain = sign_windows(scene(), BOX, window, 3, np.random.default_rng(0), **still)
+    other = sign_windows(scene(), BOX, window, 3, np.random.default_rng(0), aspect=0.1, turn=8.0, **still)
+    np.testing.assert_array_equal(plain[0], plain[1])
+    np.testing.assert_array_equal(plain[0], other[0])
+    assert (plain[0] != other[1]).any()
+    assert (other[1] != other[2]).any()
