@@ -296,6 +296,13 @@ def test_outputs_may_not_be_the_video(drive: Path, tmp_path: Path) -> None:
     assert drive.read_bytes() == before
 
 
+@pytest.mark.parametrize("name", ["seen.avi", "seen"])
+def test_an_annotated_video_says_what_it_is(drive: Path, tmp_path: Path, name: str) -> None:
+    with pytest.raises(UsageError, match=r"ends in \.mp4, got .*seen"):
+        track_video(RunRequest(drive, toys.PARAMS, annotated=tmp_path / name), toys.components(toys.PARAMS))
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_range_beyond_the_end_is_refused_and_leaves_nothing(drive: Path, tmp_path: Path) -> None:
     request = RunRequest(drive, toys.PARAMS, csv=tmp_path / "rows.csv", start=5000)
     with pytest.raises(UsageError, match="frames 0 to 99"):

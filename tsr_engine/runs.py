@@ -83,11 +83,14 @@ def track_video(
         VideoError: the video cannot be opened or decoded.
         EvidenceError: the evidence folder belongs to something else.
         StorageError: an output cannot be written.
-        UsageError: an output is the input, or the range lies beyond the end.
+        UsageError: an output is the input, a name that does not say what the output is, or the range lies beyond the
+            end.
     """
     refuse_inputs([request.csv, request.annotated], [request.video])
     if request.csv is not None and request.annotated is not None and request.csv == request.annotated:
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
+    if request.annotated is not None and request.annotated.suffix.lower() not in (".mp4", ".m4v"):
+        raise UsageError(f"The annotated video is an MP4: expected a name that ends in .mp4, got {request.annotated}.")
     stop = stop or (lambda: False)
     with open_video(request.video) as video, one_blas_thread():
         began = time.perf_counter()
