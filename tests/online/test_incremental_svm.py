@@ -328,6 +328,7 @@ def test_bad_samples_leave_the_model_unchanged() -> None:
         ([[1.0, 2.0]], [1, 1], r"shape \(1,\)"),
         ([1.0, 2.0], [1], r"shape \(m, d\)"),
         ([["a", "b"]], [1], "numbers"),
+        ([[0.0, 0.0], [1e6, 1e5]], [-1, 1], r"<= 1e\+12 with a linear kernel. Got 1.01e\+12 instead; scale"),
     ]
     for X, y, words in bad_samples:
         with pytest.raises(ValueError, match=words):
@@ -342,5 +343,18 @@ def test_bad_samples_leave_the_model_unchanged() -> None:
         with pytest.raises(error, match="indices to unlearn"):
             model.unlearn(indices)
     assert model.alpha_.tobytes() == state
+    with pytest.raises(IndexError, match="no samples to unlearn"):
+        IncrementalSVC().unlearn([0])
     with pytest.raises(AttributeError, match="linear"):
         _ = IncrementalSVC(kernel="rbf").coef_
+
+
+@pytest.mark.parametrize("C", [1e-3, 1.0, 1e4])
+def test_the_longest_samples_that_are_accepted_are_learned(C: float) -> None:
+    rng = np.random.default_rng(3)
+    X = rng.normal(size=(60, 3))
+    y = np.where(X[:, 0] + 0.5 * rng.normal(size=60) > 0, 1, -1)
+    X *= np.sqrt(0.999e12 / C / (X * X).sum(axis=1).max())
+    model = IncrementalSVC(C=C).partial_fit(X, y).unlearn(range(20))
+    assert model.kkt_residual() < 5e-3, "rounding of sums of C |x|^2"
+    assert IncrementalSVC(C=C, kernel="rbf", gamma=1.0).partial_fit(X * 1e3, y).kkt_residual() < 1e-9

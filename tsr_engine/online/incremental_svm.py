@@ -7,14 +7,13 @@ Cauwenberghs, "SVM incremental learning, adaptation and optimization", IJCNN 200
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from numbers import Integral, Real
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tsr_engine.online.arguments import as_indices, as_labels, as_samples, check_parameters, check_reach
 from tsr_engine.online.kernels import LINEAR, RBF, kernel_row
 from tsr_engine.online.path import CANDIDATE, follow_path
 from tsr_engine.online.repair import repair
@@ -41,7 +40,8 @@ class IncrementalSVC:
     offsets. With samples of one class only the interval has one end, and the offset is that end (``+1`` or
     ``-1``); without samples it is 0.
 
-    The same sequence of calls gives the same bits, whatever the number of threads.
+    The same sequence of calls gives the same bits, whatever the number of threads. Rounding grows with the kernel:
+    :meth:`kkt_residual` is of the order of ``1e-16 C max K(x, x)``, so features of about unit size are best.
 
     Args:
         C: upper bound of the coefficients, > 0.
@@ -69,12 +69,7 @@ class IncrementalSVC:
     """
 
     def __init__(self, C: float = 1.0, kernel: Literal["linear", "rbf"] = "linear", gamma: float | None = None) -> None:
-        if not _positive(C):
-            raise ValueError(_message("C", "a finite number greater than 0", C))
-        if kernel not in ("linear", "rbf"):
-            raise ValueError(_message("kernel", "'linear' or 'rbf'", kernel))
-        if gamma is not None and not _positive(gamma):
-            raise ValueError(_message("gamma", "None or a finite number greater than 0", gamma))
+        check_parameters(C, kernel, gamma)
         self.C = float(C)
         self.kernel = kernel
         self.gamma = None if gamma is None else float(gamma)
@@ -89,7 +84,7 @@ class IncrementalSVC:
         """Learn samples, one after the other.
 
         Args:
-            X: shape (m, d), finite; m may be 0.
+            X: shape (m, d), finite; m may be 0. With a linear kernel ``C |x|^2`` is at most 1e12.
             y: shape (m,), labels -1 or +1.
 
         Returns:
@@ -98,8 +93,10 @@ class IncrementalSVC:
         Raises:
             ValueError: wrong shapes, labels or values; the model is unchanged.
         """
-        samples = self._check_samples(X)
-        labels = _check_labels(y, len(samples))
+        samples = as_samples(X, self._store.features)
+        labels = as_labels(y, len(samples))
+        if self.kernel == "linear":
+            check_reach(samples, self.C)
         if not len(samples):
             return self
         if not self._store.features:
@@ -122,7 +119,7 @@ class IncrementalSVC:
             IndexError: an index out of range; the model is unchanged.
             ValueError: an index twice, or not a whole number; the model is unchanged.
         """
-        chosen = _check_indices(indices, len(self._store))
+        chosen = as_indices(indices, len(self._store))
         for position in sorted(chosen, reverse=True):
             self._remove(position)
         self._coef = None
@@ -136,7 +133,7 @@ class IncrementalSVC:
         Raises:
             ValueError: wrong shape or values.
         """
-        samples = self._check_samples(X)
+        samples = as_samples(X, self._store.features)
         if not len(self._store) or not len(samples):
             return np.full(len(samples), self._b)
         if self.kernel == "linear":
@@ -345,7 +342,7 @@ class IncrementalSVC:
             store.beta,
         )
 
-    # -- kernels and checks --------------------------------------------------------------------------------
+    # -- kernels -------------------------------------------------------------------------------------------
 
     def _kind(self) -> int:
         return LINEAR if self.kernel == "linear" else RBF
@@ -364,54 +361,3 @@ class IncrementalSVC:
                 squares[i] = ((X - X[i]) ** 2).sum(axis=1)
             inner = np.exp(-self._width() * squares)
         return np.ascontiguousarray(inner * np.outer(y, y))
-
-    def _check_samples(self, X: ArrayLike) -> FloatArray:
-        try:
-            samples = np.asarray(X, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise ValueError(
-                f"The samples X of IncrementalSVC must be numbers. Got {type(X).__name__} instead."
-            ) from None
-        if samples.ndim != 2 or samples.shape[1] == 0:
-            raise ValueError(
-                f"The samples X of IncrementalSVC must have shape (m, d), d > 0. Got {samples.shape} instead."
-            )
-        expected = self._store.features
-        if expected and samples.shape[1] != expected:
-            raise ValueError(
-                f"The samples X of IncrementalSVC must have {expected} features. Got {samples.shape[1]} instead."
-            )
-        if not np.isfinite(samples).all():
-            raise ValueError("The samples X of IncrementalSVC must be finite. Got NaN or infinity instead.")
-        return np.ascontiguousarray(samples)
-
-
-def _message(name: str, expected: str, got: object) -> str:
-    return f"The '{name}' parameter of IncrementalSVC must be {expected}. Got {got!r} instead."
-
-
-def _positive(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) > 0
-
-
-def _check_labels(y: ArrayLike, expected: int) -> FloatArray:
-    labels = np.asarray(y)
-    if labels.shape != (expected,):
-        raise ValueError(f"The labels y of IncrementalSVC must have shape ({expected},). Got {labels.shape} instead.")
-    wrong = [value for value in labels.tolist() if value not in (-1, 1)]
-    if wrong:
-        raise ValueError(f"The labels y of IncrementalSVC must be -1 or +1. Got {wrong[0]!r} instead.")
-    return labels.astype(np.float64)
-
-
-def _check_indices(indices: int | Iterable[int] | NDArray[Any], n: int) -> list[int]:
-    chosen = list(np.atleast_1d(np.asarray(indices if isinstance(indices, (int, np.ndarray)) else list(indices))))
-    for value in chosen:
-        if not isinstance(value, Integral):
-            raise ValueError(f"The indices to unlearn must be whole numbers. Got {value!r} instead.")  # noqa: TRY004
-        if not 0 <= int(value) < n:
-            raise IndexError(f"The indices to unlearn must be in 0..{n - 1} ({n} samples). Got {value} instead.")
-    numbers = [int(value) for value in chosen]
-    if len(set(numbers)) != len(numbers):
-        raise ValueError(f"The indices to unlearn must not repeat. Got {numbers} instead.")
-    return numbers

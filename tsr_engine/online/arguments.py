@@ -1,0 +1,115 @@
+"""What ``IncrementalSVC`` accepts; each function names what was expected and what was got."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from numbers import Integral, Real
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tsr_engine.records import FloatArray
+
+__all__ = ["REACH", "as_indices", "as_labels", "as_samples", "check_parameters", "check_reach"]
+
+REACH: Final = 1e12
+"""Largest ``C K(x, x)``. Coefficients of longer samples are so small a share of C that doubles hold them for 0."""
+
+
+def check_parameters(C: object, kernel: object, gamma: object) -> None:
+    """Refuse what no machine can be made with.
+
+    Raises:
+        ValueError: C or gamma is not a finite number > 0 (gamma may be None), or there is no such kernel.
+    """
+    if not _positive(C):
+        raise ValueError(_message("C", "a finite number greater than 0", C))
+    if kernel not in ("linear", "rbf"):
+        raise ValueError(_message("kernel", "'linear' or 'rbf'", kernel))
+    if gamma is not None and not _positive(gamma):
+        raise ValueError(_message("gamma", "None or a finite number greater than 0", gamma))
+
+
+def as_samples(X: ArrayLike, features: int) -> FloatArray:
+    """Samples as a contiguous array of shape (m, d).
+
+    Args:
+        X: shape (m, d), finite.
+        features: the d that is expected; 0: any.
+
+    Raises:
+        ValueError: not that.
+    """
+    try:
+        samples = np.asarray(X, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"The samples X of IncrementalSVC must be numbers. Got {type(X).__name__} instead.") from None
+    if samples.ndim != 2 or samples.shape[1] == 0:
+        raise ValueError(f"The samples X of IncrementalSVC must have shape (m, d), d > 0. Got {samples.shape} instead.")
+    if features and samples.shape[1] != features:
+        raise ValueError(
+            f"The samples X of IncrementalSVC must have {features} features. Got {samples.shape[1]} instead."
+        )
+    if not np.isfinite(samples).all():
+        raise ValueError("The samples X of IncrementalSVC must be finite. Got NaN or infinity instead.")
+    return np.ascontiguousarray(samples)
+
+
+def check_reach(samples: FloatArray, C: float) -> None:
+    """Refuse samples (m, d) that are too long for a linear kernel.
+
+    Raises:
+        ValueError: ``C |x|^2`` above :data:`REACH`.
+    """
+    reach = C * float(np.einsum("ij,ij->i", samples, samples).max(initial=0.0))
+    if reach > REACH:
+        raise ValueError(
+            f"The samples X of IncrementalSVC must have C |x|^2 <= {REACH:g} with a linear kernel. Got {reach:.3g} "
+            "instead; scale the features."
+        )
+
+
+def as_labels(y: ArrayLike, expected: int) -> FloatArray:
+    """Labels as floats, shape (expected,).
+
+    Raises:
+        ValueError: another shape, or a label that is neither -1 nor +1.
+    """
+    labels = np.asarray(y)
+    if labels.shape != (expected,):
+        raise ValueError(f"The labels y of IncrementalSVC must have shape ({expected},). Got {labels.shape} instead.")
+    wrong = [value for value in labels.tolist() if value not in (-1, 1)]
+    if wrong:
+        raise ValueError(f"The labels y of IncrementalSVC must be -1 or +1. Got {wrong[0]!r} instead.")
+    return labels.astype(np.float64)
+
+
+def as_indices(indices: int | Iterable[int] | NDArray[Any], n: int) -> list[int]:
+    """Positions among n samples.
+
+    Raises:
+        IndexError: one that is out of range.
+        ValueError: one twice, or not a whole number.
+    """
+    chosen = list(np.atleast_1d(np.asarray(indices if isinstance(indices, (int, np.ndarray)) else list(indices))))
+    for value in chosen:
+        if not isinstance(value, Integral):
+            raise ValueError(f"The indices to unlearn must be whole numbers. Got {value!r} instead.")  # noqa: TRY004
+        if not n:
+            raise IndexError(f"There are no samples to unlearn. Got the index {value}.")
+        if not 0 <= int(value) < n:
+            raise IndexError(f"The indices to unlearn must be in 0..{n - 1} ({n} samples). Got {value} instead.")
+    numbers = [int(value) for value in chosen]
+    if len(set(numbers)) != len(numbers):
+        raise ValueError(f"The indices to unlearn must not repeat. Got {numbers} instead.")
+    return numbers
+
+
+def _message(name: str, expected: str, got: object) -> str:
+    return f"The '{name}' parameter of IncrementalSVC must be {expected}. Got {got!r} instead."
+
+
+def _positive(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) > 0
