@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.detection_speed import shrunk_scenes
 from benchmarks.drawing import COLOURS, drawing
-from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.timing.contenders import ENLARGED, EQUAL, deep_networks, runtime, yolo_networks
 from benchmarks.timing.in_turn import Turns, pipeline_beside, scenes_in_turn
 from benchmarks.timing.looped import base_clip
@@ -45,7 +45,12 @@ def _run(data: Data) -> Result:
     cv2.setNumThreads(1)
     try:
         detector = load_detector(params)
-        contenders = {"detection": detector.detect, **yolo.run, **deep_networks(onnxruntime)}
+        contenders = {"detection": detector.detect, **yolo.run}
+        left_out = {}
+        try:
+            contenders |= deep_networks(onnxruntime)
+        except Skip as reason:
+            left_out["the small deep detector"] = str(reason)
         in_turn = scenes_in_turn(contenders, pictures, ROUNDS)
         video = base_clip(data.scratch / "looped", FRAMES)
         whole = pipeline_beside(video, params, load_components(params), {n: (yolo.run[n], EVERY[n]) for n in EVERY})
@@ -55,6 +60,7 @@ def _run(data: Data) -> Result:
         "scenes": {name: in_turn.summary(name) for name in in_turn.names},
         "drive": {name: whole.summary(name) for name in whole.names},
         "signs_in_view": whole.signs_in_view,
+        "left_out": left_out,
         "ratios": {
             "detection": _ratios(in_turn, "detection"),
             "whole engine": _ratios(whole, "whole engine"),
@@ -106,6 +112,7 @@ def _tell(result: Result) -> str:
         )
     return (
         table(rows)
+        + "".join(f"\n**Left out here**: {name}; {why}\n" for name, why in f.get("left_out", {}).items())
         + "\n"
         + table(ratios)
         + f"\nPicture by picture, detection takes {_range(f['paired'][EQUAL])} of the network's time at equal "

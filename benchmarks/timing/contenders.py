@@ -93,12 +93,15 @@ def _export(folder: Path) -> None:
 
 
 def deep_networks(onnxruntime: Any) -> dict[str, Contender]:
-    """The small deep detector at 736x576, by onnxruntime and by the engine's own plug-in; none if it lacks.
+    """The small deep detector at 736x576, by onnxruntime and by the engine's own plug-in.
 
-    It lacks where it was not trained, or where `onnx`, which sets its input size, is not installed.
+    Raises:
+        Skip: it was not trained, or `onnx`, which sets its input size, is not installed.
     """
-    if not SIGNS.is_file() or importlib.util.find_spec("onnx") is None:
-        return {}
+    if not SIGNS.is_file():
+        raise Skip(f"there is no trained network at `{SIGNS.relative_to(ROOT.parent)}`.")
+    if importlib.util.find_spec("onnx") is None:
+        raise Skip("the package `onnx` is not installed here; `pip install -e '.[bench]'` brings it.")
     from benchmarks.deep.onnx_file import resized
 
     size = SIZES[EQUAL]

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.deep.crops import SIDE, Crop, HardPlaces, background, cut, on_sign, targets
 from benchmarks.deep.plan import CONVOLUTIONS, STRIDE
-from benchmarks.experiment import Data, Skip
+from benchmarks.experiment import ROOT, Data, Result, Skip
 from benchmarks.experiments import deep, yolo_time
 from benchmarks.timing import contenders
 from tsr_engine.detection.onnx import OnnxDetector
@@ -189,3 +189,16 @@ def test_an_interpreter_without_ultralytics_is_named(tmp_path: Path, monkeypatch
     monkeypatch.delenv("TSR_ORACLES", raising=False)
     with pytest.raises(Skip, match=r"`ultralytics` could not build the network \(No module named ultralytics\)"):
         contenders.yolo_networks(None, tmp_path / "yolo")
+
+
+def test_a_left_out_network_is_named_in_the_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(contenders, "SIGNS", ROOT / "deep" / "none.onnx")
+    with pytest.raises(Skip, match=r"no trained network at `benchmarks/deep/none\.onnx`"):
+        contenders.deep_networks(None)
+    monkeypatch.undo()
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(Skip, match="`onnx` is not installed"):
+        contenders.deep_networks(None)
+    result = Result.load(ROOT / "results" / "yolo_time.json")
+    result.figures["left_out"] = {"the small deep detector": "`onnx` is away."}
+    assert "**Left out here**: the small deep detector; `onnx` is away." in yolo_time.EXPERIMENT.tell(result)
