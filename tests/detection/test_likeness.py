@@ -10,11 +10,15 @@ from tsr_engine.recognition.crops import cut
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 
 
-@pytest.fixture
-def likeness() -> Likeness:
-    weights = Network(NetworkSettings(filters=3, hidden=8), 4).weights
+def made(*, common: bool) -> Likeness:
+    weights = Network(NetworkSettings(filters=3, hidden=8, common=common), 4).weights
     half = {key: value.astype(np.float16) for key, value in weights.items()}
     return Likeness.from_arrays({f"likeness_{key}": value for key, value in half.items()})
+
+
+@pytest.fixture(params=[False, True], ids=["classes", "common"])
+def likeness(request: pytest.FixtureRequest) -> Likeness:
+    return made(common=request.param)
 
 
 @pytest.fixture
@@ -22,11 +26,26 @@ def picture() -> np.ndarray:
     return np.random.default_rng(0).integers(0, 256, (80, 120, 3), dtype=np.uint8)
 
 
-def test_it_is_the_highest_margin_of_the_box_and_its_border(likeness: Likeness, picture: np.ndarray) -> None:
-    boxes = np.array([[10.0, 20, 40, 50], [-5.0, -5, 20, 20], [100.0, 60, 130, 90]])
+BOXES = np.array([[10.0, 20, 40, 50], [-5.0, -5, 20, 20], [100.0, 60, 130, 90]])
+
+
+def test_without_a_common_machine_it_is_the_highest_margin_of_the_box_and_its_border(picture: np.ndarray) -> None:
+    likeness = made(common=False)
     machines: SignClassifier = likeness.machines
-    wanted = machines.margins([cut(picture, box, machines.margin) for box in boxes]).max(axis=1)
-    np.testing.assert_array_equal(likeness.scores(picture, boxes), wanted.astype(np.float64))
+    wanted = machines.margins([cut(picture, box, machines.margin) for box in BOXES]).max(axis=1)
+    np.testing.assert_array_equal(likeness.scores(picture, BOXES), wanted.astype(np.float64))
+
+
+def test_a_common_machine_has_half_the_say(picture: np.ndarray) -> None:
+    likeness = made(common=True)
+    machines: SignClassifier = likeness.machines
+    assert machines.paired
+    features = machines.read([cut(picture, box, machines.margin) for box in BOXES])
+    highest = machines.margins_of(features).max(axis=1)
+    every = features @ likeness.common[:-1] + likeness.common[-1]
+    np.testing.assert_allclose(likeness.scores(picture, BOXES), (highest + every) / 2, rtol=1e-5)
+    single = [likeness.scores(picture, box[None])[0] for box in BOXES]
+    np.testing.assert_allclose(likeness.scores(picture, BOXES), single, rtol=1e-6)
 
 
 def test_a_box_beside_the_picture_is_like_nothing(likeness: Likeness, picture: np.ndarray) -> None:
@@ -41,6 +60,9 @@ def test_arrays_make_the_same_machines(likeness: Likeness, picture: np.ndarray) 
     assert np.array_equal(likeness.scores(picture, boxes), again.scores(picture, boxes))
     with pytest.raises(KeyError, match="likeness_hidden"):
         Likeness.from_arrays({k: v for k, v in likeness.to_arrays().items() if k != "likeness_hidden"})
+    narrow = likeness.to_arrays() | {"likeness_weights": np.zeros((8, 42), np.float16)}
+    with pytest.raises(ValueError, match="43"):
+        Likeness.from_arrays(narrow)
 
 
 def test_log_odds_are_the_weighted_sum() -> None:

@@ -27,10 +27,10 @@ def crops(bar: str, class_id: int, count: int = 12) -> list[LoadedCrop]:
     return [surrounded_crop(disc(bar, 4 * k), BOX, class_id) for k in range(count)]
 
 
-@pytest.mark.parametrize("from_scenes", [False, True])
-def test_it_tells_signs_from_what_has_their_outline(from_scenes: bool) -> None:
+@pytest.mark.parametrize(("from_scenes", "common"), [(False, False), (True, False), (False, True)])
+def test_it_tells_signs_from_what_has_their_outline(from_scenes: bool, common: bool) -> None:
     signs = crops("upright", 5) + crops("lying", 9)
-    plan = LikenessPlan(steps=160, batch=48, network=NetworkSettings(filters=12, hidden=24, warm_up=20))
+    plan = LikenessPlan(steps=160, batch=48, network=NetworkSettings(filters=12, hidden=24, warm_up=20, common=common))
     first, second = ([], signs) if from_scenes else (signs, [])
     told: list[int] = []
     likeness = train_likeness(
@@ -49,6 +49,15 @@ def test_background_is_no_class_s_sign() -> None:
     assert loss == pytest.approx(43.0)
     assert (slope[0] > 0).all()
     assert (slope[1] < 0).nonzero()[0].tolist() == [7]
+
+
+def test_a_common_machine_answers_for_every_class() -> None:
+    loss, slope = _hinge(np.zeros((2, 44)), np.array([BACKGROUND, 7]))
+    assert loss == pytest.approx(44.0)
+    assert (slope[0] > 0).all()
+    assert (slope[1] < 0).nonzero()[0].tolist() == [7, 43]
+    with pytest.raises(ValueError, match="needs the loss 'hinge'"):
+        NetworkSettings(common=True, loss="cross_entropy")
 
 
 def test_large_crops_are_reduced_with_their_box() -> None:

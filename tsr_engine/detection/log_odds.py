@@ -9,12 +9,12 @@ from tsr_engine.records import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class LogOdds:
-    """Logistic regression on three scores, fitted on scenes that trained none of them.
+    """Logistic regression on the scores, fitted on scenes that trained none of them.
 
     Attributes:
         verifier: weight of the verifier's score, >= 0.
-        cascade: weight of the cascade's score, >= 0.
-        likeness: weight of the highest class margin, >= 0.
+        cascade: weight of the cascade's score, >= 0; 0 unless the model is of an earlier training.
+        likeness: weight of the likeness, >= 0.
         offset: log-odds where all three are 0.
     """
 

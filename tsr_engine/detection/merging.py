@@ -18,7 +18,7 @@ __all__ = ["SPREAD", "TOGETHER", "merge"]
 
 TOGETHER: Final = 0.6
 """Windows that overlap a kept one by more than this (IoU) count for its place."""
-SPREAD: Final = 20.0
+SPREAD: Final = 12.0
 """A window whose score is lower by this, in units of half log-odds, counts 1/e of the best one's."""
 
 

@@ -68,15 +68,25 @@ class SignClassifier:
         Raises:
             ValueError: a crop that is not a BGR picture.
         """
-        features = self._read(crops)
+        return self.margins_of(self.read(crops))
+
+    def margins_of(self, features: Array) -> Array:
+        """Decision values of the 43 hyperplanes, shape (n, 43), for features (n, h)."""
         out = np.empty((len(features), CLASS_COUNT), dtype=np.float32)
         for row, feature in zip(out, features, strict=True):
             np.dot(feature, self.weights, out=row)
         out += self.bias
         return out
 
-    def _read(self, crops: Sequence[Picture]) -> Array:
-        """Features of crops, shape (n, h)."""
+    def read(self, crops: Sequence[Picture]) -> Array:
+        """Features of crops, shape (n, h).
+
+        Args:
+            crops: as for ``margins``.
+
+        Raises:
+            ValueError: a crop that is not a BGR picture.
+        """
         if not self.paired:
             return self.features(describe(crops))
         both = self.features(describe_patches(diagonal_pairs(resize_crops(crops))), together=2)

@@ -38,6 +38,17 @@ class NetworkSettings:
     warm_up: int = 200
     """Steps until the peak step size."""
     loss: Loss = "hinge"
+    common: bool = False
+    """One machine more, which answers for all classes alike; for the hinge alone."""
+
+    def __post_init__(self) -> None:
+        if self.common and self.loss != "hinge":
+            raise ValueError(f"A common machine needs the loss 'hinge'. Got {self.loss!r} instead.")
+
+    @property
+    def machines(self) -> int:
+        """Number of machines."""
+        return CLASS_COUNT + self.common
 
 
 class Network:
@@ -52,8 +63,8 @@ class Network:
             "filter_bias": np.zeros(f, dtype=np.float32),
             "hidden": self._draw(POSITIONS * f, h, 1.0),
             "hidden_bias": np.zeros(h, dtype=np.float32),
-            "weights": self._draw(h, CLASS_COUNT, 0.3),
-            "bias": np.full(CLASS_COUNT, -0.5, dtype=np.float32),
+            "weights": self._draw(h, settings.machines, 0.3),
+            "bias": np.full(settings.machines, -0.5, dtype=np.float32),
         }
         self.average = {key: value.copy() for key, value in self.weights.items()}
         self._first = {key: np.zeros_like(value) for key, value in self.weights.items()}
@@ -148,12 +159,13 @@ class Network:
 def _hinge(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Array]:
     """Squared hinge of 43 machines, summed over machines, mean over the batch; and its slope.
 
-    A negative label is of no class: every machine should refuse it.
+    A negative label is of no class: every machine should refuse it. A 44th machine answers for all classes.
     """
     n = len(labels)
     target = np.full(margins.shape, -1, dtype=np.float32)
     known = np.flatnonzero(labels >= 0)
     target[known, labels[known]] = 1
+    target[known, CLASS_COUNT:] = 1
     slack = np.maximum(0, 1 - target * margins)
     return float((slack * slack).sum() / n), (np.float32(-2 / n) * target * slack).astype(np.float32)
 

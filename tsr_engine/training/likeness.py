@@ -20,7 +20,6 @@ from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.recognition.catalogue import CLASS_COUNT
-from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier import descend, drawn_crops, shown_views
 from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, surrounded_crop
@@ -49,18 +48,18 @@ class LikenessPlan:
         network: size and regularisation.
     """
 
-    steps: int = 4000
+    steps: int = 25_000
     batch: int = 128
     showings: int = 2
     scene_signs: float = 0.15
     background: float = 0.45
     drawn: float = 0.08
     drawn_crops: int = 80
-    candidates: int = 50
+    candidates: int = 80
     relit: float = 0.6
     balance: float = 0.5
     strength: float = 0.8
-    network: NetworkSettings = field(default_factory=lambda: NetworkSettings(filters=64, hidden=128))
+    network: NetworkSettings = field(default_factory=lambda: NetworkSettings(filters=64, hidden=128, common=True))
 
 
 def train_likeness(
@@ -100,7 +99,7 @@ def train_likeness(
     views = shown_views(parts, chance / chance.sum(), plan.batch, plan.showings, rng, lambda made: plan.strength)
     network = Network(plan.network, int(rng.integers(2**31)))
     arrays = descend(network, views, plan.steps, progress, "likeness")
-    return Likeness(SignClassifier.from_arrays(arrays, 1.0))
+    return Likeness.from_arrays({f"likeness_{name}": array for name, array in arrays.items()})
 
 
 def sign_crops(scenes: Sequence[Scene]) -> list[LoadedCrop]:

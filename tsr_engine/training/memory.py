@@ -49,7 +49,7 @@ class Samples:
     Attributes:
         features: shape (n, FEATURES), uint8, after the first step of the second look.
         cascade: shape (n,), scores of the cascade where the window was found.
-        likeness: shape (n,), highest class margin of the refined box.
+        likeness: shape (n,), of the refined box.
     """
 
     features: NDArray[np.uint8]
