@@ -41,7 +41,7 @@ pytestmark = [
     pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
-REAL = "clips/02_71ec1e.mp4"
+REAL = "clips/SH4_70b651.mp4"
 FRAMES = 150
 """So much of the clip is tracked: enough for every operation, and soon done."""
 
