@@ -3,7 +3,7 @@
     python -m benchmarks.detector_choice --gtsdb GTSDB --gtsrb GTSRB [--part 0] [--set shrinkage=1 --set aspect=0]
 
 The scenes that the shipped detector's figures leave alone are cut into parts. For each part a detector is trained on
-the others; one half of the part calibrates it for the other half, and the reverse. A part takes about 9 minutes on one
+the others; one half of the part calibrates it for the other half, and the reverse. A part takes about 12 minutes on one
 core; parts can be run beside each other. Nothing is written.
 """
 
@@ -15,7 +15,9 @@ import sys
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
+
+from pydantic import TypeAdapter, ValidationError
 
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.evaluation.detection import score_detections
@@ -64,13 +66,12 @@ def _replaced(plan: Any, path: Sequence[str], value: Any, name: str) -> Any:
     elif is_dataclass(getattr(plan, path[0])):
         raise UsageError(f"{name} has options of its own. Name one of them: {name}.NAME=VALUE.")
     try:
-        return replace(plan, **{path[0]: _tuples(value)})
-    except (TypeError, ValueError) as error:
+        kind = TypeAdapter(get_type_hints(type(plan))[path[0]])
+        return replace(plan, **{path[0]: kind.validate_python(value)})
+    except ValidationError as error:
+        raise UsageError(f"{name} cannot be {value!r}: {error.errors()[0]['msg']}") from None
+    except ValueError as error:
         raise UsageError(f"{name} cannot be {value!r}: {error}") from None
-
-
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value
 
 
 def figures(

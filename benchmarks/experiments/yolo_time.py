@@ -112,7 +112,7 @@ def _tell(result: Result) -> str:
         )
     return (
         table(rows)
-        + "".join(f"\n**Left out here**: {name}; {why}\n" for name, why in f.get("left_out", {}).items())
+        + "".join(f"\n**Left out here**: {name}; {why}\n" for name, why in f["left_out"].items())
         + "\n"
         + table(ratios)
         + f"\nPicture by picture, detection takes {_range(f['paired'][EQUAL])} of the network's time at equal "

@@ -46,9 +46,13 @@ def runtime() -> Any:
     Raises:
         Skip: it is not installed.
     """
-    if importlib.util.find_spec("onnxruntime") is None:
-        raise Skip("the package `onnxruntime` is not installed here; `pip install -e '.[bench]'` brings it.")
+    _need("onnxruntime")
     return importlib.import_module("onnxruntime")
+
+
+def _need(package: str) -> None:
+    if importlib.util.find_spec(package) is None:
+        raise Skip(f"the package `{package}` is not installed here; `pip install -e '.[bench]'` brings it.")
 
 
 def session(onnxruntime: Any, network: Path | bytes) -> Any:
@@ -100,8 +104,7 @@ def deep_networks(onnxruntime: Any) -> dict[str, Contender]:
     """
     if not SIGNS.is_file():
         raise Skip(f"there is no trained network at `{SIGNS.relative_to(ROOT.parent)}`.")
-    if importlib.util.find_spec("onnx") is None:
-        raise Skip("the package `onnx` is not installed here; `pip install -e '.[bench]'` brings it.")
+    _need("onnx")
     from benchmarks.deep.onnx_file import resized
 
     size = SIZES[EQUAL]

@@ -55,6 +55,9 @@ def test_values_are_set_by_name() -> None:
         ("shrinkage=half", "must be JSON"),
         ("refinement=3", "options of its own"),
         ("refinement.boosting.depth=9", "depth must be in 1..5"),
+        ('shrinkage="half"', "shrinkage cannot be 'half'"),
+        ("rounds=8", "rounds cannot be 8"),
+        ("likeness.steps=1.5", "likeness.steps cannot be 1.5"),
     ],
 )
 def test_a_wrong_option_is_named(setting: str, told: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
+from typing import Final
 
 from tsr_engine.records import FloatArray
 
@@ -36,3 +37,7 @@ class LogOdds:
     def to_list(self) -> list[float]:
         """The four numbers in the order of the attributes, as models store them."""
         return list(astuple(self))
+
+
+UNFITTED: Final = LogOdds(1.0, 0.0, 1.0, 0.0)
+"""Sum of verifier and likeness in their own units, where no scenes are there to fit on or they tell nothing."""

@@ -13,7 +13,7 @@ from tsr_engine.channels.compute import CHANNELS
 from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost
-from tsr_engine.detection.log_odds import LogOdds
+from tsr_engine.detection.log_odds import UNFITTED
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.io.gtsdb import Scene
@@ -45,7 +45,7 @@ class DetectorPlan:
         turn: their turn, degrees.
         depth: depth of the cascade's trees.
         shrinkage: factor on every leaf of the cascade. Late trees grown from full steps learn the training scenes by
-            heart: signs of new scenes that they had not seen like that lost by 14 to 58 half log-odds.
+            heart, and refuse signs of others that are turned or tilted more than those.
         feature_share: share of the features that one tree may look at.
         jittered: training windows cut around each annotated sign.
         crop_frames: windows from each GTSRB track, 0: none.
@@ -132,7 +132,7 @@ def fit_detector(
     background = background_crops(scenes, cascade, window, pyramid, second_look, plan.likeness, rng, tick)
     read = load_all([item for item in crops if item.class_id is not None], tick, "crops")
     likeness = train_likeness(read, sign_crops(scenes), background, plan.likeness, rng, tick)
-    model = AcfModel(window, pyramid, cascade, second_look, likeness, LogOdds(1.0, 0.0, 0.0, 0.0))
+    model = AcfModel(window, pyramid, cascade, second_look, likeness, UNFITTED)
     record = {
         "scenes": len(scenes),
         "signs": signs,

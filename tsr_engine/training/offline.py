@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
-from tsr_engine.detection.log_odds import LogOdds
+from tsr_engine.detection.log_odds import UNFITTED, LogOdds
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen, with_prior
 from tsr_engine.evaluation.detection import DetectionScore, match, score_detections
@@ -30,9 +30,6 @@ from tsr_engine.training.mining import read_picture
 
 AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, tight_width=1.0, tight_height=1.0, tight_rise=0.0)
 """Held-out scenes are scored in the way that they are annotated."""
-
-UNTOLD = LogOdds(1.0, 0.0, 1.0, 0.0)
-"""The scores' sum, in their own units."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -97,7 +94,7 @@ def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress
 
     Verifier and likeness alone decide. The weight of the cascade's score differed from one half of 150 scenes to the
     other, and with it fewer signs were found at few false detections. Where all candidates are signs, or none is,
-    nothing can be told of the weights: it is :data:`UNTOLD` then.
+    nothing can be told of the weights: they are :data:`UNFITTED` then.
     """
     detector = AcfDetector(model, params=DetectorParams(second_core=False))
     scored, labels = [], []
@@ -112,7 +109,7 @@ def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress
         labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
     every = np.concatenate(labels)
     if len(np.unique(every)) < 2:
-        return UNTOLD
+        return UNFITTED
     verifier, likeness, offset = fit_calibration(np.concatenate(scored), every).tolist()
     return LogOdds(verifier, 0.0, likeness, offset)
 
