@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import tempfile
 from pathlib import Path
 
@@ -24,7 +25,11 @@ COLUMNS = ("signs", "found", "false", "ids", "coverage", "Eq. 7", "followed", "r
 
 
 def configurations(settings: list[str]) -> dict[str, Params]:
-    """Name -> parameters."""
+    """Name -> parameters: those run by default, and each further one from ``NAME:key=value,...``.
+
+    Raises:
+        UsageError: an unknown parameter, or a value that it cannot have.
+    """
     found = {
         "default": Params.preset("default"),
         "KF alone": Params.preset("default").with_settings([("use_online", False)]),
@@ -32,8 +37,9 @@ def configurations(settings: list[str]) -> dict[str, Params]:
     }
     for text in settings:
         name, _, changes = text.partition(":")
-        pairs = [change.split("=", 1) for change in changes.split(",") if change]
-        found[name] = Params.preset("default").with_settings([(key, value) for key, value in pairs])
+        # A comma parts two settings where a name follows; within a list it does not.
+        pairs = [change.partition("=") for change in re.split(r",(?=\w+=)", changes) if change]
+        found[name] = Params.preset("default").with_settings([(key, value) for key, _, value in pairs])
     return found
 
 

@@ -11,6 +11,7 @@ import pytest
 import tsr_engine.pipeline.core
 from tsr_engine.evidence import FramePixels
 from tsr_engine.gating.perceptual_hash import HashMemory
+from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params import Params
 from tsr_engine.params.gate import GateParams
 from tsr_engine.pipeline import FrameInput, Parts, TrackingCore
@@ -62,6 +63,7 @@ class Learner:
     calls: list[tuple[str, int, int]] = field(default_factory=list)
     probability: float = 0.9
     moved: float = 6.0
+    grown: float = 0.0
 
     def learn(self, pixels: PixelSource, box: FloatArray, label: int, frame: int) -> tuple[Sample, ...]:
         self.calls.append(("learn", label, frame))
@@ -70,6 +72,7 @@ class Learner:
     def relocalise(self, pixels: PixelSource, box: FloatArray, frame: int) -> Relocalisation | None:
         self.calls.append(("relocalise", 0, frame))
         moved = box - self.moved * np.array([1.0, 0.0, 1.0, 0.0])
+        moved += 0.5 * self.grown * np.array([-1.0, -1.0, 1.0, 1.0])
         return Relocalisation(box, moved, 2.0, self.probability, box, 0.0, 9)
 
 
@@ -169,12 +172,28 @@ def test_a_window_that_was_sought_is_one_more_measurement() -> None:
         bench = Bench(relocalise_after=1, sought_noise=noise)
         (track,) = bench.step(NONE).tracks
         assert track.prediction is not None
-        return float(track.prediction.box[0] - track.box[0])
+        return float(to_cxcywh(track.prediction.box)[0] - to_cxcywh(track.box)[0])
 
     exact, as_usual, vague = (left(noise) for noise in (0.01, 2.0, 50.0))
     assert 6.0 >= exact > as_usual > vague >= 0.0
     assert exact > 5.5
     assert vague < 0.5
+
+
+def test_the_size_of_a_window_that_was_sought_may_count_for_less_than_its_place() -> None:
+    """One size for all windows says nothing of the sign's."""
+
+    def change(size_noise: float | None, moved: float, grown: float) -> FloatArray:
+        bench = Bench(relocalise_after=1, sought_noise=2.0, sought_size_noise=size_noise)
+        bench.learner.moved, bench.learner.grown = moved, grown
+        (track,) = bench.step(NONE).tracks
+        assert track.prediction is not None
+        return np.abs(to_cxcywh(track.box) - to_cxcywh(track.prediction.box))
+
+    for moved, grown in ((6.0, 0.0), (0.0, 4.0)):
+        assert np.array_equal(change(None, moved, grown), change(2.0, moved, grown))
+    assert change(None, 0.0, 4.0)[2] > 5 * change(16.0, 0.0, 4.0)[2] > 0
+    assert change(16.0, 6.0, 0.0)[0] > 0.8 * change(None, 6.0, 0.0)[0]
 
 
 def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> None:

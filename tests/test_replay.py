@@ -185,7 +185,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
         "detector": {"beyond_edge"},
         "gate": {"position_offset"},
         "tracking": {"result_noise", "level_frames", "sure_hits", "sure_score", "open_edges"},
-        "pipeline": {"relocalise_after", "sought_sigmas"},
+        "pipeline": {"relocalise_after", "sought_sigmas", "sought_size_noise"},
         "online": {"learn_undetected"},
     }
     with EvidenceReader(run) as reader:
@@ -199,6 +199,7 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
     assert (params.gate.position_offset, params.tracking.result_noise, params.tracking.level_frames) == (0.0, 1.0, 0)
     assert (params.tracking.sure_score, params.tracking.open_edges) == (None, False)
     assert (params.pipeline.relocalise_after, params.pipeline.sought_sigmas) == (None, None)
+    assert params.pipeline.sought_size_noise is None
     assert params.online.learn_undetected
     assert params.detector.beyond_edge == 0.08
     assert params.gate.tau == toys.PARAMS.gate.tau

@@ -65,6 +65,29 @@ WHOLE: Edges = (False, False, False, False)
 """No edge of a box was cut off."""
 
 
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """How well a box was measured, beside a detection that lies wholly in the picture.
+
+    Attributes:
+        centre: factor on the standard deviations of a detection's centre, > 0.
+        size: factor on those of its width and height, > 0.
+        cut: edges that were not seen.
+    """
+
+    centre: float = 1.0
+    size: float = 1.0
+    cut: Edges = WHOLE
+
+    def times(self, factor: float) -> Sight:
+        """The same edges, with ``factor`` times the standard deviations."""
+        return Sight(self.centre * factor, self.size * factor, self.cut)
+
+
+DETECTION = Sight()
+"""A detection that lies wholly in the picture."""
+
+
 class MotionModel(Protocol):
     """A stateless filter over ``(cx, cy, w, h)`` measurements: arrays in, arrays out.
 
@@ -84,10 +107,8 @@ class MotionModel(Protocol):
         """Time update; ``focus_y``: height of the camera's focus of expansion if known, px, for a model with one."""
         ...
 
-    def update(
-        self, state: MotionState, measurement: FloatArray, noise: float = 1.0, cut: Edges = WHOLE
-    ) -> MotionState:
-        """Measurement update; ``noise`` scales the measurement's standard deviation, ``cut`` edges say nothing."""
+    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
+        """Measurement update by a box that was seen as ``sight`` says."""
         ...
 
     def box_of(self, state: MotionState) -> FloatArray:

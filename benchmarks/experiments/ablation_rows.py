@@ -53,6 +53,7 @@ DEPARTURES = (
 
 IN_QUESTION: Mapping[str, tuple[tuple[str, Any], ...]] = {
     "no online detector": (("use_online", False),),
+    "a sought window's size counts as its place does": (("sought_size_noise", None),),
     "motion constant_velocity": (("motion", "constant_velocity"),),
     "tau 10": (("tau", 10.0),),
     "tau 19": (("tau", 19.0),),

@@ -73,6 +73,7 @@ def _report(record: Mapping[str, Any]) -> VideoReport:
         "signs": signs,
         "errors": tuple((float(error), str(source)) for error, source in record["errors"]),
         "followed_errors": tuple(record["followed_errors"]),
+        "narrow_errors": tuple(record["narrow_errors"]),
         "false_tracks": tuple(record["false_tracks"]),
         "matched": tuple((int(frame), int(sign)) for frame, sign in record["matched"]),
     }

@@ -214,7 +214,8 @@ def test_installed_peers_are_tuned_and_run(monkeypatch: pytest.MonkeyPatch) -> N
 def _figures(coverage: float, error: float, **others: Any) -> dict[str, Any]:
     return {
         "HOTA": 0.5, "IDF1": 0.5, "MOTA": 0.5, "coverage": coverage, "ids_per_sign": 1.0, "signs": 4,
-        "signs_detected": 3, "false_tracks": 0, "mean_error": error, "mean_error_detected": error, "switches": 0,
+        "signs_detected": 3, "false_tracks": 0, "mean_error": error, "mean_error_overall": 1 - coverage * (1 - error),
+        "mean_error_any_width": error, "switches": 0,
         "ms_a_frame": 1.0, "shared": {"n": 7, "ours": 0.1, "theirs": error},
     } | others  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,11 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks import gap_choice
 from benchmarks.experiment import Result
 from benchmarks.experiments import gaps
 from benchmarks.peers import gap as gap_module
-from benchmarks.peers.gap import LEAD_IN, Gap, Still, carry, find_gaps, our_outcomes, summary
+from benchmarks.peers.gap import LEAD_IN, Gap, Outcome, Still, carry, find_gaps, our_outcomes, summary
 from benchmarks.peers.generic import OpenCvTracker, maker
 from benchmarks.peers.multi import Missing
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
@@ -178,3 +180,53 @@ def test_the_report_says_who_ends_nearer(tmp_path: Path) -> None:
     assert gaps.EXPERIMENT.plot is not None
     gaps.EXPERIMENT.plot(result, tmp_path / "gaps.svg")
     assert "<svg" in (tmp_path / "gaps.svg").read_text()
+
+
+def _approaches(folder: Path, *scenes: str) -> Path:
+    """Clips without a sign, one a scene; each is noted where it is looked at."""
+    clips = [{"clip": f"{name}_turn", "stress": "turn", "image": f"{name}.jpg"} for name in scenes]
+    for clip in clips:
+        (folder / clip["clip"]).mkdir(parents=True)
+        (folder / clip["clip"] / "gt.txt").write_text("1,1,10,10,20,20,1,3,1.0\n")
+    (folder / "clips.json").write_text(json.dumps({"seed": 9, "clips": clips}))
+    return folder
+
+
+def test_a_choice_looks_at_no_scene_that_is_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    looked: list[str] = []
+
+    def look(videos: list[Annotated], scratch: Path) -> list[Seen]:
+        looked.extend(video.name for video in videos)
+        return [_seen()]
+
+    def end(seen: Seen, shown: object, gap: Gap, params: Params, parts: object) -> tuple[list[Outcome], float]:
+        error = params.pipeline.sought_noise / 10 if params.online.use_online else 0.5
+        return [Outcome(length, error, 1 - error, False) for length in sorted(gap.ends)], 0.0
+
+    monkeypatch.setattr(gap_choice, "look", look)
+    monkeypatch.setattr(gap_choice, "our_outcomes", end)
+    monkeypatch.setattr(gap_choice, "pictures", lambda seen: [(frame, None) for frame in seen.frames])
+    tuned, judged = _approaches(tmp_path / "a", "0", "1", "2", "3"), _approaches(tmp_path / "b", "2")
+    call = ["--looming", str(tuned), "--judged", str(judged), "--every", "2", "--setting", "n:sought_noise=1,tau=9"]
+    assert gap_choice.main(call) == 0
+    assert looked == ["0_turn", "3_turn"]
+    told = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
+    assert told.keys() == {"default", "KF alone", "n"}
+    assert "5 frames: 0.1000, 100.0% of 3" in told["n"]
+    assert "5 frames: 0.5000" in told["KF alone"]
+
+
+def test_a_choice_that_cannot_be_made_is_refused_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for call, sentence in (
+        (["--looming", str(tmp_path)], "--looming needs --judged"),
+        (["--clips", str(tmp_path), "--every", "0"], "--every must be 1 or more. Got 0 instead."),
+    ):
+        with pytest.raises(SystemExit):
+            gap_choice.main(call)
+        assert sentence in capsys.readouterr().err
+    assert gap_choice.main(["--clips", str(tmp_path), "--setting", "x:no_such=1"]) == 1
+    assert "There is no parameter 'no_such'" in capsys.readouterr().err

@@ -58,10 +58,32 @@ def test_counts_by_hand() -> None:
     assert s.false_positives_per_frame == pytest.approx(0.2)
     # Eq. 7: three rows lose 4 of 40 px, four are exact.
     assert s.mean_error == pytest.approx(3 * 0.1 / 7)
+    assert s.mean_error_any_width == s.mean_error
+    # The three frames that are not covered count as wholly wrong.
+    assert s.mean_error_overall == pytest.approx((3 * 0.1 + 3) / 10)
     assert s.median_error == pytest.approx(0.0)
     assert len(s.histogram) == BINS
     assert sum(s.histogram) == 7
     assert s.histogram[0] == 4
+
+
+def test_eq7_looks_at_the_frames_that_coverage_looks_at() -> None:
+    """A sign of 16 px that comes nearer: its box misses a quarter until it is 20 px wide, then a tenth."""
+    narrow, wide = np.array([100.0, 100.0, 116.0, 116.0]), np.array([100.0, 100.0, 120.0, 120.0])
+    signs = truth(
+        (0, 5, narrow, 14, False), (1, 5, narrow, 14, False), (2, 5, wide, 14, False), (3, 5, wide, 14, False)
+    )
+    rows = results((0, 1, right(narrow, 4), 14), (1, 1, right(narrow, 4), 14), (2, 1, right(wide, 2), 14))
+    report = evaluate_video("v", signs, rows, 4)
+    assert report.narrow_errors == pytest.approx((0.25, 0.25))
+    assert report.matched == ((2, 5),)
+    s = summarise([report])
+    assert s.coverage == pytest.approx(0.5)
+    assert s.mean_error == pytest.approx(0.1)
+    assert s.mean_error_overall == pytest.approx((0.1 + 1) / 2)
+    assert s.mean_error_any_width == pytest.approx((0.25 + 0.25 + 0.1) / 3)
+    assert s.mean_error_followed == pytest.approx(0.1)
+    assert summarise([evaluate_video("v", signs, rows, 4, min_width=16.0)]).mean_error == s.mean_error_any_width
 
 
 def test_ignored_truth_counts_neither_way() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.evidence.regions import FramePixels, StoredPixels
-from tsr_engine.geometry.boxes import non_overlap
+from tsr_engine.geometry.boxes import expand, non_overlap
 from tsr_engine.online.features import (
     CELLS,
     FEATURES,
@@ -95,9 +95,10 @@ def test_windows_cover_the_radius_and_no_more(side: float) -> None:
         assert (moved > 20 - place.pitch.max()).all()
 
 
+@pytest.mark.parametrize("scales", [(1.0,), (0.93, 1.0, 1.07)])
 @pytest.mark.parametrize(("dx", "dy"), [(0, 0), (14, -9), (-17, 16)])
-def test_finds_the_sign_beside_the_prediction(dx: float, dy: float) -> None:
-    detector, _ = make_detector(OnlineParams())
+def test_finds_the_sign_beside_the_prediction(dx: float, dy: float, scales: tuple[float, ...]) -> None:
+    detector, _ = make_detector(OnlineParams(search_scales=scales))
     picture, truth = scene(126.4, 97.2, 31, seed=21)
     found = detector.relocalise(FramePixels(picture), truth + np.array([dx, dy, dx, dy]), 1)
     assert found is not None
@@ -107,8 +108,22 @@ def test_finds_the_sign_beside_the_prediction(dx: float, dy: float) -> None:
     assert found.windows > 300
 
 
-def test_reads_one_crop_and_stored_pixels_give_the_same_bits() -> None:
-    params = OnlineParams()
+def test_a_size_is_found_only_where_several_are_searched() -> None:
+    picture, truth = scene(126.4, 97.2, 31, seed=21)
+    wrong = expand(truth, 0.5 * (1 / 1.15 - 1))
+    sides = {}
+    for scales in ((1.0,), (1.0, 1.15)):
+        detector, _ = make_detector(OnlineParams(search_scales=scales))
+        found = detector.relocalise(FramePixels(picture), wrong, 1)
+        assert found is not None
+        sides[scales] = found.box[2:] - found.box[:2]
+    np.testing.assert_allclose(sides[1.0,], wrong[2:] - wrong[:2])
+    np.testing.assert_allclose(sides[1.0, 1.15], truth[2:] - truth[:2])
+
+
+@pytest.mark.parametrize("scales", [(1.0,), (0.93, 1.0, 1.07)])
+def test_reads_one_crop_and_stored_pixels_give_the_same_bits(scales: tuple[float, ...]) -> None:
+    params = OnlineParams(search_scales=scales)
     detector, _ = make_detector(params)
     picture, box = scene(12, 20, 30, seed=3)  # partly beyond the frame's edge
     live = FramePixels(picture)

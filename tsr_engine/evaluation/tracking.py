@@ -49,9 +49,9 @@ class VideoReport:
     signs: tuple[SignReport, ...]
     """Signs with a counted frame of at least ``min_width`` px."""
     errors: tuple[tuple[float, str], ...]
-    """Eq. 7 and source of each matched row."""
+    """Eq. 7 and source of each matched row on a sign of at least ``min_width`` px: the frames that are covered."""
     followed_errors: tuple[float, ...]
-    """Eq. 7 of every row of a sign's tracks against that sign, also where they drifted off it."""
+    """Eq. 7 of every row of a sign's tracks against that sign of at least ``min_width`` px, also where they drifted."""
     tracks: int
     false_tracks: tuple[int, ...]
     """Ids of tracks that never match a counted nor an ignored sign."""
@@ -59,6 +59,8 @@ class VideoReport:
     """Rows that match neither."""
     matched: tuple[tuple[int, int], ...] = ()
     """Frame and sign of each of ``errors``."""
+    narrow_errors: tuple[float, ...] = ()
+    """Eq. 7 of each matched row on a narrower sign."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,13 +84,17 @@ class TrackingSummary:
     switches: int
     fragments: int
     mean_error: float | None
-    """Mean of Eq. 7 over matched rows."""
+    """Mean of Eq. 7 over the covered frames, those that ``coverage`` is the share of."""
+    mean_error_overall: float | None
+    """The same over all frames that ``coverage`` looks at, 1 where a sign is not covered: nothing is left out."""
+    mean_error_any_width: float | None
+    """Mean of Eq. 7 over all matched rows, those on signs narrower than ``min_width`` px too."""
     median_error: float | None
     mean_error_by_source: dict[str, float]
     mean_error_followed: float | None
     """Mean of Eq. 7 over all rows of the signs' tracks, matched or not."""
     histogram: tuple[int, ...]
-    """Matched rows by Eq. 7, ``BINS`` equal bins over [0, 1]."""
+    """Covered frames by Eq. 7, ``BINS`` equal bins over [0, 1]."""
     signs_classified: int
     """Detected signs whose fused class is right (Table II)."""
     classified_of_detected: float | None
@@ -119,7 +125,7 @@ def evaluate_video(
         truth: annotated rows.
         results: tracked rows.
         frames: number of frames of the video.
-        min_width: narrowest sign that coverage and detection count, px.
+        min_width: narrowest sign that coverage, Eq. 7 and detection count, px.
         match_iou: least IoU of a match.
         size: width and height of the picture, px, to which both are cut; unset: they are compared as they are.
     """
@@ -139,7 +145,6 @@ def evaluate_video(
             boxes, cover = results.boxes[rows], truth.boxes[ignored]
             own = intersection(boxes, cover) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
             excused[rows] = (np.maximum(iou(boxes, cover), own) >= match_iou).any(axis=1)
-    errors = tuple((float(non_overlap(truth.boxes[t], results.boxes[r])[0, 0]), results.source[r]) for t, r in matches)
     matched_rows = np.zeros(len(results.frame), dtype=bool)
     matched_rows[[r for _, r in matches]] = True
     justified = matched_rows | excused
@@ -147,6 +152,8 @@ def evaluate_video(
     good = {int(i) for i in results.track_id[justified]}
     widths = truth.boxes[:, 2] - truth.boxes[:, 0]
     wanted = ~truth.ignore & (widths >= min_width)
+    found = [(t, r, float(non_overlap(truth.boxes[t], results.boxes[r])[0, 0])) for t, r in matches]
+    wide = [match for match in found if wanted[match[0]]]
     signs = tuple(
         _sign_report(int(sign), truth, results, matches, wanted) for sign in np.unique(truth.track_id[wanted])
     )
@@ -154,12 +161,13 @@ def evaluate_video(
         name,
         frames,
         signs,
-        errors,
-        _followed(truth, results, matches),
+        tuple((error, results.source[r]) for _, r, error in wide),
+        _followed(truth, results, matches, wanted),
         len(ids),
         tuple(sorted(ids - good)),
         int((~justified).sum()),
-        tuple((int(truth.frame[t]), int(truth.track_id[t])) for t, _ in matches),
+        tuple((int(truth.frame[t]), int(truth.track_id[t])) for t, *_ in wide),
+        tuple(error for t, _, error in found if not wanted[t]),
     )
 
 
@@ -170,6 +178,8 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
     found = [sign for sign in signs if sign.ids]
     right = [sign for sign in found if sign.predicted_class == sign.class_id]
     errors = np.array([e for video in videos for e, _ in video.errors])
+    narrow = [e for video in videos for e in video.narrow_errors]
+    wanted, covered = sum(sign.frames for sign in signs), sum(sign.covered for sign in signs)
     followed = [e for video in videos for e in video.followed_errors]
     by_source: dict[str, list[float]] = {}
     for video in videos:
@@ -184,11 +194,13 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
         detection_rate=_share(len(found), len(signs)),
         false_tracks=sum(len(video.false_tracks) for video in videos),
         false_positives_per_frame=_share(sum(video.false_rows for video in videos), frames),
-        coverage=_share(sum(sign.covered for sign in signs), sum(sign.frames for sign in signs)),
+        coverage=_share(covered, wanted),
         ids_per_sign=_share(sum(len(sign.ids) for sign in found), len(found)),
         switches=sum(sign.switches for sign in signs),
         fragments=sum(sign.fragments for sign in signs),
         mean_error=float(errors.mean()) if len(errors) else None,
+        mean_error_overall=_share(float(errors.sum()) + wanted - covered, wanted),
+        mean_error_any_width=_share(float(errors.sum()) + sum(narrow), len(errors) + len(narrow)),
         median_error=float(np.median(errors)) if len(errors) else None,
         mean_error_by_source={source: float(np.mean(values)) for source, values in sorted(by_source.items())},
         mean_error_followed=float(np.mean(followed)) if followed else None,
@@ -302,13 +314,13 @@ def _sign_report(sign: int, truth: Truth, results: Results, matches: list[tuple[
     )
 
 
-def _followed(truth: Truth, results: Results, matches: list[tuple[int, int]]) -> tuple[float, ...]:
-    """Eq. 7 of each row against the sign that its track matched most often, in the frames where it is counted."""
+def _followed(truth: Truth, results: Results, matches: list[tuple[int, int]], wanted: Any) -> tuple[float, ...]:
+    """Eq. 7 of each row against the sign that its track matched most often, in the frames where that is wanted."""
     votes: dict[int, Counter[int]] = {}
     for t, r in matches:
         votes.setdefault(int(results.track_id[r]), Counter())[int(truth.track_id[t])] += 1
     belongs = {track: counter.most_common(1)[0][0] for track, counter in votes.items()}
-    place = {(int(truth.frame[t]), int(truth.track_id[t])): int(t) for t in np.flatnonzero(~truth.ignore)}
+    place = {(int(truth.frame[t]), int(truth.track_id[t])): int(t) for t in np.flatnonzero(wanted)}
     errors = []
     for r in range(len(results.frame)):
         key = (int(results.frame[r]), belongs.get(int(results.track_id[r]), -1))

@@ -72,7 +72,9 @@ class Params(Section):
             if name not in places:
                 raise UsageError(f"There is no parameter '{name}'. `tsr track --help` lists them all.")
             section, leaf = places[name]
-            tree[section][leaf] = _parse(value)
+            parsed = _parse(value)
+            alone = isinstance(parsed, str) and isinstance(tree[section][leaf], tuple)
+            tree[section][leaf] = (parsed,) if alone else parsed
         try:
             return type(self).model_validate(tree)
         except ValidationError as error:

@@ -34,7 +34,14 @@ class PipelineParams(Section):
         0.5, ge=0, le=1, description="least P(y = 1) of a window that replaces a confident prediction"
     )
     sought_noise: float = Field(
-        3.0, gt=0, le=100, description="noise of such a window as a measurement, relative to a detection's"
+        2.0, gt=0, le=100, description="noise of such a window as a measurement, relative to a detection's"
+    )
+    sought_size_noise: float | None = Field(
+        16.0,
+        gt=0,
+        le=1000,
+        description="noise of such a window's width and height, relative to a detection's: few sizes are searched, so "
+        "it says little of the sign's (none: as that of its centre)",
     )
     sought_sigmas: float | None = Field(
         3.0,

@@ -23,7 +23,7 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline.companion import Companion, Parts
 from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.sentences import astray, rejected, relabelled, relocalised, sought
-from tsr_engine.protocols import PixelSource
+from tsr_engine.protocols import PixelSource, Sight
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import (
@@ -194,7 +194,8 @@ class TrackingCore:
         if p.sought_sigmas is not None and sigmas > p.sought_sigmas:
             return astray(track_id, alone, prediction.box, found, sigmas)
         sure = found.probability >= p.sure_probability
-        self._tracker.correct(track_id, found.box, source="relocalised", noise=p.sought_noise, confident=sure)
+        sight = Sight(p.sought_noise, p.sought_noise if p.sought_size_noise is None else p.sought_size_noise)
+        self._tracker.correct(track_id, found.box, source="relocalised", sight=sight, confident=sure)
         return sought(track_id, alone, prediction.box, found)
 
     def _judge(self, frame: FrameInput, box: FloatArray, companion: Companion) -> GateVerdict:

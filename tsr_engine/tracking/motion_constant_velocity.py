@@ -6,7 +6,7 @@ import numpy as np
 from filterpy.common import Q_discrete_white_noise
 from filterpy.kalman import predict, update
 
-from tsr_engine.protocols import WHOLE, Edges, MotionState
+from tsr_engine.protocols import DETECTION, MotionState, Sight
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.noise import MeasurementNoise
 
@@ -52,11 +52,9 @@ class ConstantVelocityMotion:
         x[2:4] = np.maximum(x[2:4], 1.0)
         return MotionState(np.asarray(x), np.asarray(P))
 
-    def update(
-        self, state: MotionState, measurement: FloatArray, noise: float = 1.0, cut: Edges = WHOLE
-    ) -> MotionState:
+    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
         """Standard Kalman update."""
-        R = self._noise.covariance(state.mean[2], state.mean[3], noise, cut)
+        R = self._noise.covariance(state.mean[2], state.mean[3], sight)
         z = np.asarray(measurement, dtype=np.float64)
         x, P = update(state.mean, state.covariance, z, R, H=_H)[:2]
         x[2:4] = np.maximum(x[2:4], 1.0)

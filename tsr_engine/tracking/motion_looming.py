@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from tsr_engine.protocols import WHOLE, Edges, MotionState
+from tsr_engine.protocols import DETECTION, MotionState, Sight
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.noise import MeasurementNoise
 
@@ -98,12 +98,10 @@ class LoomingMotion:
         ahead[FY] = state.mean[FY]
         return MotionState(ahead, covariance)
 
-    def update(
-        self, state: MotionState, measurement: FloatArray, noise: float = 1.0, cut: Edges = WHOLE
-    ) -> MotionState:
+    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
         """Measurement update, linearised at the prediction, Joseph form."""
         box = self.box_of(state)
-        R = self._noise.covariance(box[2], box[3], noise, cut)
+        R = self._noise.covariance(box[2], box[3], sight)
         z = np.asarray(measurement, dtype=np.float64)
         return MotionState(*_measurement_update(state.mean, state.covariance, z, R))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsr_engine.protocols import WHOLE, Edges, MotionState
+from tsr_engine.protocols import DETECTION, MotionState, Sight
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.noise import MeasurementNoise
 
@@ -51,12 +51,10 @@ class PaperMotion:
         std = self._process * np.array([now[2], now[3], now[2], now[3]])
         return MotionState(np.concatenate([ahead, past.ravel()]), state.covariance + np.diag(std**2) * dt)
 
-    def update(
-        self, state: MotionState, measurement: FloatArray, noise: float = 1.0, cut: Edges = WHOLE
-    ) -> MotionState:
+    def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
         """Standard Kalman update of ``cx, cy, w, h``; the earlier estimates stay."""
         x, P = state.mean[:4], state.covariance
-        R = self._noise.covariance(x[2], x[3], noise, cut)
+        R = self._noise.covariance(x[2], x[3], sight)
         # P and R are symmetric, so K' = S^-1 P.
         K = np.linalg.solve(P + R, P).T
         x = x + K @ (np.asarray(measurement, dtype=np.float64) - x)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tsr_engine.protocols import WHOLE, Edges
+from tsr_engine.protocols import DETECTION, Sight
 from tsr_engine.records import FloatArray
 
 _ANYWHERE = 10.0
@@ -25,17 +25,17 @@ class MeasurementNoise:
     centre: float = 0.07
     size: float = 0.14
 
-    def covariance(self, width: float, height: float, factor: float = 1.0, cut: Edges = WHOLE) -> FloatArray:
+    def covariance(self, width: float, height: float, sight: Sight = DETECTION) -> FloatArray:
         """R for a box of width x height px, shape (4, 4), px^2.
 
         Args:
             width: of the box, px.
             height: of the box, px.
-            factor: on the standard deviations.
-            cut: edges that were not seen; they may be anywhere within several sides. A centre and a size that share
-                such an edge err together, so that what is left of the measurement is the edge that was seen.
+            sight: how well it was measured. Edges that were not seen may be anywhere within several sides; a centre
+                and a size that share such an edge err together, so that what is left is the edge that was seen.
         """
-        std = np.array([self.centre * width, self.centre * height, self.size * width, self.size * height]) * factor
+        centre, size, cut = self.centre * sight.centre, self.size * sight.size, sight.cut
+        std = np.array([centre * width, centre * height, size * width, size * height])
         R = np.diag(std**2)
         for axis, side in ((0, width), (1, height)):
             if cut[axis] or cut[axis + 2]:

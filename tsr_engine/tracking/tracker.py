@@ -16,13 +16,13 @@ The gate and the online detector act between prediction and update, so the frame
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tsr_engine.geometry.boxes import area, clip, intersection, iou, to_cxcywh, to_xyxy
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.protocols import WHOLE, Edges, MotionModel
+from tsr_engine.protocols import DETECTION, WHOLE, Edges, MotionModel, Sight
 from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source, TrackState
 from tsr_engine.tracking.assignment import Gates, associate
 from tsr_engine.tracking.level import Level
@@ -169,7 +169,7 @@ class Tracker:
         box: FloatArray,
         *,
         source: Source = "detected",
-        noise: float = 1.0,
+        sight: Sight = DETECTION,
         confident: bool = True,
         result: FloatArray | None = None,
     ) -> FloatArray:
@@ -179,9 +179,10 @@ class Tracker:
             track_id: a living track.
             box: the measurement, shape (4,).
             source: where the measurement comes from; becomes the frame's source.
-            noise: factor on the measurement's standard deviation; 1 is a detection.
+            sight: how well it was measured; edges that the picture cuts off are found here.
             confident: whether the measurement proves that the sign is still there (ends a run of missed frames).
-            result: the frame's result, shape (4,); unset: the estimate with ``result_noise`` times that noise.
+            result: the frame's result, shape (4,); unset: the estimate with ``result_noise`` times
+                that noise.
 
         Returns:
             The frame's result, shape (4,); may reach beyond the picture.
@@ -190,15 +191,15 @@ class Tracker:
         before = track.motion
         expected = to_xyxy(self._motion.box_of(before))
         whole, cut = _completed(box, expected, self._cut_off(box, expected))
-        measured = to_cxcywh(whole)
-        track.motion = self._motion.update(before, measured, noise, cut)
+        measured, seen = to_cxcywh(whole), replace(sight, cut=cut)
+        track.motion = self._motion.update(before, measured, seen)
         if result is not None:
             track.box = np.array(result, dtype=np.float64)
         elif self._params.result_noise == 1.0:
             track.box = to_xyxy(self._motion.box_of(track.motion))
         else:
             # A state that is to predict well must not follow each detection's error; a box that is shown now may.
-            shown = self._motion.update(before, measured, noise * self._params.result_noise, cut)
+            shown = self._motion.update(before, measured, seen.times(self._params.result_noise))
             track.box = to_xyxy(self._motion.box_of(shown))
         track.source = source
         track.measured = True

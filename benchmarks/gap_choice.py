@@ -1,0 +1,123 @@
+"""What parameters are worth where detections are withheld, told on videos that no figure is reported on.
+
+    python -m benchmarks.gap_choice --clips CLIPS [--setting NAME:key=value,...]...
+    python -m benchmarks.gap_choice --looming DIR --judged DIR [--every 3] [--setting NAME:key=value,...]...
+
+The first looks at the real clips that values are chosen on, six frames from one start on a sign to its next; the second
+at simulated approaches to scenes that ``--judged`` does not show, ten frames apart. ``default`` and the filter alone
+are run beside the named settings. Prints Eq. 7 and the share of signs held at IoU 0.5 after each stretch.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+
+import cv2
+
+from benchmarks.experiment import Skip
+from benchmarks.experiments.clips import CHOSEN_ON, read_clips
+from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.peers.gap import LENGTHS, Outcome, find_gaps, our_outcomes, summary
+from benchmarks.peers.seen import Annotated, Seen, look, pictures
+from benchmarks.tracking_stress import configurations
+from tsr_engine.errors import TsrError
+from tsr_engine.params import Params
+from tsr_engine.pipeline import Components, load_components
+
+EVERY_ON_CLIPS, EVERY_ON_APPROACHES = 6, 10
+"""Frames from one start on a sign to its next."""
+
+
+def outcomes_of(
+    videos: Iterable[Seen], chosen: Mapping[str, tuple[Params, Components]], every: int
+) -> dict[str, list[Outcome]]:
+    """How each configuration ends each gap of the videos.
+
+    Args:
+        videos: what was detected in them.
+        chosen: name -> parameters and the engine's parts.
+        every: least number of frames from one start on a sign to its next.
+    """
+    found: dict[str, list[Outcome]] = {name: [] for name in chosen}
+    for seen in videos:
+        gaps = find_gaps(seen, every)
+        shown = [picture for _, picture in pictures(seen)] if gaps else []
+        for gap in gaps:
+            for name, (params, components) in chosen.items():
+                found[name] += our_outcomes(seen, shown, gap, seen.aimed(params), components.parts)[0]
+    return found
+
+
+def rows(found: Mapping[str, Sequence[Outcome]]) -> str:
+    """One line for each configuration."""
+    width = max(map(len, found), default=0)
+    lines = []
+    for name, outcomes in found.items():
+        cells = [f"{name:{width}s}"]
+        for length in LENGTHS:
+            told = summary(outcomes, length)
+            if told["gaps"]:
+                cells.append(f"{length:4d} frames: {told['error']:.4f}, {told['held']:6.1%} of {told['gaps']}")
+        lines.append("  ".join(cells))
+    return "\n".join(lines)
+
+
+def videos_of(args: argparse.Namespace) -> tuple[list[Annotated], int]:
+    """The videos to look at, and the frames from one start to the next.
+
+    Raises:
+        Skip: there are none.
+    """
+    if args.clips is not None:
+        clips = read_clips(args.clips)
+        return [Annotated(name, "chosen on", *clips[name]) for name in CHOSEN_ON if name in clips], EVERY_ON_CLIPS
+    found = read_looming(args.looming, without=read_looming(args.judged).scenes)
+    taken = islice(found.videos.items(), 0, None, args.every)
+    return [Annotated(name, found.stress[name], *video) for name, video in taken], EVERY_ON_APPROACHES
+
+
+def parse(argv: Sequence[str] | None) -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.gap_choice",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    data = parser.add_mutually_exclusive_group(required=True)
+    data.add_argument("--clips", type=Path, help="folder of real clips with gt/")
+    data.add_argument("--looming", type=Path, help="folder of simulated approaches")
+    parser.add_argument("--judged", type=Path, help="approaches whose scenes are left out")
+    parser.add_argument("--every", type=int, default=1, help="take every n-th approach")
+    parser.add_argument("--setting", action="append", default=[], help="a further configuration")
+    parser.add_argument("--scratch", type=Path, help="where detections are kept for the next call")
+    args = parser.parse_args(argv)
+    if args.looming is not None and args.judged is None:
+        parser.error("--looming needs --judged: approaches that figures are reported on must be left out.")
+    if args.every < 1:
+        parser.error(f"--every must be 1 or more. Got {args.every} instead.")
+    return args
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    args = parse(argv)
+    cv2.setNumThreads(1)
+    try:
+        named = configurations(args.setting)
+        chosen = {name: (params, load_components(params)) for name, params in named.items() if name != "paper"}
+        videos, every = videos_of(args)
+        with tempfile.TemporaryDirectory() as folder:
+            print(rows(outcomes_of(look(videos, args.scratch or Path(folder)), chosen, every)))
+    except (TsrError, Skip) as error:
+        sys.stderr.write(f"gap_choice: {error}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
