@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.errors import InputError
-from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.gtsrb import CropItem, read_items
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.descriptor import LENGTH, SIDE
 from tsr_engine.training.classifier import (
@@ -14,6 +14,7 @@ from tsr_engine.training.classifier import (
     _strength,
     drawn_crops,
     fit_temperature,
+    inset_crops,
     negative_log_likelihood,
     train_classifier,
 )
@@ -213,3 +214,10 @@ def test_drawn_crops_join_the_real_ones() -> None:
     crops = drawn_crops(2, np.random.default_rng(0))
     assert [crop.class_id for crop in crops] == [c for c in DRAWN_CLASSES for _ in range(2)]
     assert drawn_crops(0, np.random.default_rng(0)) == []
+
+
+def test_limits_with_smaller_digits_join_the_real_ones(folder: Path) -> None:
+    crops = [load_crop(item) for item in read_items(folder) if item.class_id in (3, 6, 7)]
+    made = inset_crops(crops, 5, np.random.default_rng(0))
+    assert [crop.class_id for crop in made] == [3] * 5 + [7] * 5
+    assert inset_crops([crop for crop in crops if crop.class_id == 6], 5, np.random.default_rng(0)) == []

@@ -26,7 +26,8 @@ from tsr_engine.training.classifier_jitter import (
     shaken_box,
 )
 from tsr_engine.training.classifier_network import Network, NetworkSettings
-from tsr_engine.training.drawn_signs import DRAWN_CLASSES, drawn_crop
+from tsr_engine.training.drawn_signs import DRAWN_CLASSES, ROAD, Lettering, drawn_crop
+from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop
 
 Progress = Callable[[str, int, int], None]
 """Called with the stage, what is done and what there is to do."""
@@ -52,10 +53,14 @@ class ClassifierSettings:
     """Share of each class's tracks that figures and temperature come from."""
     balance: float = 0.7
     """Exponent on class sizes in the draw of pictures: 1 as they are, 0 all classes alike."""
-    drawn: float = 0.08
+    drawn: float = 0.10
     """Share of the views that are drawn in the manner of other countries (:mod:`~.drawn_signs`)."""
-    drawn_crops: int = 80
+    drawn_crops: int = 120
     """Drawn crops of each class that has any."""
+    inset: float = 0.06
+    """Share of the views that show real limits with their digits made smaller (:mod:`~.inset_signs`)."""
+    inset_crops: int = 150
+    """Such crops of each limit."""
     calm: float = 0.3
     """Share of the steps, at the end, over which the views' strength falls from 1 to ``calm_strength``."""
     calm_strength: float = 0.5
@@ -204,10 +209,12 @@ def _views(
     counts = np.bincount(classes, minlength=CLASS_COUNT).astype(np.float64)
     chance = counts[classes] ** (settings.balance - 1)
     chance /= chance.sum()
-    foreign = drawn_crops(settings.drawn_crops, generator) if settings.drawn > 0 else []
-    if foreign:
-        crops = [*crops, *foreign]
-        chance = np.concatenate([chance * (1 - settings.drawn), np.full(len(foreign), settings.drawn / len(foreign))])
+    drawn = drawn_crops(settings.drawn_crops, generator) if settings.drawn > 0 else []
+    inset = inset_crops(crops, settings.inset_crops, generator) if settings.inset > 0 else []
+    for share, others in ((settings.drawn, drawn), (settings.inset, inset)):
+        if others:
+            crops = [*crops, *others]
+            chance = np.concatenate([chance * (1 - share), np.full(len(others), share / len(others))])
     yield from shown_views(
         crops, chance, settings.batch, settings.showings, generator,
         lambda made: _strength(made * settings.showings / steps, settings),
@@ -252,9 +259,18 @@ def shown_views(
             yield descriptors[again], labels[again]
 
 
-def drawn_crops(each: int, generator: np.random.Generator) -> list[LoadedCrop]:
+def drawn_crops(each: int, generator: np.random.Generator, lettering: Lettering = ROAD) -> list[LoadedCrop]:
     """Drawn crops for one training, so many of each class that is drawn."""
-    return [drawn_crop(class_id, generator) for class_id in DRAWN_CLASSES for _ in range(each)]
+    return [drawn_crop(class_id, generator, lettering) for class_id in DRAWN_CLASSES for _ in range(each)]
+
+
+def inset_crops(crops: Sequence[LoadedCrop], each: int, generator: np.random.Generator) -> list[LoadedCrop]:
+    """For one training, so many crops of each limit among ``crops`` with smaller digits, from random ones of them."""
+    made = []
+    for class_id in INSET_CLASSES:
+        own = [crop for crop in crops if crop.class_id == class_id]
+        made += [inset_crop(own[k], generator) for k in generator.integers(0, len(own), each)] if own else []
+    return made
 
 
 def _strength(progress: float, settings: ClassifierSettings) -> float:

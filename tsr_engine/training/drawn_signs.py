@@ -8,8 +8,7 @@ join the real ones in training and never in figures.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
+from dataclasses import dataclass
 from typing import Final
 
 import cv2
@@ -19,29 +18,60 @@ from numpy.typing import NDArray
 from tsr_engine.recognition.descriptor import MARGIN
 from tsr_engine.records import Picture
 from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop
+from tsr_engine.training.drawn_digits import stroked_digits
 
-__all__ = ["DRAWN_CLASSES", "drawn_crop"]
+__all__ = ["DRAWN_CLASSES", "PRINTED", "ROAD", "Lettering", "drawn_crop"]
 
 _LIMITS: Final = {0: "20", 1: "30", 2: "50", 3: "60", 4: "70", 5: "80", 7: "100", 8: "120"}
-_FACES: Final = ("DejaVu Sans", "DejaVu Sans Mono", "DejaVu Serif", "STIXGeneral", "cmss10")
+_ARROWS: Final = {33: 0.0, 34: 180.0, 35: -90.0, 38: 45.0, 39: 135.0}
+"""Class -> where its arrow points, degrees clockwise from the right."""
 _HIGH: Final = 4
 """Signs are drawn this many times larger and reduced, which smooths their edges."""
 _Ink = tuple[float, float, float]
 
 
-def drawn_crop(class_id: int, rng: np.random.Generator) -> LoadedCrop:
+@dataclass(frozen=True, slots=True)
+class Lettering:
+    """Where the digits of drawn limits come from.
+
+    Attributes:
+        stroked: share of those that are drawn by strokes in a random face (:mod:`~.drawn_digits`).
+        built_in: share of those in OpenCV's own face, in any weight; the others are outlines of ``faces``.
+        faces: families of type faces that matplotlib brings.
+    """
+
+    stroked: float
+    built_in: float
+    faces: tuple[str, ...]
+
+
+PRINTED: Final = Lettering(0.0, 0.5, ("DejaVu Sans", "DejaVu Sans Mono", "DejaVu Serif", "STIXGeneral", "cmss10"))
+"""Type faces of print: enough for who asks whether there is a limit at all, as the detector's likeness does."""
+ROAD: Final = Lettering(0.6, 0.25, ("DejaVu Sans", "DejaVu Sans Mono", "cmss10"))
+"""Faces as road authorities draw them, for who has to read the number."""
+
+
+def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = ROAD) -> LoadedCrop:
     """A sign of a class in a random foreign drawing, before random ground, ``LARGEST`` px wide.
+
+    Args:
+        class_id: one of ``DRAWN_CLASSES``.
+        rng: source of the draw.
+        lettering: of limits.
 
     Raises:
         ValueError: not one of ``DRAWN_CLASSES``.
     """
-    if class_id not in _DRAWERS:
+    if class_id not in DRAWN_CLASSES:
         raise ValueError(f"class_id must be one of {DRAWN_CLASSES}. Got {class_id} instead.")
     margin = round(MARGIN * LARGEST) + 4
     side = LARGEST + 2 * margin
     canvas = _ground(side, rng)
     centre, radius = side * _HIGH / 2, LARGEST * _HIGH / 2
-    _DRAWERS[class_id](canvas, centre, radius, rng)
+    if class_id in _LIMITS:
+        _limit(_LIMITS[class_id], lettering, canvas, centre, radius, rng)
+    else:
+        _arrow(_ARROWS[class_id], canvas, centre, radius, rng)
     pixels = cv2.resize(canvas, (side, side), interpolation=cv2.INTER_AREA)
     light = np.float32(rng.uniform(0.35, 1.0))
     pixels = np.clip(pixels.astype(np.float32) * light, 0, 255).astype(np.uint8)
@@ -70,7 +100,9 @@ def _disc(canvas: Picture, centre: float, radius: float, ink: _Ink) -> None:
     cv2.circle(canvas, (round(centre * 16), round(centre * 16)), round(radius * 16), ink, -1, cv2.LINE_AA, 4)
 
 
-def _limit(text: str, canvas: Picture, centre: float, radius: float, rng: np.random.Generator) -> None:
+def _limit(
+    text: str, lettering: Lettering, canvas: Picture, centre: float, radius: float, rng: np.random.Generator
+) -> None:
     """C14: a red ring, a white or yellow field, black digits."""
     if rng.random() < 0.3:
         _disc(canvas, centre, radius, _ink(235, 235, 235, rng))
@@ -81,31 +113,34 @@ def _limit(text: str, canvas: Picture, centre: float, radius: float, rng: np.ran
     _disc(canvas, centre, radius, _ink(40, 30, 190, rng))
     field = _ink(90, 215, 235, rng) if rng.random() < 0.12 else _ink(235, 235, 235, rng)
     _disc(canvas, centre, inner, field)
-    mask = _digits(text, rng)
+    mask = _digits(text, lettering, rng)
     height = inner * rng.uniform(0.75, 1.05)
     width = min(height * mask.shape[1] / mask.shape[0] * rng.uniform(0.8, 1.15), 1.72 * inner)
     size = (max(8, round(width)), max(8, round(height)))
     _stamp(canvas, cv2.resize(mask, size, interpolation=cv2.INTER_AREA), centre, centre, _ink(30, 30, 30, rng))
 
 
-def _digits(text: str, rng: np.random.Generator) -> NDArray[np.uint8]:
+def _digits(text: str, lettering: Lettering, rng: np.random.Generator) -> NDArray[np.uint8]:
     """Digits as a mask cut to their ink, about 120 px high."""
-    if rng.random() < 0.5:
+    kind = rng.random()
+    if kind < lettering.stroked:
+        mask = stroked_digits(text, rng)
+    elif kind < lettering.stroked + lettering.built_in:
         mask = np.zeros((320, 900), np.uint8)
         # the built-in face strikes its zero through; the letter is the zero of road signs
         glyphs, weight = text.replace("0", "O"), int(rng.integers(200, 900))
         cv2.putText(mask, glyphs, (60, 220), 255, cv2.FontFace("sans"), 150, weight)
     else:
-        mask = _outlined(text, rng)
+        mask = _outlined(text, lettering.faces, rng)
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return np.ascontiguousarray(mask[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1])
 
 
-def _outlined(text: str, rng: np.random.Generator) -> NDArray[np.uint8]:
+def _outlined(text: str, faces: tuple[str, ...], rng: np.random.Generator) -> NDArray[np.uint8]:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import TextPath
 
-    family, bold = _FACES[int(rng.integers(len(_FACES)))], rng.random() < 0.5
+    family, bold = faces[int(rng.integers(len(faces)))], rng.random() < 0.5
     face = FontProperties(family=family, weight="bold" if bold and family != "cmss10" else "normal")
     mask = np.zeros((320, 900), np.uint8)
     outlines = [
@@ -151,14 +186,5 @@ def _arrow(degrees: float, canvas: Picture, centre: float, radius: float, rng: n
     cv2.fillPoly(canvas, [outline], _ink(235, 235, 235, rng), cv2.LINE_AA, 4)
 
 
-_Drawer = Callable[[Picture, float, float, np.random.Generator], None]
-_DRAWERS: Final[dict[int, _Drawer]] = {
-    **{class_id: partial(_limit, text) for class_id, text in _LIMITS.items()},
-    33: partial(_arrow, 0.0),
-    34: partial(_arrow, 180.0),
-    35: partial(_arrow, -90.0),
-    38: partial(_arrow, 45.0),
-    39: partial(_arrow, 135.0),
-}
-DRAWN_CLASSES: Final = tuple(sorted(_DRAWERS))
+DRAWN_CLASSES: Final = tuple(sorted({**_LIMITS, **_ARROWS}))
 """GTSRB classes that are drawn: limits and bare arrows."""

@@ -24,6 +24,7 @@ from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier import descend, drawn_crops, shown_views
 from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, surrounded_crop
 from tsr_engine.training.classifier_network import Network, NetworkSettings
+from tsr_engine.training.drawn_signs import PRINTED
 from tsr_engine.training.mining import background_candidates, read_picture
 
 Progress = Callable[[str, int, int], None]
@@ -80,7 +81,7 @@ def train_likeness(
         rng: of weights and views.
         progress: called as the work proceeds.
     """
-    drawn = drawn_crops(plan.drawn_crops, rng) if plan.drawn > 0 else []
+    drawn = drawn_crops(plan.drawn_crops, rng, PRINTED) if plan.drawn > 0 else []
     parts: list[LoadedCrop] = []
     chances = []
     for part, share in (

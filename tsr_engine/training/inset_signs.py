@@ -1,0 +1,73 @@
+"""Limits whose digits are smaller than Germany's, made out of real crops, for the classifier's training.
+
+The Vienna Convention (1968, annex 1, C14) leaves the height of a limit's digits to each country. Germany fills the
+field with them; elsewhere they take little more than half of it, and look to a classifier that has seen German ones
+alone like digits far away, or like others. A real crop keeps what no drawing has, the light, noise and blur of a
+camera: its middle is shrunk, the field between digits and ring is widened, and the ring stays where it is.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.geometry.boxes import to_cxcywh
+from tsr_engine.training.classifier_jitter import LoadedCrop
+
+__all__ = ["INSET_CLASSES", "inset_crop"]
+
+INSET_CLASSES: Final = (0, 1, 2, 3, 4, 5, 7, 8)
+"""GTSRB classes with a limit in a red ring."""
+
+_DIGITS: Final = 0.63
+"""Radius within which a German limit has its digits but for the corners of three, share of the sign's."""
+_FIELD, _RING = 0.67, 0.75
+"""Outer radius of its white field, and radius from which there is nothing but the red ring."""
+_SMALLEST, _LARGEST = 0.62, 0.92
+"""Size of the digits, share of what it was."""
+_RING_FROM, _RING_TO = 0.70, 0.82
+"""Inner radius of the ring afterwards."""
+_EDGE: Final = 0.05
+"""Width of the edge between field and ring."""
+
+
+def inset_crop(crop: LoadedCrop, rng: np.random.Generator) -> LoadedCrop:
+    """A crop of a limit with its digits shrunk towards the middle, and a ring that is wider or narrower.
+
+    Args:
+        crop: of one of ``INSET_CLASSES``.
+        rng: source of the draw.
+
+    Raises:
+        ValueError: a crop of another class.
+    """
+    if crop.class_id not in INSET_CLASSES:
+        raise ValueError(f"class_id must be one of {INSET_CLASSES}. Got {crop.class_id} instead.")
+    shrunk = rng.uniform(_SMALLEST, _LARGEST)
+    ring = rng.uniform(_RING_FROM, _RING_TO)
+    narrow = shrunk * rng.uniform(0.9, 1.05)
+    cx, cy, width, height = to_cxcywh(crop.box)
+    rows, columns = crop.pixels.shape[:2]
+    x = (np.arange(columns) + 0.5 - cx) / (width / 2)
+    y = (np.arange(rows)[:, None] + 0.5 - cy) / (height / 2)
+    radius = np.hypot(x, y)
+    factor = _source(radius, shrunk, ring) / np.maximum(radius, 1e-6)
+    # Digits may also be narrower or wider than they were, in the middle alone.
+    across = np.where(radius < shrunk * _DIGITS, np.clip(shrunk / narrow, 0.9, 1.1), 1.0)
+    map_x = (x * factor * across * (width / 2) + cx - 0.5).astype(np.float32)
+    map_y = (y * factor * (height / 2) + cy - 0.5).astype(np.float32)
+    pixels = cv2.remap(crop.pixels, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return LoadedCrop(np.asarray(pixels, dtype=np.uint8), crop.box, crop.class_id)
+
+
+def _source(radius: NDArray[np.float64], shrunk: float, ring: float) -> NDArray[np.float64]:
+    """Where in the original what lies at a radius comes from, both in shares of the sign's radius.
+
+    Digits come from a larger circle, the field from the gap between digits and ring, the ring from the ring.
+    """
+    place = (0.0, shrunk * _DIGITS, ring - _EDGE / 2, ring + _EDGE / 2, 1.0, 8.0)
+    origin = (0.0, _DIGITS, _FIELD, _RING, 1.0, 8.0)
+    return np.interp(radius, place, origin)
