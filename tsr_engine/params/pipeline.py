@@ -34,7 +34,7 @@ class PipelineParams(Section):
         0.5, ge=0, le=1, description="least P(y = 1) of a window that replaces a confident prediction"
     )
     sought_noise: float = Field(
-        2.0, gt=0, le=100, description="noise of such a window as a measurement, relative to a detection's"
+        3.0, gt=0, le=100, description="noise of such a window as a measurement, relative to a detection's"
     )
     sought_size_noise: float | None = Field(
         16.0,
