@@ -157,8 +157,8 @@ def _tell_deltas(deltas: Mapping[str, Mapping[str, int]]) -> str:
     ]
     return (
         f"`fusion_delta` was chosen on the parts 1 to {FOLDS - 1}, which have no sign of the split, within the paper's "
-        f"15 to 30 px: about the middle of those that never do worse there, however much others gain elsewhere."
-        f"\n\n{table(rows)}"
+        "15 to 30 px and with the classifier of then: about the middle of those that never did worse there, however "
+        f"much others gained elsewhere. Of today's:\n\n{table(rows)}"
     )
 
 

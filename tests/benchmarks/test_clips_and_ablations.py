@@ -249,7 +249,8 @@ def test_what_went_wrong_is_shown_where_it_is_largest(drive: Path, tmp_path: Pat
 def test_bars_are_judged_row_by_row() -> None:
     def row(error: float, ids: float = 1.0, coverage: float = 0.9) -> dict[str, Any]:
         return {
-            "mean_error": error, "ids_per_sign": ids, "coverage": coverage, "signs": 2, "signs_detected": 2,
+            "mean_error": error, "mean_error_any_width": error, "ids_per_sign": ids, "coverage": coverage,
+            "signs": 2, "signs_detected": 2,
             "signs_classified": 2, "false_tracks": 0, "frames": 60,
             "notes": {"missed": [], "misread": [], "split": [], "false": []},
         }  # fmt: skip
