@@ -312,6 +312,7 @@ def _print_summaries(summaries: dict[str, Any], details: dict[str, Any]) -> None
         ("ids per sign", "ids_per_sign", "f"),
         ("mean of Eq. 7", "mean_error", "f"),
         ("... frames without a box as 1", "mean_error_overall", "f"),
+        ("... signs of any width", "mean_error_any_width", "f"),
         ("median of Eq. 7", "median_error", "f"),
         ("mean of Eq. 7 over followed frames", "mean_error_followed", "f"),
     )
