@@ -178,9 +178,9 @@ def _belongs(own: str, group: str) -> bool:
 
 def _one(reports: list[VideoReport], sequences: list[dict[str, Any]]) -> dict[str, Any]:
     s = summarise(reports).as_dict()
-    kept = ("signs", "signs_detected", "false_tracks", "coverage", "ids_per_sign", "switches")
+    errors = ("mean_error", "mean_error_overall", "mean_error_any_width")
+    kept = ("signs", "signs_detected", "false_tracks", "coverage", "ids_per_sign", *errors, "switches")
     figures: dict[str, Any] = {name: s[name] for name in kept}
-    figures |= {name: s[name] for name in ("mean_error", "mean_error_overall", "mean_error_any_width")}
     try:
         return figures | trackeval_figures(sequences)
     except Missing:

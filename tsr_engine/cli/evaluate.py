@@ -21,6 +21,7 @@ from tsr_engine.cli.common import (
     say,
 )
 from tsr_engine.cli.track import class_name
+from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.errors import InputError, UsageError
 
 __all__ = ["app"]
@@ -101,7 +102,7 @@ def tracking(
     if json:
         print_json(content)
     else:
-        _print_summaries(summaries, details)
+        print_summaries(summaries, details)
 
 
 @app.command("classification")
@@ -296,36 +297,6 @@ def _crops(source: Path, held_out: float | None, seed: int) -> list[Any]:
     return split_by_track([item for item in items if item.track is not None], held_out, seed)[1]
 
 
-def _print_summaries(summaries: dict[str, Any], details: dict[str, Any]) -> None:
-    from rich.table import Table
-
-    rows = (
-        ("physical signs", "signs", "d"),
-        ("signs detected", "signs_detected", "d"),
-        ("detection rate", "detection_rate", "%"),
-        ("false tracks", "false_tracks", "d"),
-        ("false boxes per frame", "false_positives_per_frame", "f"),
-        ("correctly classified", "signs_classified", "d"),
-        ("... of detected", "classified_of_detected", "%"),
-        ("... of all", "classified_of_all", "%"),
-        ("coverage", "coverage", "%"),
-        ("ids per sign", "ids_per_sign", "f"),
-        ("mean of Eq. 7", "mean_error", "f"),
-        ("... frames without a box as 1", "mean_error_overall", "f"),
-        ("... signs of any width", "mean_error_any_width", "f"),
-        ("median of Eq. 7", "median_error", "f"),
-        ("mean of Eq. 7 over followed frames", "mean_error_followed", "f"),
-    )
-    table = Table("", *summaries, box=None, pad_edge=False, header_style="bold")
-    for title, field, kind in rows:
-        table.add_row(title, *(_format(getattr(summary, field), kind) for summary in summaries.values()))
-    console = out_console()
-    console.print(table)
-    for name, videos in details.items():
-        listed = ", ".join(f"{v['video']} {v['found']}/{v['signs']}" for v in videos)
-        console.print(f"{name}, signs found by video: {listed}", soft_wrap=True)
-
-
 def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[int, Any]:
     """Frames of a video and its result rows, without writing anything."""
     import tempfile
@@ -379,14 +350,6 @@ def _truth_of(video: Path, truth: Path | None) -> Path:
             f"There is no truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
         )
     return found[0]
-
-
-def _format(value: Any, kind: str) -> str:
-    if value is None:
-        return "-"
-    if kind == "%":
-        return f"{value:.2%}"
-    return f"{value:.4f}" if kind == "f" else str(value)
 
 
 def _write(out: Path | None, name: str, content: Any) -> None:

@@ -72,8 +72,7 @@ def _zero(f: _Face) -> list[_Line]:
 
 
 def _one(f: _Face) -> list[_Line]:
-    right = f.flag
-    return [np.array([(0.0, f.flag * 0.8), (right, 0.0), (right, 1.0)])]
+    return [np.array([(0.0, f.flag * 0.8), (f.flag, 0.0), (f.flag, 1.0)])]
 
 
 def _two(f: _Face) -> list[_Line]:

@@ -20,9 +20,10 @@ from tsr_engine.records import Picture
 from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop
 from tsr_engine.training.drawn_digits import stroked_digits
 
-__all__ = ["DRAWN_CLASSES", "PRINTED", "ROAD", "Lettering", "drawn_crop"]
+__all__ = ["DRAWN_CLASSES", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop"]
 
-_LIMITS: Final = {0: "20", 1: "30", 2: "50", 3: "60", 4: "70", 5: "80", 7: "100", 8: "120"}
+LIMITS: Final = {0: "20", 1: "30", 2: "50", 3: "60", 4: "70", 5: "80", 7: "100", 8: "120"}
+"""Class of GTSRB -> the limit in its red ring, km/h."""
 _ARROWS: Final = {33: 0.0, 34: 180.0, 35: -90.0, 38: 45.0, 39: 135.0}
 """Class -> where its arrow points, degrees clockwise from the right."""
 _HIGH: Final = 4
@@ -68,8 +69,8 @@ def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = R
     side = LARGEST + 2 * margin
     canvas = _ground(side, rng)
     centre, radius = side * _HIGH / 2, LARGEST * _HIGH / 2
-    if class_id in _LIMITS:
-        _limit(_LIMITS[class_id], lettering, canvas, centre, radius, rng)
+    if class_id in LIMITS:
+        _limit(LIMITS[class_id], lettering, canvas, centre, radius, rng)
     else:
         _arrow(_ARROWS[class_id], canvas, centre, radius, rng)
     pixels = cv2.resize(canvas, (side, side), interpolation=cv2.INTER_AREA)
@@ -186,5 +187,5 @@ def _arrow(degrees: float, canvas: Picture, centre: float, radius: float, rng: n
     cv2.fillPoly(canvas, [outline], _ink(235, 235, 235, rng), cv2.LINE_AA, 4)
 
 
-DRAWN_CLASSES: Final = tuple(sorted({**_LIMITS, **_ARROWS}))
+DRAWN_CLASSES: Final = tuple(sorted({**LIMITS, **_ARROWS}))
 """GTSRB classes that are drawn: limits and bare arrows."""

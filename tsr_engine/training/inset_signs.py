@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.training.classifier_jitter import LoadedCrop
+from tsr_engine.training.drawn_signs import LIMITS
 
 __all__ = ["INSET_CLASSES", "inset_crop"]
 
-INSET_CLASSES: Final = (0, 1, 2, 3, 4, 5, 7, 8)
+INSET_CLASSES: Final = tuple(LIMITS)
 """GTSRB classes with a limit in a red ring."""
 
 _DIGITS: Final = 0.63
@@ -48,7 +49,7 @@ def inset_crop(crop: LoadedCrop, rng: np.random.Generator) -> LoadedCrop:
         raise ValueError(f"class_id must be one of {INSET_CLASSES}. Got {crop.class_id} instead.")
     shrunk = rng.uniform(_SMALLEST, _LARGEST)
     ring = rng.uniform(_RING_FROM, _RING_TO)
-    narrow = shrunk * rng.uniform(0.9, 1.05)
+    stretch = min(1.0 / rng.uniform(0.9, 1.05), 1.1)
     cx, cy, width, height = to_cxcywh(crop.box)
     rows, columns = crop.pixels.shape[:2]
     x = (np.arange(columns) + 0.5 - cx) / (width / 2)
@@ -56,7 +57,7 @@ def inset_crop(crop: LoadedCrop, rng: np.random.Generator) -> LoadedCrop:
     radius = np.hypot(x, y)
     factor = _source(radius, shrunk, ring) / np.maximum(radius, 1e-6)
     # Digits may also be narrower or wider than they were, in the middle alone.
-    across = np.where(radius < shrunk * _DIGITS, np.clip(shrunk / narrow, 0.9, 1.1), 1.0)
+    across = np.where(radius < shrunk * _DIGITS, stretch, 1.0)
     map_x = (x * factor * across * (width / 2) + cx - 0.5).astype(np.float32)
     map_y = (y * factor * (height / 2) + cy - 0.5).astype(np.float32)
     pixels = cv2.remap(crop.pixels, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
