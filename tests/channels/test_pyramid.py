@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tsr_engine.channels.packing import pack
 from tsr_engine.channels.pyramid import PyramidPlan, build_pyramid, level_scales, resample
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import smooth
@@ -133,10 +134,19 @@ def test_a_window_maps_to_the_sign_that_it_was_cut_around() -> None:
 
 def test_resample_keeps_flat_channels_flat() -> None:
     cells = np.repeat(np.arange(10, dtype=np.uint8)[:, None, None] * 20, 30, 1).repeat(40, 2)
-    out = resample(cells, 22, 33)
+    out = resample(pack(cells), 22, 33)
     assert out.shape == (10, 22, 33)
     assert np.array_equal(out[:, 0, 0], cells[:, 0, 0])
     assert (np.ptp(out, axis=(1, 2)) == 0).all()
+
+
+@pytest.mark.parametrize("channels", [1, 3, 5, 10])
+@pytest.mark.parametrize("size", [(22, 33), (63, 85), (7, 2)])
+def test_packed_channels_are_resampled_as_each_alone(channels: int, size: tuple[int, int]) -> None:
+    cells = np.random.default_rng(channels).integers(0, 256, (channels, 50, 68), dtype=np.uint8)
+    out = resample(pack(cells), *size, border=2)
+    alone = [cv2.resize(plane, size[::-1], interpolation=cv2.INTER_LINEAR) for plane in cells]
+    np.testing.assert_array_equal(out, [np.pad(plane, 2, mode="edge") for plane in alone])
 
 
 def test_plans_that_do_not_divide_are_refused() -> None:

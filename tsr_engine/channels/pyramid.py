@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import CHANNELS
+from tsr_engine.channels.packing import pack, unpack
 from tsr_engine.channels.quantise import plane_bytes
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import replicate, smooth
@@ -122,8 +123,8 @@ def build_pyramid(
         source = _computed(pictures, near, float(scales[near]), plan, band, border, scratch or Scratch())
         if source is None:
             return
-        inner = source.cells[:, border : source.cells.shape[1] - border, border : source.cells.shape[2] - border]
-        _, height, width = inner.shape
+        height, width = source.cells.shape[1] - 2 * border, source.cells.shape[2] - 2 * border
+        packed = pack(source.cells, border, scratch) if len(members) > 1 else []
         for index in members:
             if index == near:
                 yield source
@@ -135,7 +136,7 @@ def build_pyramid(
             # the exact ratio of the two grids, not the wanted one, leads back to the picture
             yield Level(
                 index,
-                resample(inner, rows, columns, border, scratch),
+                resample(packed, rows, columns, border, scratch),
                 source.scale_x * columns / width,
                 source.scale_y * rows / height,
                 source.top,
@@ -229,24 +230,30 @@ def _computed(
 
 
 def resample(
-    cells: NDArray[np.uint8], rows: int, columns: int, border: int = 0, scratch: Scratch | None = None
+    packed: Sequence[NDArray[np.uint8]], rows: int, columns: int, border: int = 0, scratch: Scratch | None = None
 ) -> NDArray[np.uint8]:
     """Channels resampled bilinearly.
 
     Args:
-        cells: shape (channels, h, w), uint8.
+        packed: of :func:`packing.pack`.
         rows: wanted.
         columns: wanted.
         border: replicated cells to lay around the result.
         scratch: memory of the result; unset: new.
 
     Returns:
-        Shape (channels, rows + 2 border, columns + 2 border), uint8.
+        Shape (channels, rows + 2 border, columns + 2 border), uint8, to the bit as if each
+        channel were resampled alone.
     """
-    shape = (len(cells), rows + 2 * border, columns + 2 * border)
-    out = (scratch or Scratch()).array("resampled", shape, np.uint8)
-    inner = out[:, border : border + rows, border : border + columns]
-    for source, target in zip(cells, inner, strict=True):
-        cv2.resize(source, (columns, rows), dst=target, interpolation=cv2.INTER_LINEAR)
+    scratch = scratch or Scratch()
+    shape = (sum(part.shape[2] for part in packed), rows + 2 * border, columns + 2 * border)
+    out = scratch.array("resampled", shape, np.uint8)
+    first = 0
+    for part in packed:
+        count = part.shape[2]
+        room = scratch.array("resampled, interleaved", (rows, columns, count), np.uint8)
+        cv2.resize(part, (columns, rows), dst=room, interpolation=cv2.INTER_LINEAR)
+        unpack(room, out[first : first + count], border)
+        first += count
     replicate(out, border)
     return out

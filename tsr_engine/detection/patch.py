@@ -36,10 +36,14 @@ def cut_patch(
         picture = np.asarray(cv2.resize(region, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
         cx, cy = (cx - x1) * size[0] / (x2 - x1), (cy - y1) * size[1] / (y2 - y1)
         scale = 1.0
-    linear = scale * (np.eye(2) if distortion is None else distortion)
     # OpenCV counts pixel centres, boxes count edges: half a pixel on either side of the map
-    shift = side / 2 - linear @ np.array([cx, cy]) + 0.5 * (linear.sum(axis=1) - 1)
-    matrix = np.column_stack([linear, shift])
+    if distortion is None:
+        beyond = 0.5 * (scale - 1)
+        matrix = np.array([[scale, 0.0, side / 2 - scale * cx + beyond], [0.0, scale, side / 2 - scale * cy + beyond]])
+    else:
+        linear = scale * distortion
+        shift = side / 2 - linear @ np.array([cx, cy]) + 0.5 * (linear.sum(axis=1) - 1)
+        matrix = np.column_stack([linear, shift])
     patch = cv2.warpAffine(picture, matrix, (side, side), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(patch, dtype=np.uint8)
 

@@ -23,25 +23,35 @@ def diagonal_pairs(patches: NDArray[np.uint8]) -> NDArray[np.uint8]:
     Returns:
         Shape (2 n, s, s, 3): the two views of the first patch, then those of the second.
     """
-    out = np.empty((2 * len(patches), *patches.shape[1:]), dtype=np.uint8)
-    _move(np.ascontiguousarray(patches), out)
+    count, height, width = patches.shape[:3]
+    out = np.empty((2 * count, height, width, 3), dtype=np.uint8)
+    rows = np.ascontiguousarray(patches).reshape(count, height, 3 * width)
+    _move(rows, out.reshape(2 * count, height, 3 * width))
     return out
 
 
 @nb.njit(cache=True, nogil=True)
 def _move(patches, out):  # type: ignore[no-untyped-def]
-    """A picture moved to the upper left shows at (y, x) what was between (y + 1, x + 1) and (y + 2, x + 2)."""
-    height, width = patches.shape[1:3]
+    """Both views are made of the same means of four neighbours: one shows those up and left, the other down and right.
+
+    Rows hold three values a pixel. The patch is thought to go on for two pixels beyond each edge; row ``r`` of means
+    lies between its rows ``r - 2`` and ``r - 1``.
+    """
+    height, length = patches.shape[1:3]
+    sums = np.empty(length + 12, dtype=np.uint16)
+    means = np.empty(length + 9, dtype=np.uint8)
     for i in range(len(patches)):
-        patch = patches[i]
-        for view in range(2):
-            for y in range(height):
-                near = min(y + 1, height - 1) if view == 0 else max(y - 1, 0)
-                far = min(y + 2, height - 1) if view == 0 else max(y - 2, 0)
-                for x in range(width):
-                    left = min(x + 1, width - 1) if view == 0 else max(x - 1, 0)
-                    right = min(x + 2, width - 1) if view == 0 else max(x - 2, 0)
-                    for c in range(3):
-                        total = np.int32(patch[near, left, c]) + np.int32(patch[near, right, c])
-                        total += np.int32(patch[far, left, c]) + np.int32(patch[far, right, c])
-                        out[2 * i + view, y, x, c] = np.uint8((total + 2) // 4)
+        for r in range(height + 3):
+            above, below = patches[i, min(max(r - 2, 0), height - 1)], patches[i, min(max(r - 1, 0), height - 1)]
+            inner = sums[6 : 6 + length]
+            for x in range(length):
+                inner[x] = np.uint16(above[x]) + np.uint16(below[x])
+            for x in range(6):
+                sums[x], sums[length + 6 + x] = inner[x % 3], inner[length - 3 + x % 3]
+            left, right = sums[: length + 9], sums[3:]
+            for x in range(length + 9):
+                means[x] = np.uint16(left[x] + right[x] + np.uint16(2)) >> np.uint16(2)
+            if r < height:
+                out[2 * i + 1, r] = means[:length]
+            if r >= 3:
+                out[2 * i, r - 3] = means[9:]
