@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 
 from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.peers.kept import code
 from tsr_engine.evaluation.fusion import MODES, TrackVotes, evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items, read_picture
 from tsr_engine.io.models import load_component, save_component
@@ -31,6 +33,8 @@ FOLDS = 4
 """Parts of the signs of which each is held out once; the first is the split that `tsr train` reports on."""
 DELTAS = (15, 18, 20, 22, 24, 26, 28, 30)
 """Widths of Eq. 5 that are tried, px: the paper's range."""
+TRAINED_BY = ("io", "recognition", "training")
+"""Parts of the engine that a classifier depends on: one that others have trained is not judged again."""
 
 
 def _run(data: Data) -> Result:
@@ -76,7 +80,8 @@ def _trained_without(
     items: Sequence[CropItem], held: Sequence[CropItem], settings: ClassifierSettings, data: Data, number: int
 ) -> SignClassifier:
     """The classifier that has not seen the tracks of one part; part 0 is the split of `tsr train`."""
-    kept = data.scratch / f"classifier-fold-{data.seed}-{number}"
+    made_by = hashlib.sha256(f"{code(TRAINED_BY)} {settings}".encode()).hexdigest()[:12]
+    kept = data.scratch / f"classifier-fold-{data.seed}-{number}-{made_by}"
     if not (kept / "manifest.json").is_file():
         tracks = {item.track for item in held}
         crops = [load_crop(item) for item in items if item.track not in tracks]

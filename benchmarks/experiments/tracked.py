@@ -34,6 +34,7 @@ from tsr_engine.tracking.camera_shift import CameraShift
 
 __all__ = [
     "CONFIGURATIONS",
+    "PAPER_KF",
     "STAGES",
     "Scored",
     "Tracked",
@@ -47,12 +48,18 @@ __all__ = [
 Videos = Mapping[str, tuple[Path, Truth]]
 """Name of a video -> file and truth."""
 
+_SHIPPED = Params.preset("default")
+PAPER_KF = "the paper's KF alone"
 CONFIGURATIONS: Mapping[str, Params] = {
-    "default": Params.preset("default"),
-    "KF alone": Params.preset("default").with_settings([("use_online", False)]),
+    "default": _SHIPPED,
+    "KF alone": _SHIPPED.with_settings([("use_online", False)]),
+    PAPER_KF: Params.preset("paper")
+    .model_copy(update={"detector": _SHIPPED.detector, "prior": _SHIPPED.prior})
+    .with_settings([("use_online", False)]),
     "paper": Params.preset("paper"),
 }
-"""What is compared: as shipped; without the online detector; the paper's own numbers."""
+"""What is compared: as shipped; without the online detector; the filter of the paper without one, on the same
+detections; the paper's own numbers."""
 
 STAGES: Mapping[str, tuple[str, ...]] = {
     "detection": ("detect", "shift", "track", "gate", "learn", "relocalise"),

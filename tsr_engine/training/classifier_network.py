@@ -27,8 +27,8 @@ _DECAYED = ("filters", "hidden", "weights")
 class NetworkSettings:
     """Size and regularisation."""
 
-    filters: int = 128
-    hidden: int = 256
+    filters: int = 192
+    hidden: int = 384
     drop_hidden: float = 0.4
     """Share of features that a training step forgets."""
     rate: float = 1.5e-3
