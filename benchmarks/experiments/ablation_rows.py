@@ -47,7 +47,6 @@ DEPARTURES = (
     Departure("windows far from the prediction taken", ("sought_sigmas",)),
     Departure("predictions without a detection learned as the sign", ("learn_undetected",)),
     Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),
-    Departure("fusion with delta 20", ("fusion_delta",)),
 )
 """What ``default`` does otherwise than ``paper``, row by row; a test holds that nothing is left out."""
 
