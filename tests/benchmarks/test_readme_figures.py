@@ -52,10 +52,10 @@ def fusion() -> list[str]:
     f = figures("fusion")
     folds = f["folds"]
     fewer, pooled = (
-        sum(a < b for a, b in zip(each["rates"]["scale"], each["rates"]["equal"], strict=True)) for each in (f, folds)
+        sum(a < b for a, b in zip(each["rates"]["clamped"], each["rates"]["equal"], strict=True)) for each in (f, folds)
     )
     assert fewer == 0
-    part, whole = f["rates"]["scale"][-1], folds["rates"]["scale"][-1]
+    part, whole = f["rates"]["clamped"][-1], folds["rates"]["clamped"][-1]
     return [
         f"over {f['frames'][-1]} frames",
         f"{part:.3f} of those {f['tracks']}",
