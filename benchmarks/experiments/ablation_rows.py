@@ -30,7 +30,7 @@ DEPARTURES = (
     Departure("detections' noise 0.07 of the centre", ("noise_centre",)),
     Departure("the result is the filter's state", ("result_noise",)),
     Departure("edges that the picture cuts off measured", ("open_edges",)),
-    Departure("only sure sights start tracks", ("birth_score", "confirm_score")),
+    Departure("only sure sights start tracks", ("birth_score",)),
     Departure("two sure sights confirm no track", ("sure_score",)),
     Departure("no camera shift", ("use_camera_shift",)),
     Departure("a camera that may tilt for long", ("level_frames",)),

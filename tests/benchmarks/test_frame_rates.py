@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmarks import confirm_choice
 from benchmarks.experiment import Result
 from benchmarks.experiments import frame_rates
 from benchmarks.peers.ours import filter_alone
@@ -67,6 +70,35 @@ def test_a_sign_that_was_never_confirmed_has_no_rows() -> None:
     frames = (SeenFrame(0, 0.0, once, (0, 0)), SeenFrame(1, 1 / 30, Detections.empty(), (0, 0)))
     for left, tracked in ((frames, False), (seen.frames, True)):
         assert (len(filter_alone(Seen(seen.video, 640, 360, 1 / 30, left), Params()).frame) > 0) is tracked
+
+
+def test_what_makes_a_track_is_chosen_at_every_rate_and_on_no_scene_that_is_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, scenes in (("tuned", ("0", "1")), ("judged", ("1",))):
+        clips = [{"clip": f"{scene}_turn", "stress": "turn", "image": f"{scene}.jpg"} for scene in scenes]
+        for clip in clips:
+            (tmp_path / name / clip["clip"]).mkdir(parents=True)
+            (tmp_path / name / clip["clip"] / "gt.txt").write_text("1,1,10,10,20,20,1,3,1.0\n")
+        (tmp_path / name / "clips.json").write_text(json.dumps({"seed": 9, "clips": clips}))
+    looked: list[str] = []
+
+    def look(videos: list[Annotated], scratch: Path) -> list[Seen]:
+        looked.extend(video.name for video in videos)
+        return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
+
+    monkeypatch.setattr(confirm_choice, "look", look)
+    monkeypatch.setattr(confirm_choice, "read_clips", lambda folder: {})
+    call = ["--clips", str(tmp_path), "--looming", str(tmp_path / "tuned"), "--judged", str(tmp_path / "judged")]
+    assert confirm_choice.main([*call, "--setting", "strict:confirm_score=3,sure_score=4"]) == 0
+    assert looked == ["0_turn"]
+    told = [line for line in capsys.readouterr().out.splitlines() if "approaches" in line]
+    assert [line.split("approaches")[0].strip() for line in told[::2]] == list(frame_rates.HEADINGS.values())
+    for shipped, strict in zip(told[::2], told[1::2], strict=True):
+        assert "default  1/1 signs, 0 false, coverage 1.0000, 1.000 ids" in shipped
+        assert "strict   0/1 signs, 0 false, coverage 0.0000, 0.000 ids" in strict
+    assert confirm_choice.main([*call, "--setting", "x:no_such=1"]) == 1
+    assert "There is no parameter 'no_such'" in capsys.readouterr().err
 
 
 def test_what_is_lower_than_ours_is_named() -> None:

@@ -44,7 +44,7 @@ def test_birth_and_confirmation_after_k_detections() -> None:
     assert out[2].tracks[0].source == "detected"
 
 
-@pytest.mark.parametrize(("scores", "confirmed"), [((1.5, 0.6), True), ((1.5, 0.4), False), ((9.0,), False)])
+@pytest.mark.parametrize(("scores", "confirmed"), [((2.0, 1.1), True), ((2.0, 0.9), False), ((9.0,), False)])
 def test_two_sure_detections_confirm_at_once(scores: tuple[float, ...], confirmed: bool) -> None:
     seen = {f: detections(approach(f, score)) for f, score in enumerate(scores)}
     out = run(Tracker(PARAMS, WIDTH, HEIGHT), seen, 4)

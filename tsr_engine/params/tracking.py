@@ -97,10 +97,10 @@ class TrackingParams(Section):
     birth_score: float = Field(-1.5, description="least score of a detection that starts or confirms a track")
     confirm_hits: int = Field(3, ge=1, le=60, description="k: detections above birth_score that confirm a track")
     confirm_window: int = Field(8, ge=1, le=120, description="m: frames in which they must fall")
-    confirm_score: float = Field(-0.5, description="least mean score of those detections")
+    confirm_score: float = Field(0.0, description="least mean score of those detections")
     sure_hits: int = Field(2, ge=1, le=60, description="so many detections confirm a track by themselves ...")
     sure_score: float | None = Field(
-        1.0, description="... if their mean score is at least this (none: never fewer than confirm_hits)"
+        1.5, description="... if their mean score is at least this (none: never fewer than confirm_hits)"
     )
     duplicate_iou: float = Field(
         0.3, ge=0, le=1, description="a detection that overlaps a track by this IoU starts no second one"

@@ -1,0 +1,96 @@
+"""What parameters are worth for which signs become tracks, told on videos that no figure is reported on.
+
+    python -m benchmarks.confirm_choice --clips CLIPS --looming DIR --judged DIR [--setting NAME:key=value,...]...
+
+Looks at the real clips that values are chosen on and at simulated approaches to scenes that ``--judged`` does not show,
+at every, every second, third and fourth frame. ``default`` is run beside the named settings; all are the filter alone,
+since no track begins or ends by the online detector. Prints signs found, tracks on no sign and coverage.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import cv2
+
+from benchmarks.experiment import Skip
+from benchmarks.experiments.clips import CHOSEN_ON, read_clips
+from benchmarks.experiments.frame_rates import HEADINGS, STEPS
+from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.peers.ours import filter_alone
+from benchmarks.peers.seen import Annotated, Seen, every, look
+from benchmarks.tracking_stress import configurations
+from tsr_engine.errors import TsrError
+from tsr_engine.evaluation.tracking import evaluate_video, summarise
+from tsr_engine.params import Params
+
+CLIPS, APPROACHES = "clips", "approaches"
+
+
+def videos_of(clips: Path, looming: Path, judged: Path) -> list[Annotated]:
+    """The videos to look at.
+
+    Raises:
+        Skip: there are none.
+    """
+    real = read_clips(clips)
+    made = read_looming(looming, without=read_looming(judged).scenes)
+    return [
+        *(Annotated(name, CLIPS, *real[name]) for name in CHOSEN_ON if name in real),
+        *(Annotated(name, APPROACHES, *video) for name, video in made.videos.items()),
+    ]
+
+
+def rows(videos: Sequence[Seen], chosen: Mapping[str, Params]) -> list[str]:
+    """One line for each rate, group of videos and configuration."""
+    width = max(map(len, chosen), default=0)
+    lines = []
+    for step in STEPS:
+        left = [every(seen, step) for seen in videos]
+        for group in (CLIPS, APPROACHES):
+            for name, params in chosen.items():
+                s = summarise(
+                    evaluate_video(
+                        seen.video.name, seen.video.truth, filter_alone(seen, params), len(seen.frames),
+                        size=(seen.width, seen.height),
+                    )
+                    for seen in left if seen.video.group == group
+                )  # fmt: skip
+                lines.append(
+                    f"{HEADINGS[str(step)]:12s}{group:12s}{name:{width}s}  {s.signs_detected}/{s.signs} signs, "
+                    f"{s.false_tracks} false, coverage {s.coverage or 0:.4f}, {s.ids_per_sign or 0:.3f} ids"
+                )
+    return lines
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.confirm_choice",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--clips", type=Path, required=True, help="folder of real clips with gt/")
+    parser.add_argument("--looming", type=Path, required=True, help="folder of simulated approaches")
+    parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
+    parser.add_argument("--setting", action="append", default=[], help="a further configuration")
+    parser.add_argument("--scratch", type=Path, help="where detections are kept for the next call")
+    args = parser.parse_args(argv)
+    cv2.setNumThreads(1)
+    try:
+        chosen = {k: v for k, v in configurations(args.setting).items() if k not in ("KF alone", "paper")}
+        with tempfile.TemporaryDirectory() as folder:
+            seen = list(look(videos_of(args.clips, args.looming, args.judged), args.scratch or Path(folder)))
+            sys.stdout.write("".join(f"{line}\n" for line in rows(seen, chosen)))
+    except (TsrError, Skip) as error:
+        sys.stderr.write(f"confirm_choice: {error}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
