@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from sample_videos.scenery import build
 from sample_videos.truth import LEAST_IN_SIGHT, SMALLEST, Row, write_csv, write_json
 
 Progress = Callable[[int, int], None]
+_BOX = "tight box of the whole face, pixel edges, cut to the picture, at the middle of the exposure"
+_IGNORED = f"1 below {SMALLEST:g} px or with less than {LEAST_IN_SIGHT:g} of the face in sight"
 
 
 class SamplePaths(NamedTuple):
@@ -138,52 +141,57 @@ def generate(
     count = max(1, round(seconds * fps))
     rows: list[Row] = []
     glare: list[float] = []
-    with Encoder(paths.video, size, fps, crf) as encoder:
-        for number in range(count):
-            moment = renderer.frame(number)
-            encoder.add(moment.picture)
-            rows += moment.rows
-            glare.append(moment.glare)
-            if progress is not None:
-                progress(number + 1, count)
-    write_csv(paths.truth, rows)
-    seen = {r.track_id for r in rows}
-    write_json(
-        paths.facts,
-        {
-            "clip": stem,
-            "scenario": chosen.name,
-            "seed": seed,
-            "frames": count,
-            "width": size[0],
-            "height": size[1],
-            "fps": fps,
-            "weather": drive.weather.name,
-            "camera": {
-                "focal_px": round(renderer.focal, 3),
-                "height_m": HEIGHT,
-                "field_of_view_deg": FIELD_OF_VIEW,
-                "speed_m_s": chosen.speed,
+    # an older drive of that name stays whole until the new one is
+    with TemporaryDirectory(prefix=".drive-", dir=folder) as place:
+        making = SamplePaths(*(Path(place) / path.name for path in paths))
+        with Encoder(making.video, size, fps, crf) as encoder:
+            for number in range(count):
+                moment = renderer.frame(number)
+                encoder.add(moment.picture)
+                rows += moment.rows
+                glare.append(moment.glare)
+                if progress is not None:
+                    progress(number + 1, count)
+        write_csv(making.truth, rows)
+        seen = {r.track_id for r in rows}
+        write_json(
+            making.facts,
+            {
+                "clip": stem,
+                "scenario": chosen.name,
+                "seed": seed,
+                "frames": count,
+                "width": size[0],
+                "height": size[1],
+                "fps": fps,
+                "weather": drive.weather.name,
+                "camera": {
+                    "focal_px": round(renderer.focal, 3),
+                    "height_m": HEIGHT,
+                    "field_of_view_deg": FIELD_OF_VIEW,
+                    "speed_m_s": chosen.speed,
+                },
+                "signs": [
+                    {
+                        "track_id": s.track_id,
+                        "class_id": s.class_id,
+                        "s_m": round(s.s, 2),
+                        "d_m": round(s.d, 2),
+                        "width_m": s.width,
+                    }
+                    for s in drive.signs
+                    if s.track_id in seen
+                ],
+                "events": _events(drive, renderer, rows, glare, count),
+                "distractors": drive.distractors,
+                "truth": {
+                    "box": _BOX,
+                    "ignore": _IGNORED,
+                },
             },
-            "signs": [
-                {
-                    "track_id": s.track_id,
-                    "class_id": s.class_id,
-                    "s_m": round(s.s, 2),
-                    "d_m": round(s.d, 2),
-                    "width_m": s.width,
-                }
-                for s in drive.signs
-                if s.track_id in seen
-            ],
-            "events": _events(drive, renderer, rows, glare, count),
-            "distractors": drive.distractors,
-            "truth": {
-                "box": "tight box of the whole face, pixel edges, cut to the picture, at the middle of the exposure",
-                "ignore": f"1 below {SMALLEST:g} px or with less than {LEAST_IN_SIGHT:g} of the face in sight",
-            },
-        },
-    )
+        )
+        for made, wanted in zip(making, paths, strict=True):
+            made.replace(wanted)
     return paths
 
 

@@ -30,6 +30,7 @@ from tsr_engine.evidence import (
     TableEntry,
     VideoIdentity,
     read_header,
+    refuse_run_files,
 )
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.atomic import atomic_text, refuse_inputs
@@ -86,8 +87,11 @@ def track_video(
         UsageError: an output is the input, a name that does not say what the output is, or the range lies beyond the
             end.
     """
-    refuse_inputs([request.csv, request.annotated], [request.video])
-    if request.csv is not None and request.annotated is not None and request.csv == request.annotated:
+    outputs = [path for path in (request.csv, request.annotated) if path is not None]
+    refuse_inputs(outputs, [request.video])
+    if request.evidence is not None:
+        refuse_run_files(outputs, request.evidence)
+    if len({path.resolve() for path in outputs}) < len(outputs):
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
     if request.annotated is not None and request.annotated.suffix.lower() not in (".mp4", ".m4v"):
         raise UsageError(f"The annotated video is an MP4: expected a name that ends in .mp4, got {request.annotated}.")
@@ -163,10 +167,9 @@ class _Run:
         return self.report
 
     def _open_outputs(self, outputs: ExitStack) -> None:
+        """Evidence comes last: what refuses another output, or the frames, has not touched an earlier run then."""
         request = self.request
-        if request.evidence is not None:
-            self.writer = self._open_evidence(request.evidence)
-            outputs.callback(self.writer.close, "failed", "The run ended before its first frame.")
+        self._require_frames()
         if request.csv is not None:
             self.rows = outputs.enter_context(atomic_text(request.csv))
             self.rows.write(RESULT_HEADER + "\n")
@@ -174,6 +177,15 @@ class _Run:
             request.annotated.parent.mkdir(parents=True, exist_ok=True)
             self.annotated = VideoWriter(request.annotated, self.video.width, self.video.height, self.video.rate)
             outputs.callback(self.annotated.abort)
+        if request.evidence is not None:
+            self.writer = self._open_evidence(request.evidence)
+            outputs.callback(self.writer.abandon)
+
+    def _require_frames(self) -> None:
+        """Refuse a range that begins behind the last frame."""
+        if self.request.start >= self.frames:
+            path, start = self.request.video, self.request.start
+            raise UsageError(f"{path} has frames 0 to {self.frames - 1}. Got {start}; choose one of those.")
 
     def _open_evidence(self, folder: Path) -> EvidenceWriter:
         path = self.request.video
@@ -207,6 +219,11 @@ class _Run:
             if reader.first_frame != start:
                 raise EvidenceError(
                     f"{self.writer.folder} holds frames from {reader.first_frame} on, expected from {start} on. "
+                    "Use the same --frames, or a new folder."
+                )
+            if self.request.stop is not None and last >= self.request.stop:
+                raise EvidenceError(
+                    f"{self.writer.folder} holds frames up to {last}, expected none from {self.request.stop} on. "
                     "Use the same --frames, or a new folder."
                 )
             vouches = start == 0 and self.video.timed

@@ -280,7 +280,9 @@ def _read(incoming: Incoming, onto: _Onto) -> Dataset:
     if chosen is not None and chosen.read is None:
         raise Invalid(f"{chosen.title} can be exported, not imported. Choose another format.", field="format")
     if chosen is None and incoming.switches:
-        raise Invalid("Options belong to a format: name it with format=.", field="switches")
+        raise Invalid(
+            "Options belong to a format: name the format too (--format NAME on the command line).", field="switches"
+        )
     switches = {} if chosen is None else switches_of(chosen, dict(incoming.switches), reading=True)
     _no_annotations(incoming.path)
     video = onto.facts.without_tracks()

@@ -78,6 +78,21 @@ def test_eval_tracking_of_given_rows(annotated: Path, tmp_path: Path, capsys: Ca
     assert report["signs_classified"] == 1
     assert run(["eval", "tracking", video, "--truth", str(tmp_path / "none")]) == 3
     assert "There is no truth drive.csv" in capsys.readouterr().err
+    assert run(["eval", "tracking", video, "--results", str(tmp_path / "none")]) == 3
+    assert "There is no drive.csv for drive.mp4" in capsys.readouterr().err
+    assert run(["eval", "tracking", video, "--min-width", "nan"]) == 2
+    assert "--min-width expects px, 0 or more. Got nan." in capsys.readouterr().err
+
+
+def test_rows_are_found_under_the_name_that_an_export_gives(annotated: Path, tmp_path: Path, capsys: Capture) -> None:
+    for suffix in ("mp4", "csv"):
+        source = annotated / ("gt" if suffix == "csv" else "") / f"drive.{suffix}"
+        (tmp_path / f"my_drive.{suffix}").write_bytes(source.read_bytes())
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "my-drive.csv").write_text("frame,track_id,x1,y1,x2,y2,class_id,score,source\n")
+    command = ["eval", "tracking", str(tmp_path / "my_drive.mp4"), "--results", str(tmp_path / "out"), "--json"]
+    assert run(command) == 0
+    assert json.loads(capsys.readouterr().out)["default"]["signs_detected"] == 0
 
 
 @pytest.fixture
@@ -160,3 +175,17 @@ def test_sample(tmp_path: Path, capsys: Capture) -> None:
     for bad in (["--size", "wide"], ["--seconds", "-1"], ["--scenario", "moon"]):
         assert run(["sample", "--out", str(tmp_path / "s"), *bad]) == 2
         assert capsys.readouterr().err.startswith("tsr: ")
+
+
+def test_an_interrupted_sample_leaves_an_older_one_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    command = ["sample", "--out", str(tmp_path), "--seconds", "0.4", "--size", "320x180", "--fps", "10"]
+    assert run([*command, "--scenario", "country_road"]) == 0
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert len(before) == 3
+
+    def cut(self: object, picture: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("sample_videos.encode.Encoder.add", cut)
+    assert run([*command, "--scenario", "country_road"]) == 130
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -333,3 +333,12 @@ def test_detections_are_linked_or_not(tmp_path: Path) -> None:
 )
 def test_json_that_breaks_a_rule(tmp_path: Path, content: object, words: tuple[str, ...]) -> None:
     _refused(_file(tmp_path, "mine.json", json.dumps(content)), "tracks-json", "mine.json", *words)
+
+
+def test_the_table_of_track_has_log_odds_for_scores(tmp_path: Path) -> None:
+    head = "frame,track_id,x1,y1,x2,y2,class_id,score,source"
+    rows = ["0,1,5,5,15,15,14,-1.0827,detected", "1,1,6,5,16,15,14,900,relocalised", "2,1,7,5,17,15,14,0,predicted"]
+    (track,) = tracks_of(_read(_file(tmp_path, "rows.csv", "\n".join([head, *rows])), "tracks-csv")).values()
+    np.testing.assert_allclose(track.score, [0.25298, 1.0, 0.5], atol=1e-4)
+    other = _file(tmp_path, "others.csv", "\n".join([head, rows[0].replace("detected", "sort")]))
+    _refused(other, "tracks-csv", "others.csv, line 2", "score -1.0827 must be in 0 to 1")

@@ -80,7 +80,8 @@ def detect(
     else:
         typer.echo(f"{found} detections in {read} pictures: {jsonl}")
     if unreadable:
-        raise InputError(f"{unreadable} of {len(paths)} pictures could not be read; the others are in {jsonl}.")
+        rest = f"the others are in {jsonl}" if read else f"{jsonl} has no line"
+        raise InputError(f"{unreadable} of {len(paths)} pictures could not be read; {rest}.")
 
 
 def detections_of(components: Any, picture: Any) -> list[dict[str, Any]]:

@@ -68,6 +68,8 @@ def tracking(
       tsr eval tracking drive.mp4 --truth annotations --preset paper
     """
     params = make_params(preset, settings)
+    if not 0 <= min_width < float("inf"):
+        raise UsageError(f"--min-width expects px, 0 or more. Got {min_width}.")
     from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
     from tsr_engine.io.video import open_video
@@ -84,7 +86,7 @@ def tracking(
             with open_video(video) as opened:
                 frames, width, height = len(opened.table), opened.width, opened.height
             if results is not None:
-                rows = read_results(results / f"{video.stem}.csv")
+                rows = read_results(_results_of(video, results))
             else:
                 frames, rows = _track(video, chosen, models, f"{name}: {video.name}")
             annotated = read_clip_truth(table)
@@ -350,6 +352,21 @@ def _truth_of(video: Path, truth: Path | None) -> Path:
             f"There is no truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
         )
     return found[0]
+
+
+def _results_of(video: Path, results: Path) -> Path:
+    """The table of a video's tracks: under its own name, or the one that an export gave it.
+
+    Raises:
+        InputError: neither is there.
+    """
+    from tsr_engine.exchange.names import safe_stem
+
+    names = dict.fromkeys((f"{video.stem}.csv", f"{safe_stem(video.name)}.csv"))
+    for name in names:
+        if (results / name).is_file():
+            return results / name
+    raise InputError(f"There is no {' or '.join(names)} for {video.name} in {results}. Name its folder with --results.")
 
 
 def _write(out: Path | None, name: str, content: Any) -> None:

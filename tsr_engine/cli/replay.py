@@ -79,13 +79,15 @@ def replay(
     pairs = split_settings(settings)
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
-    from tsr_engine.evidence import RESULT_HEADER, EvidenceReader
+    from tsr_engine.evidence import RESULT_HEADER, EvidenceReader, refuse_run_files
     from tsr_engine.io.atomic import atomic_text
     from tsr_engine.params import Params
     from tsr_engine.pipeline import ResultStream, load_components
     from tsr_engine.replay import ReplayReport, changed_parameters, check_models, run_params
     from tsr_engine.replay import replay as replay_run
 
+    if csv is not None:
+        refuse_run_files([csv], evidence)
     with EvidenceReader(evidence) as reader:
         before = run_params(reader)
         start = before if preset is None else _over(before, Params.preset(preset))

@@ -164,7 +164,8 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected a readable text table at {path}, got: {error}. Check the path.") from None
+        got = error.strerror if isinstance(error, OSError) else "something that is no text"
+        raise InputError(f"Expected a readable text table at {path}, got: {got}. Check the path.") from None
 
 
 def _read_csv(path: Path, columns: Sequence[str]) -> list[dict[str, str]]:
@@ -185,6 +186,11 @@ def _numbers(path: Path, rows: list[dict[str, str]], columns: Sequence[str]) -> 
                 raise InputError(
                     f"Expected a number for {name} in row {i + 1} of {path}, got {row.get(name)!r}. Correct the row."
                 ) from None
-    if not np.isfinite(table).all():
-        raise InputError(f"Expected finite numbers in {path}, got NaN or infinity. Correct the table.")
+    odd = np.argwhere(~np.isfinite(table))
+    if len(odd):
+        row, column = odd[0]
+        raise InputError(
+            f"Expected finite numbers in {path}, got {table[row, column]} for {columns[column]} in row {row + 1}. "
+            "Correct the table."
+        )
     return table

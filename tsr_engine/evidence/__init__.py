@@ -9,7 +9,7 @@ from tsr_engine.evidence.header import RunHeader, RunState, VideoIdentity, read_
 from tsr_engine.evidence.reader import RESULT_HEADER, EvidenceReader, ResultRow, StageTime
 from tsr_engine.evidence.regions import FramePixels, StoredPixels
 from tsr_engine.evidence.schema import SCHEMA_VERSION
-from tsr_engine.evidence.writer import DEFAULT_CHUNK, EvidenceWriter
+from tsr_engine.evidence.writer import DEFAULT_CHUNK, EvidenceWriter, refuse_run_files
 
 __all__ = [
     "DEFAULT_CHUNK",
@@ -28,4 +28,5 @@ __all__ = [
     "VideoIdentity",
     "differences",
     "read_header",
+    "refuse_run_files",
 ]

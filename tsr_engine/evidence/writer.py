@@ -9,12 +9,12 @@ import errno
 import fcntl
 import os
 import sqlite3
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
-from tsr_engine.errors import EvidenceError, StorageError
+from tsr_engine.errors import EvidenceError, StorageError, UsageError
 from tsr_engine.evidence.encode import Rows, TableEntry, TrackSummary, add_rows
 from tsr_engine.evidence.header import RunHeader, RunState, read_header, write_header
 from tsr_engine.evidence.schema import BY_NAME, DATABASE, LOCK_FILE, RUN_FILE, SCHEMA_VERSION, TABLES, create_tables
@@ -31,7 +31,15 @@ class EvidenceWriter:
     other exception, and as ``complete`` otherwise.
     """
 
-    def __init__(self, folder: Path, header: RunHeader, connection: sqlite3.Connection, lock: int, chunk: int) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        header: RunHeader,
+        connection: sqlite3.Connection,
+        lock: int,
+        chunk: int,
+        before: RunHeader | None = None,
+    ) -> None:
         self.folder = folder
         self.header = header
         self.chunk = chunk
@@ -42,6 +50,7 @@ class EvidenceWriter:
         self._changed: dict[int, TrackSummary] = {}
         self._open: dict[int, TrackSummary] = {}
         self._closed = False
+        self._before = before
         with _storage(folder):
             last = connection.execute("SELECT max(frame) FROM frames").fetchone()[0]
         self._last: int | None = last
@@ -67,6 +76,11 @@ class EvidenceWriter:
             folder.mkdir(parents=True, exist_ok=True)
         if (folder / RUN_FILE).exists() and not overwrite:
             raise EvidenceError(f"{folder} already holds a run. Resume it, or choose an empty folder.")
+        if not overwrite and _holds_frames(folder / DATABASE):
+            raise EvidenceError(
+                f"{folder / DATABASE} holds frames, but the {RUN_FILE} beside it is missing. Restore it, choose an "
+                "empty folder, or say --restart to begin anew."
+            )
         lock = _acquire(folder)
         try:
             with _storage(folder):
@@ -113,7 +127,7 @@ class EvidenceWriter:
                 try:
                     check_identity(connection, folder, stored)
                     write_header(folder, stored.ended("running"))
-                    return cls(folder, stored.ended("running"), connection, lock, chunk)
+                    return cls(folder, stored.ended("running"), connection, lock, chunk, before=stored)
                 except BaseException:
                     connection.close()
                     raise
@@ -189,6 +203,19 @@ class EvidenceWriter:
                 self._connection.close()
             os.close(self._lock)
 
+    def abandon(self) -> None:
+        """Close a run that got no frame: a resumed one ends as it had ended before, a new one as failed.
+
+        Does nothing after :meth:`close`.
+
+        Raises:
+            StorageError: the disk is full.
+        """
+        if self._before is None:
+            self.close("failed", "The run ended before its first frame.")
+        else:
+            self.close(self._before.state, self._before.reason)
+
     def __enter__(self) -> EvidenceWriter:
         return self
 
@@ -239,6 +266,31 @@ def check_identity(connection: sqlite3.Connection, folder: Path, header: RunHead
         raise EvidenceError(
             f"{folder / DATABASE} does not belong to the {RUN_FILE} beside it. Restore the run's files."
         )
+
+
+def refuse_run_files(outputs: Iterable[Path], folder: Path) -> None:
+    """Refuse an output that would take the place of a run's own files.
+
+    Raises:
+        UsageError: an output names one of them.
+    """
+    own = {(folder / name).resolve() for name in (RUN_FILE, LOCK_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm")}
+    for output in outputs:
+        if output.resolve() in own:
+            raise UsageError(
+                f"The output {output} is a file of the evidence itself. Choose another name for the output."
+            )
+
+
+def _holds_frames(path: Path) -> bool:
+    """Whether a store without its ``run.json`` has any frame; one that was never begun, or is none, has not."""
+    if not path.is_file():
+        return False
+    try:
+        with closing(sqlite3.connect(path)) as connection:
+            return connection.execute("SELECT 1 FROM frames LIMIT 1").fetchone() is not None
+    except sqlite3.DatabaseError:
+        return False
 
 
 def _no_rows() -> Rows:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.beside import is_called, told_by_manifest
@@ -18,6 +18,7 @@ from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import read_rows
 from tsr_engine.exchange.split import SUBSETS
+from tsr_engine.records import Source
 
 __all__ = ["own_files", "read_tracks_csv", "sniff_tracks_csv"]
 
@@ -45,6 +46,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "note": ("note",),
 }
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
+_LOG_ODDS = frozenset(get_args(Source))
+"""What a row of ``tsr track --csv`` may have as its source."""
 _TEXT = frozenset({"uid", "note"})
 _OCCLUDED = 0.5
 
@@ -140,7 +143,7 @@ def _take(said: Mapping[str, str], file: str, line: int, origin: int, intake: In
         "key": _flag(said, "key", file, line, True),
         "occluded": _flag(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
         "ignore": _flag(said, "ignore", file, line, False),
-        "score": _real(said, "score", file, line) if said.get("score") else math.nan,
+        "score": _score(said, file, line),
     }
     label = _label(said, file, line, intake)
     uid = _uid(said, file, line)
@@ -187,6 +190,16 @@ def _label(said: Mapping[str, str], file: str, line: int, intake: Intake) -> int
     if not math.isfinite(number) or number != int(number):
         raise refuse(file, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
     return -1 if number == -1 else intake.label(str(int(number)), file, line)
+
+
+def _score(said: Mapping[str, str], file: str, line: int) -> float:
+    """In [0, 1], NaN where there is none. The table of `tsr track`, known by its sources, has log-odds."""
+    if not said.get("score"):
+        return math.nan
+    value = _real(said, "score", file, line)
+    if said.get("source") in _LOG_ODDS:
+        return 1.0 / (1.0 + math.exp(-min(max(value, -500.0), 500.0)))
+    return value
 
 
 def _flag(said: Mapping[str, str], name: str, file: str, line: int, default: bool) -> bool:

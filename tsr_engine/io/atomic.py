@@ -46,11 +46,18 @@ def atomic_bytes(path: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def _atomic(path: Path, mode: str, **options: Any) -> Iterator[IO[Any]]:
-    part = temporary_name(path)
+    part: Path | None = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        # a link stays a link: what it points to is written
+        path = path.resolve() if path.is_symlink() else path
         if path.is_dir():
             raise StorageError(f"Cannot write {path}: it is a folder. Name a file.")
+        if path.exists() and not path.is_file():
+            raise StorageError(
+                f"Cannot write {path}: it is a device or a pipe, which a file would replace. Name a file."
+            )
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = temporary_name(path)
         with part.open(mode, **options) as stream:
             yield stream
             stream.flush()
@@ -59,8 +66,9 @@ def _atomic(path: Path, mode: str, **options: Any) -> Iterator[IO[Any]]:
     except OSError as error:
         raise storage_error(path, error) from None
     finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+        if part is not None:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
 
 
 def storage_error(path: Path, error: OSError) -> StorageError:
@@ -68,6 +76,8 @@ def storage_error(path: Path, error: OSError) -> StorageError:
     reason = error.strerror or str(error)
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return StorageError(f"Cannot write {path}: the disk is full. Free some space or choose another folder.")
+    if error.errno in (errno.EEXIST, errno.ENOTDIR):
+        return StorageError(f"Cannot write {path}: a file stands where a folder is needed. Choose another place.")
     return StorageError(f"Cannot write {path}: {reason}. Choose another place or change its permissions.")
 
 

@@ -87,8 +87,13 @@ def read_table(table: Path) -> list[CropItem]:
     """
     try:
         text = table.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Cannot read the table {table}: {error}.") from None
+    except UnicodeDecodeError:
+        raise InputError(
+            f"Expected a GTSRB table in text at {table}, got something else. Put single pictures into a folder and "
+            "name that."
+        ) from None
+    except OSError as error:
+        raise InputError(f"Cannot read the table {table}: {error.strerror}. Check the path.") from None
     rows = csv.DictReader(text.splitlines(), delimiter=";")
     columns = list(rows.fieldnames or ())
     missing = [c for c in ("Filename", *_ROI_COLUMNS) if c not in columns]

@@ -66,7 +66,9 @@ def load_component(name: str, folder: Path | None = None) -> Component:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise ModelError(f"Cannot read the model file {path}: {error.strerror}.") from None
+        raise ModelError(
+            f"Cannot read the model file {path}: {error.strerror}. Restore the file or train it again."
+        ) from None
     digest = hashlib.sha256(content).hexdigest()
     if digest != entry["sha256"]:
         raise ModelError(
@@ -99,9 +101,12 @@ def read_manifest(folder: Path) -> dict[str, Any]:
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise ModelError(f"There are no models in {folder}: {MANIFEST} is missing.") from None
+        raise ModelError(
+            f"There are no models in {folder}: {MANIFEST} is missing. Name a folder that `tsr train` made, or leave "
+            "--models out for the shipped ones."
+        ) from None
     except (OSError, ValueError) as error:
-        raise ModelError(f"Cannot read {path}: {error}.") from None
+        raise ModelError(f"Cannot read {path}: {error}. Restore the file or train the models again.") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         got = manifest.get("format") if isinstance(manifest, dict) else type(manifest).__name__
         raise ModelError(

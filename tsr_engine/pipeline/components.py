@@ -114,7 +114,10 @@ def load_network(network: Network, params: Params, prior: Component | None = Non
     try:
         detector = OnnxDetector(content, network.size, network.layout, spatial, params.detector, params.prior)
     except (ValueError, cv2.error) as error:
-        raise ModelError(f"{network.path} is not a network that can be run: {_reason(error)}") from None
+        raise ModelError(
+            f"{network.path} is not a network that can be run ({_reason(error)}). Expected an ONNX file; export it "
+            "again."
+        ) from None
     try:
         detector.detect(np.zeros((height, width, 3), np.uint8))
     except (ValueError, IndexError, cv2.error) as error:

@@ -1,0 +1,17 @@
+"""Where the command `tsr` begins: Ctrl-C is a sentence also while the commands are still being loaded."""
+
+from __future__ import annotations
+
+import sys
+
+__all__ = ["run"]
+
+
+def run() -> int:
+    """Run the command line of this process and return its exit code."""
+    try:
+        from app.cli.main import run as run_commands
+    except KeyboardInterrupt:
+        sys.stderr.write("tsr: Interrupted.\n")
+        return 130
+    return run_commands()

@@ -1,0 +1,71 @@
+"""What stands where outputs go, and in an evidence folder, is not lost by a command that is refused."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.cli.test_cli_track import FRAMES, assert_one_sentence, toys, tsr
+from tsr_engine.evidence import EvidenceReader, read_header
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path: Path = toys.write_drive(tmp_path_factory.mktemp("outputs") / "drive.mp4", FRAMES)
+    return path
+
+
+@pytest.fixture
+def run(drive: Path, tmp_path: Path) -> Path:
+    done = tsr("track", drive, "--evidence", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    return tmp_path / "run"
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("--restart", "--csv", "folder"), 6),
+        (("--restart", "--frames", f"{FRAMES + 5}:"), 2),
+        (("--frames", "20:40"), 5),
+        (("--frames", "0:20"), 5),
+        (("--csv", "folder"), 6),
+        (("--csv", "run/run.json"), 2),
+        (("--restart", "--csv", "run/evidence.sqlite"), 2),
+        (("--csv", "run/../same.mp4", "--video", "same.mp4"), 2),
+    ],
+)
+def test_a_refused_command_leaves_a_complete_run_as_it_was(
+    drive: Path, run: Path, words: tuple[str, ...], code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(run.parent)
+    (run.parent / "folder").mkdir()
+    before = (run / "run.json").read_text()
+    assert_one_sentence(tsr("track", drive, "--evidence", run, *words), code)
+    assert (run / "run.json").read_text() == before
+    with EvidenceReader(run) as reader:
+        assert (reader.state, len(reader)) == ("complete", FRAMES)
+
+
+def test_a_store_without_its_run_file_is_not_overwritten_unasked(drive: Path, run: Path) -> None:
+    (run / "run.json").unlink()
+    assert_one_sentence(tsr("track", drive, "--evidence", run), 5, "holds frames", "--restart")
+    assert tsr("track", drive, "--evidence", run, "--restart").returncode == 0
+    assert read_header(run).state == "complete"
+
+
+def test_links_stay_links_and_devices_stay_devices(run: Path, tmp_path: Path) -> None:
+    target, link, pipe = tmp_path / "target.csv", tmp_path / "link.csv", tmp_path / "pipe"
+    target.write_text("old")
+    link.symlink_to(target)
+    os.mkfifo(pipe)
+    assert tsr("replay", run, "--csv", link).returncode == 0
+    assert link.is_symlink()
+    assert target.read_text().startswith("frame,track_id")
+    assert_one_sentence(tsr("replay", run, "--csv", pipe), 6, "a device or a pipe")
+    assert pipe.is_fifo()
+    assert_one_sentence(tsr("replay", run, "--csv", target / "x.csv"), 6, "a file stands where a folder is needed")
+    assert_one_sentence(tsr("replay", run, "--csv", ""), 6, "Name a file.")
+    assert_one_sentence(tsr("replay", run, "--csv", run / "run.json"), 2, "a file of the evidence itself")
