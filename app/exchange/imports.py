@@ -281,7 +281,7 @@ def _read(incoming: Incoming, onto: _Onto) -> Dataset:
         raise Invalid(f"{chosen.title} can be exported, not imported. Choose another format.", field="format")
     if chosen is None and incoming.switches:
         raise Invalid(
-            "Options belong to a format: name the format too (--format NAME on the command line).", field="switches"
+            "Options belong to a format: name it with format= (--format on the command line).", field="switches"
         )
     switches = {} if chosen is None else switches_of(chosen, dict(incoming.switches), reading=True)
     _no_annotations(incoming.path)

@@ -8,16 +8,32 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, create_engine, event
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy import Connection, create_engine, event, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 from sqlalchemy.orm import Session
 
 from app.errors import ApiError, Busy, Invalid, StorageFull
+from tsr_engine.errors import UsageError
 
 __all__ = ["Database", "storage_failure"]
 
 _WAIT_MS = 8000
 """How long SQLite waits for another writer."""
+
+
+def _require_driver(url: str) -> None:
+    """Refuse an address that nothing here can open.
+
+    Raises:
+        UsageError: no address, or one of a database without a driver here.
+    """
+    try:
+        make_url(url).get_dialect()
+    except (ArgumentError, NoSuchModuleError):
+        raise UsageError(
+            "Expected the address of a database, such as postgresql+psycopg://user@host/name. Got one that begins with "
+            f"{url.partition(':')[0]!r}."
+        ) from None
 
 
 class Database:
@@ -29,6 +45,7 @@ class Database:
     """
 
     def __init__(self, url: str) -> None:
+        _require_driver(url)
         self.is_sqlite = url.startswith("sqlite")
         if self.is_sqlite:
             self.engine = create_engine(url, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False})

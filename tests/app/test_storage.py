@@ -22,7 +22,7 @@ from app.storage import migrating
 from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
 from tests.patience import within
-from tsr_engine.errors import StorageError
+from tsr_engine.errors import StorageError, UsageError
 
 __all__ = ["cluster"]
 
@@ -194,3 +194,12 @@ def test_a_folder_has_one_secret(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match="at least 16"):
         home_token(tmp_path)
     assert len(SECRET) >= 16
+
+
+@pytest.mark.parametrize("url", ["foo://x", "nonsense", "postgresql+no_such://x"])
+def test_an_address_that_nothing_can_open_is_refused_in_a_sentence(url: str) -> None:
+    with pytest.raises(UsageError, match="Expected the address of a database"):
+        Database(url)
+    with pytest.raises(UsageError) as error:
+        Database("foo://user:secret@host/name")
+    assert "secret" not in str(error.value)

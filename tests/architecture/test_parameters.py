@@ -41,7 +41,10 @@ def test_presets_name_real_parameters_with_allowed_values(preset: str) -> None:
         assert getattr(getattr(params, section), name) == value
 
 
-@pytest.mark.parametrize(("typed", "meant"), [("1.05", (1.05,)), ("0.9, 1", (0.9, 1.0)), ("1,", (1.0,))])
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [("1.05", (1.05,)), ("0.9, 1", (0.9, 1.0)), ("1,", (1.0,)), ("[0.93, 1.0]", (0.93, 1.0)), ("[1.0]", (1.0,))],
+)
 def test_a_list_may_be_typed_with_one_value_or_more(typed: str, meant: tuple[float, ...]) -> None:
     assert Params().with_settings([("search_scales", typed)]).online.search_scales == meant
 

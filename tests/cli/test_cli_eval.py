@@ -95,6 +95,26 @@ def test_rows_are_found_under_the_name_that_an_export_gives(annotated: Path, tmp
     assert json.loads(capsys.readouterr().out)["default"]["signs_detected"] == 0
 
 
+def test_one_damaged_video_does_not_cost_the_figures_of_the_others(
+    annotated: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    rows = "frame,track_id,x1,y1,x2,y2,class_id,score,source\n"
+    truth = (annotated / "gt" / "drive.csv").read_bytes()
+    for name, content in (("good", (annotated / "drive.mp4").read_bytes()), ("bad", b"no video")):
+        (tmp_path / f"{name}.mp4").write_bytes(content)
+        (tmp_path / f"{name}.csv").write_bytes(truth)
+        (tmp_path / "rows").mkdir(exist_ok=True)
+        (tmp_path / "rows" / f"{name}.csv").write_text(rows)
+    command = ["eval", "tracking", str(tmp_path), "--results", str(tmp_path / "rows"), "--json"]
+    assert run(command) == 3
+    said = capsys.readouterr()
+    assert [v["video"] for v in json.loads(said.out)["default"]["by_video"]] == ["good.mp4"]
+    assert "bad.mp4" in said.err
+    assert "1 of 2 videos could not be read; the figures are of the rest." in said.err
+    assert run([*command, "--out", str(tmp_path / "good.csv")]) == 6
+    assert "a file stands where a folder is needed" in capsys.readouterr().err
+
+
 @pytest.fixture
 def scenes(tmp_path: Path) -> Path:
     """A few toy pictures in the layout of GTSDB."""

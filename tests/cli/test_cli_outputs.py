@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.cli.test_cli_track import FRAMES, assert_one_sentence, toys, tsr
-from tsr_engine.evidence import EvidenceReader, read_header
+from tsr_engine.errors import StorageError
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, read_header
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,16 @@ def test_a_store_without_its_run_file_is_not_overwritten_unasked(drive: Path, ru
     assert_one_sentence(tsr("track", drive, "--evidence", run), 5, "holds frames", "--restart")
     assert tsr("track", drive, "--evidence", run, "--restart").returncode == 0
     assert read_header(run).state == "complete"
+
+
+def test_a_run_without_a_frame_is_not_replayed(drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: EvidenceWriter) -> None:
+        raise StorageError("The disk is full.")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(EvidenceWriter, "commit", full)
+        assert tsr("track", drive, "--evidence", tmp_path / "run").returncode == 6
+    assert_one_sentence(tsr("replay", tmp_path / "run"), 5, "holds no frame yet")
 
 
 def test_links_stay_links_and_devices_stay_devices(run: Path, tmp_path: Path) -> None:

@@ -72,9 +72,10 @@ def tracking(
         raise UsageError(f"--min-width expects px, 0 or more. Got {min_width}.")
     from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
-    from tsr_engine.io.video import open_video
 
-    pairs = [(video, _truth_of(video, truth)) for video in _videos(videos, truth)]
+    _require_folder(out)
+    found = [(video, _truth_of(video, truth)) for video in _videos(videos, truth)]
+    pairs = _readable(found)
     runs = {preset: params}
     if kf_alone and results is None:
         runs["KF alone"] = params.with_settings([("use_online", False)])
@@ -82,9 +83,7 @@ def tracking(
     details: dict[str, Any] = {}
     for name, chosen in runs.items():
         reports = []
-        for video, table in pairs:
-            with open_video(video) as opened:
-                frames, width, height = len(opened.table), opened.width, opened.height
+        for video, table, (frames, width, height) in pairs:
             if results is not None:
                 rows = read_results(_results_of(video, results))
             else:
@@ -105,6 +104,10 @@ def tracking(
         print_json(content)
     else:
         print_summaries(summaries, details)
+    if len(pairs) < len(found):
+        raise InputError(
+            f"{len(found) - len(pairs)} of {len(found)} videos could not be read; the figures are of the rest."
+        )
 
 
 @app.command("classification")
@@ -352,6 +355,43 @@ def _truth_of(video: Path, truth: Path | None) -> Path:
             f"There is no truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
         )
     return found[0]
+
+
+def _readable(pairs: list[tuple[Path, Path]]) -> list[tuple[Path, Path, tuple[int, int, int]]]:
+    """Those videos, with their truth, that can be opened, and their frames, width and height; the others are named.
+
+    Raises:
+        InputError: none can.
+    """
+    from tsr_engine.io.video import open_video
+
+    readable = []
+    for video, table in pairs:
+        try:
+            with open_video(video) as opened:
+                readable.append((video, table, (len(opened.table), opened.width, opened.height)))
+        except InputError as error:
+            if len(pairs) == 1:
+                raise
+            say(str(error))
+    if not readable:
+        raise InputError(f"None of the {len(pairs)} videos could be read.")
+    return readable
+
+
+def _require_folder(out: Path | None) -> None:
+    """Make the folder of the figures before anything is computed for it.
+
+    Raises:
+        StorageError: it cannot be made.
+    """
+    from tsr_engine.io.atomic import storage_error
+
+    if out is not None:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise storage_error(out, error) from None
 
 
 def _results_of(video: Path, results: Path) -> Path:

@@ -20,7 +20,7 @@ from tsr_engine.cli.common import (
     split_settings,
 )
 from tsr_engine.cli.replay_bundle import replay_bundle_file
-from tsr_engine.errors import UsageError
+from tsr_engine.errors import EvidenceError, UsageError
 
 if TYPE_CHECKING:
     from tsr_engine.replay import ReplayReport
@@ -89,6 +89,8 @@ def replay(
     if csv is not None:
         refuse_run_files([csv], evidence)
     with EvidenceReader(evidence) as reader:
+        if not len(reader):
+            raise EvidenceError(f"{evidence} holds no frame yet. Track the video first.")
         before = run_params(reader)
         start = before if preset is None else _over(before, Params.preset(preset))
         params = start.with_settings(pairs)

@@ -117,7 +117,10 @@ class EvidenceWriter:
         stored = read_header(folder)
         if found := stored.differences(header):
             shown = "; ".join(found[:3]) + ("; ..." if len(found) > 3 else "")
-            raise EvidenceError(f"{folder} belongs to another run ({shown}). Resume with its own, or use a new folder.")
+            raise EvidenceError(
+                f"{folder} belongs to another run ({shown}). Resume with its own, use a new folder, or say --restart "
+                "to begin anew."
+            )
         if not (folder / DATABASE).is_file():
             raise EvidenceError(f"{folder / DATABASE} is missing. Track the video again.")
         lock = _acquire(folder)

@@ -98,6 +98,8 @@ def _parse(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     text = value.strip()
+    if text.startswith("[") and text.endswith("]"):  # as `tsr params` shows a list
+        text = text[1:-1].strip()
     if text.lower() in {"none", "null"}:
         return None
     if "," in text:
