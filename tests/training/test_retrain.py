@@ -151,7 +151,8 @@ def test_a_memory_of_scenes_and_crops(tmp_path: Path) -> None:
     a = built.arrays
     assert a["signs"].shape[1] == a["others"].shape[1] == 4000
     assert len(a["signs"]) == len(a["signs_cascade"]) > 4
-    assert a["moment"].shape == (257, 257)
+    features = len(classifier.arrays["hidden_bias"])
+    assert a["moment"].shape == (features + 1, features + 1)
     np.testing.assert_allclose(a["moment"], a["moment"].T, rtol=1e-5)
     assert a["moment"][-1, -1] == pytest.approx(1.0)
     assert sorted(a["classes"].tolist()) == [0, 0, 1, 1]
