@@ -18,8 +18,6 @@ from sample_videos.scenery import build
 from sample_videos.truth import LEAST_IN_SIGHT, SMALLEST, Row, write_csv, write_json
 
 Progress = Callable[[int, int], None]
-_BOX = "tight box of the whole face, pixel edges, cut to the picture, at the middle of the exposure"
-_IGNORED = f"1 below {SMALLEST:g} px or with less than {LEAST_IN_SIGHT:g} of the face in sight"
 
 
 class SamplePaths(NamedTuple):
@@ -81,6 +79,43 @@ def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float
     if drive.weather.name in ("dusk", "low_sun", "overcast"):
         events.append({"kind": drive.weather.name, "first": 0, "last": count - 1})
     return sorted(events, key=lambda e: (e["first"], e["kind"]))
+
+
+def _facts(
+    chosen: Scenario, drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float], count: int
+) -> dict[str, Any]:
+    """What the facts say besides the drive's name, scenario and seed."""
+    seen = {r.track_id for r in rows}
+    return {
+        "frames": count,
+        "width": renderer.size[0],
+        "height": renderer.size[1],
+        "fps": renderer.fps,
+        "weather": drive.weather.name,
+        "camera": {
+            "focal_px": round(renderer.focal, 3),
+            "height_m": HEIGHT,
+            "field_of_view_deg": FIELD_OF_VIEW,
+            "speed_m_s": chosen.speed,
+        },
+        "signs": [
+            {
+                "track_id": s.track_id,
+                "class_id": s.class_id,
+                "s_m": round(s.s, 2),
+                "d_m": round(s.d, 2),
+                "width_m": s.width,
+            }
+            for s in drive.signs
+            if s.track_id in seen
+        ],
+        "events": _events(drive, renderer, rows, glare, count),
+        "distractors": drive.distractors,
+        "truth": {
+            "box": "tight box of the whole face, pixel edges, cut to the picture, at the middle of the exposure",
+            "ignore": f"1 below {SMALLEST:g} px or with less than {LEAST_IN_SIGHT:g} of the face in sight",
+        },
+    }
 
 
 def _check(seconds: float, size: tuple[int, int], fps: int) -> None:
@@ -153,42 +188,9 @@ def generate(
                 if progress is not None:
                     progress(number + 1, count)
         write_csv(making.truth, rows)
-        seen = {r.track_id for r in rows}
         write_json(
             making.facts,
-            {
-                "clip": stem,
-                "scenario": chosen.name,
-                "seed": seed,
-                "frames": count,
-                "width": size[0],
-                "height": size[1],
-                "fps": fps,
-                "weather": drive.weather.name,
-                "camera": {
-                    "focal_px": round(renderer.focal, 3),
-                    "height_m": HEIGHT,
-                    "field_of_view_deg": FIELD_OF_VIEW,
-                    "speed_m_s": chosen.speed,
-                },
-                "signs": [
-                    {
-                        "track_id": s.track_id,
-                        "class_id": s.class_id,
-                        "s_m": round(s.s, 2),
-                        "d_m": round(s.d, 2),
-                        "width_m": s.width,
-                    }
-                    for s in drive.signs
-                    if s.track_id in seen
-                ],
-                "events": _events(drive, renderer, rows, glare, count),
-                "distractors": drive.distractors,
-                "truth": {
-                    "box": _BOX,
-                    "ignore": _IGNORED,
-                },
-            },
+            {"clip": stem, "scenario": chosen.name, "seed": seed} | _facts(chosen, drive, renderer, rows, glare, count),
         )
         for made, wanted in zip(making, paths, strict=True):
             made.replace(wanted)

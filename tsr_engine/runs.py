@@ -33,7 +33,7 @@ from tsr_engine.evidence import (
     refuse_run_files,
 )
 from tsr_engine.evidence.schema import RUN_FILE
-from tsr_engine.io.atomic import atomic_text, refuse_inputs
+from tsr_engine.io.atomic import atomic_text, output_place, refuse_inputs
 from tsr_engine.io.overlay import draw
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video import Frame, FrameTable, Video, open_video, video_sha256
@@ -174,18 +174,18 @@ class _Run:
             self.rows = outputs.enter_context(atomic_text(request.csv))
             self.rows.write(RESULT_HEADER + "\n")
         if request.annotated is not None:
-            request.annotated.parent.mkdir(parents=True, exist_ok=True)
-            self.annotated = VideoWriter(request.annotated, self.video.width, self.video.height, self.video.rate)
+            place = output_place(request.annotated)
+            self.annotated = VideoWriter(place, self.video.width, self.video.height, self.video.rate)
             outputs.callback(self.annotated.abort)
         if request.evidence is not None:
             self.writer = self._open_evidence(request.evidence)
             outputs.callback(self.writer.abandon)
 
     def _require_frames(self) -> None:
-        """Refuse a range that begins behind the last frame."""
-        if self.request.start >= self.frames:
-            path, start = self.request.video, self.request.start
-            raise UsageError(f"{path} has frames 0 to {self.frames - 1}. Got {start}; choose one of those.")
+        """Refuse a range that begins behind the last frame: the video itself says so when it is asked for it."""
+        start = self.request.start
+        if start:
+            next(self.video.frames(start, start + 1), None)
 
     def _open_evidence(self, folder: Path) -> EvidenceWriter:
         path = self.request.video

@@ -72,10 +72,16 @@ def test_links_stay_links_and_devices_stay_devices(run: Path, tmp_path: Path) ->
     target.write_text("old")
     link.symlink_to(target)
     os.mkfifo(pipe)
+    os.mkfifo(tmp_path / "pipe.mp4")
     assert tsr("replay", run, "--csv", link).returncode == 0
     assert link.is_symlink()
     assert target.read_text().startswith("frame,track_id")
     assert_one_sentence(tsr("replay", run, "--csv", pipe), 6, "a device or a pipe")
+    assert_one_sentence(
+        tsr("track", toys.write_drive(tmp_path / "short.mp4", 4), "--video", tmp_path / "pipe.mp4"),
+        6,
+        "a device or a pipe",
+    )
     assert pipe.is_fifo()
     assert_one_sentence(tsr("replay", run, "--csv", target / "x.csv"), 6, "a file stands where a folder is needed")
     assert_one_sentence(tsr("replay", run, "--csv", ""), 6, "Name a file.")

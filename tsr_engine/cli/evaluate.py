@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from tsr_engine.cli.annotated import annotated_videos, readable, results_of, truth_of
 from tsr_engine.cli.common import (
     JsonOption,
     ModelsOption,
@@ -72,10 +73,12 @@ def tracking(
         raise UsageError(f"--min-width expects px, 0 or more. Got {min_width}.")
     from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
+    from tsr_engine.io.atomic import make_folder
 
-    _require_folder(out)
-    found = [(video, _truth_of(video, truth)) for video in _videos(videos, truth)]
-    pairs = _readable(found)
+    if out is not None:
+        make_folder(out)
+    found = [(video, truth_of(video, truth)) for video in annotated_videos(videos, truth)]
+    pairs = readable(found)
     runs = {preset: params}
     if kf_alone and results is None:
         runs["KF alone"] = params.with_settings([("use_online", False)])
@@ -85,7 +88,7 @@ def tracking(
         reports = []
         for video, table, (frames, width, height) in pairs:
             if results is not None:
-                rows = read_results(_results_of(video, results))
+                rows = read_results(results_of(video, results))
             else:
                 frames, rows = _track(video, chosen, models, f"{name}: {video.name}")
             annotated = read_clip_truth(table)
@@ -321,92 +324,6 @@ def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[i
         for warning in report.warnings:
             say(f"warning: {warning}")
         return report.frames, read_results(csv)
-
-
-def _videos(sources: list[Path], truth: Path | None) -> list[Path]:
-    """The videos named, and those of the folders named that have a truth."""
-    videos: list[Path] = []
-    for source in sources:
-        if source.is_dir():
-            inside = sorted(
-                p for p in source.iterdir() if p.suffix.lower() in {".mp4", ".mov", ".avi", ".mkv", ".webm"}
-            )
-            annotated = [p for p in inside if _candidates(p, truth)]
-            if not annotated:
-                raise InputError(f"{source} has no video with a truth CSV. Name its folder with --truth.")
-            videos += annotated
-        elif source.exists():
-            videos.append(source)
-        else:
-            raise InputError(f"There is no video or folder at {source}. Check the path.")
-    return videos
-
-
-def _candidates(video: Path, truth: Path | None) -> list[Path]:
-    folders = [truth] if truth is not None else [video.parent, video.parent / "gt"]
-    return [path for folder in folders if (path := folder / f"{video.stem}.csv").is_file()]
-
-
-def _truth_of(video: Path, truth: Path | None) -> Path:
-    found = _candidates(video, truth)
-    if not found:
-        where = str(truth) if truth is not None else f"{video.parent} or its folder gt"
-        raise InputError(
-            f"There is no truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
-        )
-    return found[0]
-
-
-def _readable(pairs: list[tuple[Path, Path]]) -> list[tuple[Path, Path, tuple[int, int, int]]]:
-    """Those videos, with their truth, that can be opened, and their frames, width and height; the others are named.
-
-    Raises:
-        InputError: none can.
-    """
-    from tsr_engine.io.video import open_video
-
-    readable = []
-    for video, table in pairs:
-        try:
-            with open_video(video) as opened:
-                readable.append((video, table, (len(opened.table), opened.width, opened.height)))
-        except InputError as error:
-            if len(pairs) == 1:
-                raise
-            say(str(error))
-    if not readable:
-        raise InputError(f"None of the {len(pairs)} videos could be read.")
-    return readable
-
-
-def _require_folder(out: Path | None) -> None:
-    """Make the folder of the figures before anything is computed for it.
-
-    Raises:
-        StorageError: it cannot be made.
-    """
-    from tsr_engine.io.atomic import storage_error
-
-    if out is not None:
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise storage_error(out, error) from None
-
-
-def _results_of(video: Path, results: Path) -> Path:
-    """The table of a video's tracks: under its own name, or the one that an export gave it.
-
-    Raises:
-        InputError: neither is there.
-    """
-    from tsr_engine.exchange.names import safe_stem
-
-    names = dict.fromkeys((f"{video.stem}.csv", f"{safe_stem(video.name)}.csv"))
-    for name in names:
-        if (results / name).is_file():
-            return results / name
-    raise InputError(f"There is no {' or '.join(names)} for {video.name} in {results}. Name its folder with --results.")
 
 
 def _write(out: Path | None, name: str, content: Any) -> None:

@@ -14,10 +14,11 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
-from tsr_engine.errors import EvidenceError, StorageError, UsageError
+from tsr_engine.errors import EvidenceError, StorageError
 from tsr_engine.evidence.encode import Rows, TableEntry, TrackSummary, add_rows
 from tsr_engine.evidence.header import RunHeader, RunState, read_header, write_header
 from tsr_engine.evidence.schema import BY_NAME, DATABASE, LOCK_FILE, RUN_FILE, SCHEMA_VERSION, TABLES, create_tables
+from tsr_engine.io.atomic import refuse_inputs
 from tsr_engine.records import FrameEvidence
 
 DEFAULT_CHUNK = 32
@@ -277,12 +278,8 @@ def refuse_run_files(outputs: Iterable[Path], folder: Path) -> None:
     Raises:
         UsageError: an output names one of them.
     """
-    own = {(folder / name).resolve() for name in (RUN_FILE, LOCK_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm")}
-    for output in outputs:
-        if output.resolve() in own:
-            raise UsageError(
-                f"The output {output} is a file of the evidence itself. Choose another name for the output."
-            )
+    own = (RUN_FILE, LOCK_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm")
+    refuse_inputs(outputs, [folder / name for name in own], "a file of the evidence itself")
 
 
 def _holds_frames(path: Path) -> bool:

@@ -11,7 +11,15 @@ from typing import IO, Any, BinaryIO, TextIO, cast
 
 from tsr_engine.errors import StorageError, UsageError
 
-__all__ = ["atomic_bytes", "atomic_text", "refuse_inputs", "storage_error", "temporary_name"]
+__all__ = [
+    "atomic_bytes",
+    "atomic_text",
+    "make_folder",
+    "output_place",
+    "refuse_inputs",
+    "storage_error",
+    "temporary_name",
+]
 
 
 def temporary_name(path: Path) -> Path:
@@ -46,18 +54,9 @@ def atomic_bytes(path: Path) -> Iterator[BinaryIO]:
 
 @contextmanager
 def _atomic(path: Path, mode: str, **options: Any) -> Iterator[IO[Any]]:
-    part: Path | None = None
+    path = output_place(path)
+    part = temporary_name(path)
     try:
-        # a link stays a link: what it points to is written
-        path = path.resolve() if path.is_symlink() else path
-        if path.is_dir():
-            raise StorageError(f"Cannot write {path}: it is a folder. Name a file.")
-        if path.exists() and not path.is_file():
-            raise StorageError(
-                f"Cannot write {path}: it is a device or a pipe, which a file would replace. Name a file."
-            )
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = temporary_name(path)
         with part.open(mode, **options) as stream:
             yield stream
             stream.flush()
@@ -66,9 +65,42 @@ def _atomic(path: Path, mode: str, **options: Any) -> Iterator[IO[Any]]:
     except OSError as error:
         raise storage_error(path, error) from None
     finally:
-        if part is not None:
-            with suppress(OSError):
-                part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def output_place(path: Path) -> Path:
+    """Where an output's file really goes: a link stays a link, and what it points to is written.
+
+    Missing parent folders are made.
+
+    Raises:
+        StorageError: a folder, a device or a pipe stands there, or the parent folder cannot be made.
+    """
+    try:
+        path = path.resolve() if path.is_symlink() else path
+        if path.is_dir():
+            raise StorageError(f"Cannot write {path}: it is a folder. Name a file.")
+        if path.exists() and not path.is_file():
+            raise StorageError(
+                f"Cannot write {path}: it is a device or a pipe, which a file would replace. Name a file."
+            )
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise storage_error(path, error) from None
+    return path
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder of outputs and those above it, if they are missing.
+
+    Raises:
+        StorageError: it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise storage_error(path, error) from None
 
 
 def storage_error(path: Path, error: OSError) -> StorageError:
@@ -81,8 +113,13 @@ def storage_error(path: Path, error: OSError) -> StorageError:
     return StorageError(f"Cannot write {path}: {reason}. Choose another place or change its permissions.")
 
 
-def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> None:
+def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path], named: str = "the input itself") -> None:
     """Refuse an output that is one of the inputs, also through links.
+
+    Args:
+        outputs: to be written.
+        inputs: what must stay.
+        named: what the sentence calls them.
 
     Raises:
         UsageError: an output names an input.
@@ -96,4 +133,4 @@ def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path]) -> Non
             if not same and output.exists() and source.exists():
                 same = output.samefile(source)
             if same:
-                raise UsageError(f"The output {output} is the input itself. Choose another name for the output.")
+                raise UsageError(f"The output {output} is {named}. Choose another name for the output.")

@@ -1,0 +1,90 @@
+"""The videos, truth and tables that `tsr eval tracking` is given, as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tsr_engine.cli.common import say
+from tsr_engine.errors import InputError
+
+__all__ = ["annotated_videos", "readable", "results_of", "truth_of"]
+
+
+def annotated_videos(sources: list[Path], truth: Path | None) -> list[Path]:
+    """The videos named, and those of the folders named that have a truth.
+
+    Raises:
+        InputError: a path that is not there, or a folder without such a video.
+    """
+    videos: list[Path] = []
+    for source in sources:
+        if source.is_dir():
+            inside = sorted(
+                p for p in source.iterdir() if p.suffix.lower() in {".mp4", ".mov", ".avi", ".mkv", ".webm"}
+            )
+            annotated = [p for p in inside if _candidates(p, truth)]
+            if not annotated:
+                raise InputError(f"{source} has no video with a truth CSV. Name its folder with --truth.")
+            videos += annotated
+        elif source.exists():
+            videos.append(source)
+        else:
+            raise InputError(f"There is no video or folder at {source}. Check the path.")
+    return videos
+
+
+def _candidates(video: Path, truth: Path | None) -> list[Path]:
+    folders = [truth] if truth is not None else [video.parent, video.parent / "gt"]
+    return [path for folder in folders if (path := folder / f"{video.stem}.csv").is_file()]
+
+
+def truth_of(video: Path, truth: Path | None) -> Path:
+    """The table of a video's truth: in the folder named, else beside it or in ``gt`` there.
+
+    Raises:
+        InputError: there is none.
+    """
+    found = _candidates(video, truth)
+    if not found:
+        where = str(truth) if truth is not None else f"{video.parent} or its folder gt"
+        raise InputError(
+            f"There is no truth {video.stem}.csv for {video.name} in {where}. Name its folder with --truth."
+        )
+    return found[0]
+
+
+def readable(pairs: list[tuple[Path, Path]]) -> list[tuple[Path, Path, tuple[int, int, int]]]:
+    """Those videos, with their truth, that can be opened, and their frames, width and height; the others are named.
+
+    Raises:
+        InputError: none can.
+    """
+    from tsr_engine.io.video import open_video
+
+    readable = []
+    for video, table in pairs:
+        try:
+            with open_video(video) as opened:
+                readable.append((video, table, (len(opened.table), opened.width, opened.height)))
+        except InputError as error:
+            if len(pairs) == 1:
+                raise
+            say(str(error))
+    if not readable:
+        raise InputError(f"None of the {len(pairs)} videos could be read.")
+    return readable
+
+
+def results_of(video: Path, results: Path) -> Path:
+    """The table of a video's tracks: under its own name, or the one that an export gave it.
+
+    Raises:
+        InputError: neither is there.
+    """
+    from tsr_engine.exchange.names import safe_stem
+
+    names = dict.fromkeys((f"{video.stem}.csv", f"{safe_stem(video.name)}.csv"))
+    for name in names:
+        if (results / name).is_file():
+            return results / name
+    raise InputError(f"There is no {' or '.join(names)} for {video.name} in {results}. Name its folder with --results.")
