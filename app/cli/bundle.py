@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
+from tsr_engine.errors import UsageError
 
 __all__ = ["bundle"]
 
@@ -69,8 +70,13 @@ def bundle(
     from tsr_engine.bundle import make_bundle
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
+    from tsr_engine.io.models import read_manifest
 
     first, stop = frame_range(frames)
+    if out.suffix.lower() != ".zip":
+        raise UsageError(f"A bundle is a ZIP file. Name it FILE.zip instead of {out}.")
+    if models is not None:
+        read_manifest(existing(models, "model folder"))
     given = None if video is None else existing(video, "video")
     source = named_sources([run], home, given if _is_bare(run) else None, say)[0]
     with as_command_error():
@@ -83,7 +89,7 @@ def bundle(
             tracks=[track_key(track) for track in tracks],
             video=given,
             expectation=expect,
-            models=[] if models is None else [existing(models, "model folder")],
+            models=[] if models is None else [models],
             max_eq7=max_eq7,
             recording=recording,
         )

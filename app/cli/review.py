@@ -9,7 +9,8 @@ from typing import Annotated
 
 import typer
 
-from tsr_engine.errors import UsageError
+from tsr_engine.cli.common import existing
+from tsr_engine.errors import InputError
 
 __all__ = ["review"]
 
@@ -44,11 +45,14 @@ def review(
       tsr review --root /data/drives --port 9000 --no-browser
     """
     from app.settings import load_settings
+    from tsr_engine.io.video_probe import check_file
 
     allowed = list(roots or [])
+    for folder in allowed:
+        if not existing(folder, "folder of videos").is_dir():
+            raise InputError(f"Expected a folder of videos, but {folder} is a file. Name the folder that it lies in.")
     if video is not None:
-        if not video.is_file():
-            raise UsageError(f"There is no video {video}. Check the path.")
+        check_file(video)
         allowed.append(video.resolve().parent)
     settings = load_settings(
         home=home,
@@ -62,6 +66,15 @@ def review(
     )
     from app.cli.serve import open_running, serve
 
-    if open_running(settings, video, browser):
+    asked = {
+        "--root": roots,
+        "--host": host,
+        "--port": port,
+        "--database": database,
+        "--workers": workers,
+        "--models": models,
+        "--sample/--no-sample": sample,
+    }
+    if open_running(settings, video, browser, [name for name, value in asked.items() if value is not None]):
         return
     serve(settings, video, browser)

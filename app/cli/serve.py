@@ -11,6 +11,7 @@ import time
 import urllib.error
 import urllib.request
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
 from typing import cast
@@ -81,8 +82,14 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         os.close(lock)
 
 
-def open_running(settings: Settings, video: Path | None, browser: bool) -> bool:
+def open_running(settings: Settings, video: Path | None, browser: bool, options: Sequence[str] = ()) -> bool:
     """If a server runs on the data folder already, ask it for a fresh link; False: there is none.
+
+    Args:
+        settings: of this call.
+        video: to be added and opened.
+        browser: open the page.
+        options: names of the options given that only a server that starts can follow.
 
     Raises:
         UsageError: it does not take the video.
@@ -100,6 +107,8 @@ def open_running(settings: Settings, video: Path | None, browser: bool) -> bool:
             time.sleep(0.2)  # it is just starting, or just ending
             continue
         say(f"A server runs on {settings.home} already.")
+        if options:
+            say(f"warning: {', '.join(options)} changes nothing there. End that server first, then start it so.")
         _say_link(settings, link)
         if browser:
             webbrowser.open(link)
@@ -172,6 +181,7 @@ def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, brow
     while not server.started and time.monotonic() < until:
         time.sleep(0.02)
     _say_link(settings, link)
+    say("Press Ctrl-C to stop. Everything is stored as it happens.")
     if browser:
         webbrowser.open(link)
 
@@ -183,4 +193,3 @@ def _say_link(settings: Settings, link: str) -> None:
         say(f"Others can reach {settings.host}: the link lets one of them in, once.")
     if settings.everywhere:
         say("From another machine, put this machine's address in its place, or a name of TSR_ALLOWED_HOSTS.")
-    say("Press Ctrl-C to stop. Everything is stored as it happens.")

@@ -100,8 +100,23 @@ def test_a_second_call_finds_the_first(running: Running) -> None:
     )
     assert again.returncode == 0
     assert "already" in again.stderr
+    assert "Ctrl-C" not in again.stderr, "that would end nothing"
+    assert "warning" not in again.stderr
     assert running.base in again.stderr
     assert "/login/" in again.stderr
+
+
+def test_a_second_call_says_what_the_first_cannot_follow(running: Running, tmp_path: Path) -> None:
+    again = subprocess.run(
+        [*COMMAND, "--root", str(tmp_path), "--workers", "2"],
+        env=_environment(running.home),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert again.returncode == 0
+    assert "warning: --root, --workers changes nothing there. End that server first" in again.stderr
 
 
 def test_a_killed_servers_note_gives_the_secret_to_nobody(tmp_path: Path) -> None:
@@ -150,10 +165,14 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
 
     for done, words in (
         (call("missing.mp4"), "There is no video"),
+        (call(__file__), "is not a video"),
+        (call("--root", "/none"), "There is no folder of videos at /none"),
+        (call("--root", __file__), "Expected a folder of videos"),
+        (call("--home", ""), "The value of --home is empty"),
         (call("--host", "0.0.0.0"), "TSR_TOKEN"),
         (call("--port", "0", TSR_HOME="/proc/nothing"), "/proc/nothing"),
         (call("--port", "1", "--host", "192.0.2.1", TSR_TOKEN="long enough to be one"), "Cannot listen"),
     ):
-        assert done.returncode in (2, 6), done.stderr
+        assert done.returncode in (2, 3, 6), done.stderr
         assert words in done.stderr
         assert "Traceback" not in done.stderr

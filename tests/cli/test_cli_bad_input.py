@@ -12,7 +12,7 @@ import av
 import numpy as np
 import pytest
 
-from tsr_engine.cli.main import run
+from tsr_engine.cli.main import refuse_empty_words, run
 from tsr_engine.io.models import Component, save_component
 
 Capture = pytest.CaptureFixture[str]
@@ -212,3 +212,22 @@ def test_missing_training_data(tmp_path: Path, capsys: Capture) -> None:
     assert "class folders" in sentence(capsys, 3, "train", "classifier", "--gtsrb", tmp_path, "--out", out)
     assert "--gtsdb" in sentence(capsys, 2, "train", "detector", "--out", out)
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["track", "drive.mp4", "--evidence", ""], "The value of --evidence is empty"),
+        (["track", "drive.mp4", "--evidence="], "The value of --evidence is empty"),
+        (["track", ""], "A word of the command is empty"),
+        (["detect", "a.png", "", "--jsonl", "o"], "A word of the command is empty"),
+    ],
+)
+def test_an_empty_word_is_not_the_current_folder(capsys: Capture, arguments: list[str], named: str) -> None:
+    assert named in sentence(capsys, 2, *arguments)
+
+
+def test_free_text_may_be_empty() -> None:
+    refuse_empty_words(["bundle", "run", "--note", "", "--out", "b.zip"])
+    refuse_empty_words(["bundle", "run", "--note=", "--out=b.zip", "--set", "tau=3"])
+    refuse_empty_words([])

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
+import signal
+import zlib
 from pathlib import Path
 from types import ModuleType
 
@@ -12,6 +15,8 @@ import numpy as np
 import pytest
 
 import tsr_engine.pipeline
+from tsr_engine.cli import classify as classify_module
+from tsr_engine.cli import detect as detect_module
 from tsr_engine.cli.main import run
 
 Capture = pytest.CaptureFixture[str]
@@ -77,10 +82,64 @@ def test_detect_names_unreadable_pictures_and_does_the_others(scenes: Path, tmp_
 
 
 def test_detect_refuses_a_picture_bomb(tmp_path: Path, capsys: Capture) -> None:
-    header = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + (60000).to_bytes(4, "big") * 2 + b"\x08\x02\x00\x00\x00"
-    (tmp_path / "bomb.png").write_bytes(header + b"\0" * 64)
+    header = b"IHDR" + (60000).to_bytes(4, "big") * 2 + b"\x08\x02\x00\x00\x00"
+    header += zlib.crc32(header).to_bytes(4, "big")
+    (tmp_path / "bomb.png").write_bytes(b"\x89PNG\r\n\x1a\n\x00\x00\x00\r" + header + b"\0\0\0\x40IDAT" + b"\0" * 64)
     assert run(["detect", str(tmp_path / "bomb.png"), "--jsonl", str(tmp_path / "o.jsonl")]) == 3
-    assert "60000x60000" in capsys.readouterr().err
+    assert "bomb.png has more than the limit of 100000000 pixels" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("with_json", [False, True])
+def test_detect_keeps_the_lines_of_the_pictures_that_were_done(
+    scenes: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch, with_json: bool
+) -> None:
+    seen = []
+    real = detect_module.detections_of
+
+    def interrupted(components: object, picture: object) -> list[dict[str, object]]:
+        seen.append(1)
+        if len(seen) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        return real(components, picture)
+
+    monkeypatch.setattr(detect_module, "detections_of", interrupted)
+    (scenes / "000.png").write_bytes(b"")
+    out = tmp_path / "o.jsonl"
+    assert run(["detect", str(scenes), "--jsonl", str(out), *(["--json"] if with_json else [])]) == 130
+    said = capsys.readouterr()
+    assert [json.loads(line)["image"] for line in out.read_text().splitlines()] == ["010.png", "011.png", "012.png"]
+    assert "Interrupted. 4 of 5 pictures are done. 1 of 4 pictures could not be read" in said.err
+    assert "Traceback" not in said.err
+    if with_json:
+        assert json.loads(said.out)["interrupted"] is True
+
+
+def test_classify_keeps_the_rows_of_the_crops_that_were_done(
+    crops: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Slow(toys.HueClassifier):  # type: ignore[name-defined, misc]
+        def probabilities(self, crops: object) -> object:
+            os.kill(os.getpid(), signal.SIGINT)
+            return super().probabilities(crops)
+
+    monkeypatch.setattr(tsr_engine.pipeline, "load_classifier", lambda folder=None: Slow())
+    monkeypatch.setattr(classify_module, "_BATCH", 4)
+    out = tmp_path / "o.csv"
+    assert run(["classify", str(crops), "--csv", str(out)]) == 130
+    assert len(out.read_text().splitlines()) == 1 + 4
+    assert f"Interrupted. 4 of 6 crops are done. See {out}." in capsys.readouterr().err
+
+
+def test_detect_says_which_command_is_for_videos(tmp_path: Path, capsys: Capture) -> None:
+    (tmp_path / "drive.mp4").write_bytes(b"\0\0\0\x20ftypisom" + bytes(500))
+    assert run(["detect", str(tmp_path / "drive.mp4"), "--jsonl", str(tmp_path / "o.jsonl")]) == 3
+    assert "is a video, not a picture. Use `tsr track` for videos." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", [["--onnx-size", "320x320"], ["--onnx-layout", "v5"]])
+def test_an_option_of_a_network_needs_one(scenes: Path, tmp_path: Path, capsys: Capture, option: list[str]) -> None:
+    assert run(["detect", str(scenes), "--jsonl", str(tmp_path / "o.jsonl"), *option]) == 2
+    assert "Name its file with --onnx" in capsys.readouterr().err
 
 
 def test_detect_never_overwrites_its_input(scenes: Path, capsys: Capture) -> None:

@@ -117,6 +117,9 @@ def test_track_again_goes_on_instead_of_starting_over(drive: Path, tracked: tupl
     folder, _ = tracked
     again = tsr("track", drive, "--evidence", folder / "run", "--set", "tau=3", "--json")
     assert json.loads(again.stdout)["resumed_at"] == FRAMES
+    shown = tsr("track", drive, "--evidence", folder / "run", "--set", "tau=3")
+    assert "all of it from the evidence" in shown.stdout
+    assert "frames/s" not in shown.stdout
 
 
 def test_ctrl_c_keeps_what_was_computed(drive: Path, tmp_path: Path) -> None:
@@ -133,7 +136,7 @@ def test_ctrl_c_keeps_what_was_computed(drive: Path, tmp_path: Path) -> None:
     assert worker.returncode == 130, err
     assert "Traceback" not in err
     assert err.count("\n") == 1
-    assert "Interrupted after frame" in err
+    assert "Interrupted. Results up to frame " in err
     with EvidenceReader(tmp_path / "run") as reader:
         assert reader.state == "interrupted"
         done = len(reader)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, ModelsOption, print_json, say
+from tsr_engine.cli.common import JsonOption, ModelsOption, counted, print_json, say
 from tsr_engine.errors import InputError
 
 __all__ = ["classify"]
@@ -31,12 +31,14 @@ def classify(
     Reads GTSRB class folders (with GT-000CC.csv), the benchmark's test table (Filename;Width;Height;Roi.X1;...), and
     folders of loose crops. The region of interest is used where a table gives one; a loose crop is taken to carry a
     border of about a tenth on each side, as GTSRB's do. File names are relative to the folder or table named.
+    After Ctrl-C the rows of the crops that were done are kept.
 
     \b
     Examples:
       tsr classify Final_Training/Images --csv classes.csv
       tsr classify Final_Test/Images/GT-final_test.csv --csv classes.csv
     """
+    from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.evaluation.classification import crop_of
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
@@ -47,7 +49,12 @@ def classify(
     refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
     classifier = load_classifier(models)
     unreadable = done = right = known = 0
-    with one_blas_thread(), atomic_text(csv) as out, progress_bar("classifying", "crops") as show:
+    with (
+        one_blas_thread(),
+        stop_on_interrupt() as stopped,
+        atomic_text(csv) as out,
+        progress_bar("classifying", "crops") as show,
+    ):
         out.write("filename,class_id,probability\n")
         for first in range(0, len(items), _BATCH):
             batch = items[first : first + _BATCH]
@@ -69,15 +76,23 @@ def classify(
                     known += class_id is not None
                     right += class_id == best
             done += len(crops)
-            show(first + len(batch), len(items), "")
+            show(done + unreadable, len(items), "")
+            if stopped():
+                break
+    seen = done + unreadable
+    interrupted = seen < len(items)
     if json:
+        counts = {"crops": done, "unreadable": unreadable, "labelled": known}
         accuracy = right / known if known else None
-        print_json({"crops": done, "unreadable": unreadable, "accuracy": accuracy, "labelled": known, "csv": str(csv)})
+        print_json({**counts, "accuracy": accuracy, "interrupted": interrupted, "csv": str(csv)})
     else:
         agree = f", {right / known:.2%} of {known} labelled ones agree with their table" if known else ""
-        typer.echo(f"{done} crops{agree}: {csv}")
+        typer.echo(f"{counted(done, 'crop')}{agree}: {csv}")
+    refused = f"{unreadable} of {seen} crops could not be read; the others are in {csv}."
+    if interrupted:
+        leave_interrupted(f"{seen} of {len(items)} crops are done. {refused if unreadable else f'See {csv}.'}")
     if unreadable:
-        raise InputError(f"{unreadable} of {len(items)} crops could not be read; the others are in {csv}.")
+        raise InputError(refused)
 
 
 def _quoted(name: str) -> str:

@@ -28,6 +28,7 @@ __all__ = [
     "ParameterCommand",
     "PresetOption",
     "SetOption",
+    "counted",
     "existing",
     "frame_range",
     "make_network",
@@ -54,10 +55,12 @@ ModelsOption = Annotated[
 OnnxOption = Annotated[
     Path | None, typer.Option("--onnx", metavar="FILE", help="Detect with this YOLO-style ONNX network instead.")
 ]
-OnnxSizeOption = Annotated[str, typer.Option("--onnx-size", metavar="WxH", help="Size of the network's input, px.")]
+OnnxSizeOption = Annotated[
+    str | None, typer.Option("--onnx-size", metavar="WxH", help="Size of the network's input, px; unset: 640x640.")
+]
 OnnxLayoutOption = Annotated[
-    str,
-    typer.Option("--onnx-layout", metavar="v8|v5", help="Network's output: v8 has no objectness, v5 has it."),
+    str | None,
+    typer.Option("--onnx-layout", metavar="v8|v5", help="Network's output: v5 has objectness, v8, if unset, has none."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON for another program.")]
 
@@ -124,15 +127,18 @@ def size_of(text: str, option: str, example: str) -> tuple[int, int]:
     return width, height
 
 
-def make_network(path: Path | None, size: str, layout: str) -> Network | None:
-    """The network that the --onnx options name; None without --onnx.
+def make_network(path: Path | None, size: str | None, layout: str | None) -> Network | None:
+    """The network that the --onnx options name; None without them.
 
     Raises:
-        UsageError: a size or layout that is none.
+        UsageError: a size or layout that is none, or one of no network.
     """
     if path is None:
+        if size is not None or layout is not None:
+            raise UsageError("--onnx-size and --onnx-layout tell of a network. Name its file with --onnx.")
         return None
-    width, height = size_of(size, "--onnx-size", "640x640")
+    width, height = (640, 640) if size is None else size_of(size, "--onnx-size", "640x640")
+    layout = layout or "v8"
     if layout not in ("v8", "v5"):
         raise UsageError(f"--onnx-layout expects v8 or v5. Got '{layout}' instead.")
     from tsr_engine.pipeline import Network
@@ -161,6 +167,11 @@ def frame_range(text: str | None) -> tuple[int, int | None]:
     return start, stop
 
 
+def counted(number: int, noun: str) -> str:
+    """``1 frame``, ``2 frames``; for nouns that take an s."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 def existing(path: Path, what: str) -> Path:
     """The path, if something is there.
 
@@ -176,7 +187,7 @@ class ParameterCommand(TyperCommand):
     """A command whose help ends with the table of all parameters."""
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Append one line a parameter: name, default, range, meaning."""
+        """Append one line a parameter: name, default, range."""
         from tsr_engine.params.rows import parameter_rows
 
         super().format_epilog(ctx, formatter)
@@ -185,4 +196,5 @@ class ParameterCommand(TyperCommand):
             if row["section"] != section:
                 section = str(row["section"])
                 formatter.write(f"\nParameters for --set, section {section}:\n")
-            formatter.write(f"  {row['name']} = {row['default']}  {row['range']}\n      {row['description']}\n")
+            formatter.write(f"  {row['name']} = {row['default']}  {row['range']}\n")
+        formatter.write("\nWhat each of them does: tsr params\n")

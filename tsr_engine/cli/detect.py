@@ -18,6 +18,7 @@ from tsr_engine.cli.common import (
     OnnxSizeOption,
     PresetOption,
     SetOption,
+    counted,
     make_network,
     make_params,
     print_json,
@@ -35,8 +36,8 @@ def detect(
     settings: SetOption = [],  # noqa: B006 - typer copies it
     models: ModelsOption = None,
     onnx: OnnxOption = None,
-    onnx_size: OnnxSizeOption = "640x640",
-    onnx_layout: OnnxLayoutOption = "v8",
+    onnx_size: OnnxSizeOption = None,
+    onnx_layout: OnnxLayoutOption = None,
     json: JsonOption = False,
 ) -> None:
     """Find the signs in pictures and recognise each of them.
@@ -44,6 +45,7 @@ def detect(
     A line of the output is {"image": name, "detections": [{"x1", "y1", "x2", "y2", "score", "raw_score",
     "class_id", "class_prob"}]}, best detection first, in pixel edges. The scores are those with and without the
     spatial prior. A picture that cannot be read is named on stderr; the others are done and the exit code is 3.
+    After Ctrl-C the lines of the pictures that were done are kept.
 
     \b
     Examples:
@@ -53,6 +55,7 @@ def detect(
     """
     params = make_params(preset, settings)
     network = make_network(onnx, onnx_size, onnx_layout)
+    from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.io.pictures import find_pictures, read_picture
@@ -61,8 +64,13 @@ def detect(
     paths = list(find_pictures(sources))
     refuse_inputs([jsonl], paths)
     components = load_components(params, models, network)
-    unreadable, found = 0, 0
-    with one_blas_thread(), atomic_text(jsonl) as out, progress_bar("detecting", "pictures") as show:
+    unreadable = found = done = 0
+    with (
+        one_blas_thread(),
+        stop_on_interrupt() as stopped,
+        atomic_text(jsonl) as out,
+        progress_bar("detecting", "pictures") as show,
+    ):
         for done, path in enumerate(paths, 1):
             try:
                 picture = read_picture(path)
@@ -74,14 +82,21 @@ def detect(
             found += len(rows)
             out.write(json_module.dumps({"image": path.name, "detections": rows}, allow_nan=False) + "\n")
             show(done, len(paths), "")
-    read = len(paths) - unreadable
+            if stopped():
+                break
+    read = done - unreadable
+    interrupted = done < len(paths)
     if json:
-        print_json({"pictures": read, "unreadable": unreadable, "detections": found, "jsonl": str(jsonl)})
+        counts = {"pictures": read, "unreadable": unreadable, "detections": found}
+        print_json({**counts, "interrupted": interrupted, "jsonl": str(jsonl)})
     else:
-        typer.echo(f"{found} detections in {read} pictures: {jsonl}")
+        typer.echo(f"{counted(found, 'detection')} in {counted(read, 'picture')}: {jsonl}")
+    rest = f"the others are in {jsonl}" if read else f"{jsonl} has no line"
+    refused = f"{unreadable} of {done} pictures could not be read; {rest}."
+    if interrupted:
+        leave_interrupted(f"{done} of {len(paths)} pictures are done. {refused if unreadable else f'See {jsonl}.'}")
     if unreadable:
-        rest = f"the others are in {jsonl}" if read else f"{jsonl} has no line"
-        raise InputError(f"{unreadable} of {len(paths)} pictures could not be read; {rest}.")
+        raise InputError(refused)
 
 
 def detections_of(components: Any, picture: Any) -> list[dict[str, Any]]:

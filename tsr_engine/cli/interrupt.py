@@ -6,9 +6,28 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn
 
-__all__ = ["stop_on_interrupt"]
+import typer
+
+from tsr_engine.cli.common import say
+
+__all__ = ["EXIT_INTERRUPTED", "leave_interrupted", "stop_on_interrupt"]
+
+EXIT_INTERRUPTED = 130
+
+
+def leave_interrupted(kept: str) -> NoReturn:
+    """End a command that Ctrl-C stopped, and say what is kept.
+
+    Args:
+        kept: a sentence.
+
+    Raises:
+        typer.Exit: with the exit code of an interruption.
+    """
+    say(f"Interrupted. {kept}")
+    raise typer.Exit(EXIT_INTERRUPTED)
 
 
 @contextmanager

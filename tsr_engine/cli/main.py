@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -11,15 +12,18 @@ from typer.core import TyperGroup
 
 from tsr_engine.cli import calibrate, classify, detect, doctor, evaluate, params, replay, sample, track, train
 from tsr_engine.cli.common import ParameterCommand, say
-from tsr_engine.errors import TsrError
+from tsr_engine.cli.interrupt import EXIT_INTERRUPTED, leave_interrupted
+from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.version import __version__
 
 __all__ = ["app", "run"]
 
 EXIT_UNEXPECTED = 1
 EXIT_USAGE = 2
-EXIT_INTERRUPTED = 130
 EXIT_BROKEN_PIPE = 141
+
+_FREE_TEXT = {"--note"}
+"""Options whose value may be empty."""
 
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
@@ -36,8 +40,7 @@ class _Group(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            say("Interrupted. Nothing was written under the names of the outputs.")
-            raise typer.Exit(EXIT_INTERRUPTED) from None
+            leave_interrupted("No output was written that is not complete.")
 
 
 app = typer.Typer(
@@ -85,6 +88,7 @@ def run(arguments: list[str] | None = None) -> int:
         arguments: the words after ``tsr``; unset: those of the process.
     """
     try:
+        refuse_empty_words(sys.argv[1:] if arguments is None else arguments)
         result = app(args=arguments, standalone_mode=False)
         sys.stdout.flush()
     except TsrError as error:
@@ -100,6 +104,22 @@ def run(arguments: list[str] | None = None) -> int:
             return _wrong_use(error)
         return _failed(_unexpected(error), EXIT_UNEXPECTED)
     return result if isinstance(result, int) else 0
+
+
+def refuse_empty_words(arguments: Sequence[str]) -> None:
+    """Refuse a value that is empty, as of a variable that is not set: as a path it would mean the current folder.
+
+    Raises:
+        UsageError: an empty word that is no free text.
+    """
+    for before, word in zip(["", *arguments], arguments, strict=False):
+        option, equals, value = word.partition("=")
+        if word and not (option.startswith("--") and equals and not value):
+            continue
+        named = option or (before if before.startswith("-") else "")
+        if named not in _FREE_TEXT:
+            what = f"The value of {named}" if named else "A word of the command"
+            raise UsageError(f"{what} is empty. Write what is meant, or leave it out.")
 
 
 def _failed(sentence: str, code: int) -> int:

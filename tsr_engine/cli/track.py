@@ -17,6 +17,7 @@ from tsr_engine.cli.common import (
     OnnxSizeOption,
     PresetOption,
     SetOption,
+    counted,
     frame_range,
     make_network,
     make_params,
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from tsr_engine.runs import RunReport
 
 __all__ = ["track"]
-
-EXIT_INTERRUPTED = 130
 
 
 def track(
@@ -49,8 +48,8 @@ def track(
     settings: SetOption = [],  # noqa: B006 - typer copies it
     models: ModelsOption = None,
     onnx: OnnxOption = None,
-    onnx_size: OnnxSizeOption = "640x640",
-    onnx_layout: OnnxLayoutOption = "v8",
+    onnx_size: OnnxSizeOption = None,
+    onnx_layout: OnnxLayoutOption = None,
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1, counted from 0.")
     ] = None,
@@ -77,7 +76,7 @@ def track(
     start, stop = frame_range(frames)
     params = make_params(preset, settings)
     network = make_network(onnx, onnx_size, onnx_layout)
-    from tsr_engine.cli.interrupt import stop_on_interrupt
+    from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar, rate_text
     from tsr_engine.io.video_probe import check_file
     from tsr_engine.pipeline import load_components
@@ -98,14 +97,12 @@ def track(
         print_report(report, timing)
     if report.interrupted:
         if not report.frames:
-            say("Interrupted before the first frame: there are no results yet.")
-            raise typer.Exit(EXIT_INTERRUPTED)
+            leave_interrupted("That was before the first frame: there are no results yet.")
         last = report.first_frame + report.frames - 1
         kept = " and ".join(str(path) for path in (csv, evidence, annotated) if path is not None)
         where = f"kept in {kept}" if kept else "shown above"
         again = " Run the same command again to go on." if evidence is not None else ""
-        say(f"Interrupted after frame {last}: results up to there are {where}.{again}")
-        raise typer.Exit(EXIT_INTERRUPTED)
+        leave_interrupted(f"Results up to frame {last} are {where}.{again}")
 
 
 def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
@@ -154,11 +151,14 @@ def track_as_json(track: Any) -> dict[str, Any]:
 def print_report(report: RunReport, timing: bool) -> None:
     """The tracks as a table, and the stages if asked for."""
     console = out_console()
-    n = len(report.tracks)
-    resumed = "" if report.resumed_at is None else f", resumed at frame {report.resumed_at}"
+    if report.computed:
+        resumed = "" if report.resumed_at is None else f", resumed at frame {report.resumed_at}"
+        how = f"{report.computed / max(report.seconds, 1e-9):.1f} frames/s{resumed}"
+    else:
+        how = "all of it from the evidence"
     console.print(
-        f"{report.video}: {report.frames} frames of {report.width}x{report.height}, {n} sign{'s' * (n != 1)}, "
-        f"{report.computed / max(report.seconds, 1e-9):.1f} frames/s{resumed}",
+        f"{report.video}: {counted(report.frames, 'frame')} of {report.width}x{report.height}, "
+        f"{counted(len(report.tracks), 'sign')}, {how}",
         soft_wrap=True,
     )
     if report.focus is not None:

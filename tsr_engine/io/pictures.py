@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-import struct
+import io
+import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
+from PIL import Image, UnidentifiedImageError
 
 from tsr_engine.errors import InputError
+from tsr_engine.io.video_probe import VIDEO_HEAD, is_video_head
 from tsr_engine.records import Picture
 
 __all__ = ["MAX_PIXELS", "SUFFIXES", "find_pictures", "read_picture"]
 
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".pgm", ".webp", ".tif", ".tiff"})
 MAX_PIXELS = 100_000_000
-_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_MAX_BYTES = 4 * MAX_PIXELS
+"""No file of so many pixels is larger than this."""
 
 
 def find_pictures(sources: Iterable[Path]) -> Iterator[Path]:
@@ -44,18 +48,20 @@ def read_picture(path: Path) -> Picture:
         InputError: missing, empty, not a picture, damaged, or over 100 million pixels.
     """
     try:
-        content = path.read_bytes()
+        with path.open("rb") as stream:
+            content = stream.read(VIDEO_HEAD)
+            if is_video_head(content):
+                raise InputError(f"{path} is a video, not a picture. Use `tsr track` for videos.")
+            content += stream.read(_MAX_BYTES - len(content) + 1)
     except OSError as error:
         raise InputError(f"Cannot read the picture {path}: {error.strerror}. Check the file.") from None
     if not content:
         raise InputError(f"The picture {path} is empty (0 bytes). Copy it again from its source.")
-    size = _announced_size(content)
-    if size is not None and size[0] * size[1] > MAX_PIXELS:
-        raise InputError(
-            f"The picture {path} has {size[0]}x{size[1]} px, more than the limit of {MAX_PIXELS} pixels. Scale it down."
-        )
+    pixels = _announced_pixels(content)
+    if pixels > MAX_PIXELS or len(content) > _MAX_BYTES:
+        raise InputError(f"The picture {path} has more than the limit of {MAX_PIXELS} pixels. Scale it down.")
     try:
-        picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
+        picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR) if pixels else None
     except cv2.error:
         picture = None
     if picture is None:
@@ -63,18 +69,14 @@ def read_picture(path: Path) -> Picture:
     return np.ascontiguousarray(picture, dtype=np.uint8)
 
 
-def _announced_size(content: bytes) -> tuple[int, int] | None:
-    """Width and height from the header of a PNG or JPEG, None for other formats."""
-    if content.startswith(b"\x89PNG\r\n\x1a\n") and len(content) >= 24:
-        width, height = struct.unpack(">II", content[16:24])
-        return int(width), int(height)
-    if not content.startswith(b"\xff\xd8"):
-        return None
-    at = 2
-    while at + 9 <= len(content) and content[at] == 0xFF:
-        marker, length = content[at + 1], int.from_bytes(content[at + 2 : at + 4], "big")
-        if marker in _START_OF_FRAME:
-            height, width = struct.unpack(">HH", content[at + 5 : at + 9])
-            return int(width), int(height)
-        at += 2 + length
-    return None
+def _announced_pixels(content: bytes) -> int:
+    """Width times height from a picture's header, before anything is unfolded; 0: no picture that is known."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of pictures that are large, or odd in a way that does not matter here
+            with Image.open(io.BytesIO(content)) as picture:
+                return picture.width * picture.height
+    except Image.DecompressionBombError:
+        return MAX_PIXELS + 1
+    except (UnidentifiedImageError, OSError, ValueError, SyntaxError, EOFError):
+        return 0

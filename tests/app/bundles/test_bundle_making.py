@@ -99,6 +99,10 @@ def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any
     assert "WRONG: The sign s (frame 48) is found" in capfd.readouterr().out
     assert run([*asked, "--video", str(home.video), "--track", "m77"]) == 2
     assert "no track 'm77'" in capfd.readouterr().err
+    assert run([*asked, "--out", str(tmp_path / "bug.rar")]) == 2
+    assert "A bundle is a ZIP file. Name it FILE.zip" in capfd.readouterr().err
+    assert run([*asked, "--models", str(tmp_path)]) == 4
+    assert str(tmp_path) in capfd.readouterr().err
 
 
 def test_a_video_that_is_gone(toy_homes: Any, tmp_path: Path) -> None:
