@@ -17,6 +17,7 @@ from tsr_engine.training.classifier_network import NetworkSettings
 from tsr_engine.training.detector import DetectorPlan
 from tsr_engine.training.likeness import LikenessPlan
 from tsr_engine.training.offline import split_scenes, train_detector, train_prior
+from tsr_engine.training.outline import OutlinePlan
 from tsr_engine.training.refinement import RefinementPlan
 
 PLAN = DetectorPlan(
@@ -26,6 +27,7 @@ PLAN = DetectorPlan(
     jittered=8,
     per_scene=30,
     likeness=LikenessPlan(steps=80, batch=48, network=NetworkSettings(filters=8, hidden=24, warm_up=10)),
+    outline=OutlinePlan(steps=40, batch=32, network=NetworkSettings(filters=8, hidden=16, warm_up=10, loss="huber")),
     refinement=RefinementPlan(views=1, starts=4, candidates=20, boosting=BoostingPlan(32, 3, 1 / 8, 0.5)),
 )
 

@@ -1,7 +1,7 @@
 """``M_off``: the offline detector on aggregated channel features (section III-A, Eq. 1 and 2).
 
 Pyramid, cascade over all windows, suppression, second look at the few that are left, likeness to a class of sign,
-calibration to log-odds, prior.
+calibration to log-odds, outline of what is likely to be one, prior.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from tsr_engine.detection.likeness import Likeness
 from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.merging import merge
 from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.outline import Outline
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
 from tsr_engine.detection.second_look import SecondLook
@@ -47,6 +48,7 @@ class AcfModel:
         cascade: trees with rejection thresholds.
         second_look: refinement and verification.
         likeness: what tells signs from things of a sign's outline.
+        outline: where exactly a sign's edges lie.
         calibration: from the three scores to log-odds of being a sign.
     """
 
@@ -55,6 +57,7 @@ class AcfModel:
     cascade: TreeEnsemble
     second_look: SecondLook
     likeness: Likeness
+    outline: Outline
     calibration: LogOdds
 
     @classmethod
@@ -79,7 +82,8 @@ class AcfModel:
             _ensemble(arrays, "verifier", int(settings["verifier_window"])),
         )
         cascade = _ensemble(arrays, "cascade", window.cells)
-        return cls(window, plan, cascade, look, Likeness.from_arrays(arrays), calibration)
+        likeness, outline = Likeness.from_arrays(arrays), Outline.from_arrays(arrays)
+        return cls(window, plan, cascade, look, likeness, outline, calibration)
 
     def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays and JSON settings from which :meth:`from_arrays` makes the same model."""
@@ -87,6 +91,7 @@ class AcfModel:
             "step_weights": self.second_look.weights.astype(np.float16),
             "step_biases": self.second_look.biases,
             **self.likeness.to_arrays(),
+            **self.outline.to_arrays(),
         }
         for name, ensemble in (("cascade", self.cascade), ("verifier", self.second_look.verifier)):
             arrays[f"{name}_features"] = ensemble.features.astype(np.uint16)
@@ -172,8 +177,10 @@ class AcfDetector:
         boxes, scores = self.candidates(picture)
         refined, verified = self.model.second_look.look(picture, boxes)
         raw = self.model.calibration.of(verified, scores, self.model.likeness.scores(picture, refined))
-        refined = clip(self._tightened(refined), width, height)
-        sane = (raw >= self.params.keep_score) & (np.minimum(*(refined[:, 2:] - refined[:, :2]).T) >= 4)
+        likely = raw >= self.params.keep_score
+        refined = self._tightened(self.model.outline.refine(picture, refined[likely]))
+        refined, raw = clip(refined, width, height), raw[likely]
+        sane = np.minimum(*(refined[:, 2:] - refined[:, :2]).T) >= 4
         refined, raw = refined[sane], raw[sane]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(refined, width, height)
         final = with_prior(raw, prior, self.prior_weight)

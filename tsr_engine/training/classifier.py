@@ -17,6 +17,7 @@ from tsr_engine.io.models import Component
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier, softmax
 from tsr_engine.recognition.descriptor import LENGTH, SIDE, describe_patches
+from tsr_engine.records import Picture
 from tsr_engine.training.classifier_jitter import (
     LoadedCrop,
     box_view,
@@ -186,7 +187,7 @@ def refit_arrays(
 
 def descend(
     network: Network,
-    views: Iterator[tuple[NDArray[np.float32], NDArray[np.int64]]],
+    views: Iterator[tuple[NDArray[np.float32], NDArray[Any]]],
     steps: int,
     report: Progress,
     stage: str,
@@ -228,7 +229,8 @@ def shown_views(
     showings: int,
     generator: np.random.Generator,
     strength: Callable[[int], float],
-) -> Iterator[tuple[NDArray[np.float32], NDArray[np.int64]]]:
+    look: Callable[[LoadedCrop, np.random.Generator, float], tuple[Picture, Any]] = jittered_view,
+) -> Iterator[tuple[NDArray[np.float32], NDArray[Any]]]:
     """Endless batches of views of crops, each view shown several times on average.
 
     Args:
@@ -238,19 +240,25 @@ def shown_views(
         showings: batches made of recent views for each batch of new ones, that one included.
         generator: of all draws.
         strength: of the views, given the number of batches of new views so far.
+        look: makes a view of a crop, and says what is to be learned of it: a class, or numbers.
 
     Yields:
-        Descriptors (batch, 4320) and labels (batch,).
+        Descriptors (batch, 4320) and what is to be learned of them, (batch,) or (batch, k).
     """
     patches = np.empty((batch, SIDE, SIDE, 3), dtype=np.uint8)
     descriptors = np.empty((_RECENT * batch, LENGTH), dtype=np.float32)
-    labels = np.empty(len(descriptors), dtype=np.int64)
+    labels = np.empty(0)
     made = 0
     while True:
         now = strength(made)
         new = slice(made % _RECENT * batch, (made % _RECENT + 1) * batch)
+        told = []
         for row, index in enumerate(generator.choice(len(crops), batch, p=chance)):
-            patches[row], labels[new.start + row] = jittered_view(crops[index], generator, now)
+            patches[row], label = look(crops[index], generator, now)
+            told.append(label)
+        if not made:
+            labels = np.empty((len(descriptors), *np.shape(told[0])), dtype=np.result_type(*told))
+        labels[new] = told
         descriptors[new] = describe_patches(patches)
         made += 1
         yield descriptors[new], labels[new]

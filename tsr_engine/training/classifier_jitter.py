@@ -151,13 +151,24 @@ def jittered_view(crop: LoadedCrop, generator: np.random.Generator, strength: fl
             [tilt_x, tilt_y, 1.0],
         ]
     )
-    patch, class_id = _light(_optics(_warp(crop.pixels, matrix), generator, strength), generator), crop.class_id
+    patch, class_id = disturbed(_warp(crop.pixels, matrix), generator, strength), crop.class_id
     mirror, turn = (generator.random(2) < 0.5).tolist()
     if mirror and class_id in _MIRRORED:
         patch, class_id = patch[:, ::-1], _MIRRORED[class_id]
     if turn and class_id in _TURNED:
         patch, class_id = patch[::-1, ::-1], _TURNED[class_id]
     return np.ascontiguousarray(patch), class_id
+
+
+def disturbed(patch: Picture, generator: np.random.Generator, strength: float) -> Picture:
+    """A 48x48 patch as another camera would have seen it, in another light and from afar.
+
+    Args:
+        patch: BGR, uint8.
+        generator: source of the draw.
+        strength: in [0, 1]: how often distance, blur and compression strike.
+    """
+    return _light(_optics(patch, generator, strength), generator)
 
 
 @nb.njit(cache=True, nogil=True, fastmath=True)

@@ -1,6 +1,7 @@
-"""Gradient descent for the classifier's feature map and machine, in plain NumPy.
+"""Gradient descent for a feature map and what answers from it, in plain NumPy.
 
-The loss is the squared hinge of the one-vs-rest support vector machine (Tang 2013), or cross-entropy; the optimiser
+The loss is the squared hinge of the one-vs-rest support vector machine (Tang 2013), cross-entropy, or, for the four
+numbers that move a box, Huber's; the optimiser
 is Adam with decoupled weight decay (Loshchilov & Hutter 2019), a cosine schedule and an average of the weights over
 the last steps, which is what is kept.
 """
@@ -19,8 +20,11 @@ from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.features import POSITIONS, WINDOW_LENGTH, windows
 
 Array = NDArray[np.float32]
-Loss = Literal["hinge", "cross_entropy"]
+Loss = Literal["hinge", "cross_entropy", "huber"]
 _DECAYED = ("filters", "hidden", "weights")
+_BOX_NUMBERS = 4
+_ROUND_BELOW = 0.03
+"""Errors of a box below this, in sides, are judged by their square, larger ones by their size (Huber 1964)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +50,9 @@ class NetworkSettings:
             raise ValueError(f"A common machine needs the loss 'hinge'. Got {self.loss!r} instead.")
 
     @property
-    def machines(self) -> int:
-        """Number of machines."""
-        return CLASS_COUNT + self.common
+    def outputs(self) -> int:
+        """Number of machines, or of a box's numbers."""
+        return _BOX_NUMBERS if self.loss == "huber" else CLASS_COUNT + self.common
 
 
 class Network:
@@ -58,13 +62,14 @@ class Network:
         self.settings = settings
         self._generator = np.random.default_rng(seed)
         f, h = settings.filters, settings.hidden
+        boxes = settings.loss == "huber"  # its answers are small: large ones at first silence the hidden layer for good
         self.weights: dict[str, Array] = {
             "filters": self._draw(WINDOW_LENGTH, f, 1.0),
             "filter_bias": np.zeros(f, dtype=np.float32),
             "hidden": self._draw(POSITIONS * f, h, 1.0),
             "hidden_bias": np.zeros(h, dtype=np.float32),
-            "weights": self._draw(h, settings.machines, 0.3),
-            "bias": np.full(settings.machines, -0.5, dtype=np.float32),
+            "weights": self._draw(h, settings.outputs, 0.0 if boxes else 0.3),
+            "bias": np.full(settings.outputs, 0.0 if boxes else -0.5, dtype=np.float32),
         }
         self.average = {key: value.copy() for key, value in self.weights.items()}
         self._first = {key: np.zeros_like(value) for key, value in self.weights.items()}
@@ -82,12 +87,13 @@ class Network:
             weight[:] = arrays[key]
             self.average[key][:] = arrays[key]
 
-    def train_step(self, descriptors: Array, labels: NDArray[np.int64], progress: float) -> float:
+    def train_step(self, descriptors: Array, labels: NDArray[Any], progress: float) -> float:
         """One step on one batch.
 
         Args:
             descriptors: shape (n, 4320).
-            labels: shape (n,); negative: of no class, which the hinge alone understands.
+            labels: shape (n,), classes; negative: of none, which the hinge alone understands. For Huber's loss shape
+                (n, 4), the numbers to be answered.
             progress: share of the whole training that is done, in [0, 1): sets the step size.
 
         Returns:
@@ -105,7 +111,7 @@ class Network:
         features *= self._mask(features.shape, self.settings.drop_hidden)
         margins: Array = features @ w["weights"]
         margins += w["bias"]
-        loss, slope = _hinge(margins, labels) if self.settings.loss == "hinge" else _cross_entropy(margins, labels)
+        loss, slope = _LOSSES[self.settings.loss](margins, labels)
 
         # A unit that max(0, .) or the mask has silenced is exactly 0, so its sign is the whole back-propagation rule;
         # the mask's factor 1 / (1 - p) belongs to the slope as well.
@@ -179,3 +185,13 @@ def _cross_entropy(margins: Array, labels: NDArray[np.int64]) -> tuple[float, Ar
     slope = np.exp(log_probability)
     slope[np.arange(n), labels] -= 1
     return float(-log_probability[np.arange(n), labels].mean()), (slope / np.float32(n)).astype(np.float32)
+
+
+def _huber(answers: Array, wanted: NDArray[Any]) -> tuple[float, Array]:
+    """Huber's loss, summed over the numbers, mean over the batch, in units of ``_ROUND_BELOW``; and its slope."""
+    errors = (answers - wanted.astype(np.float32)) / np.float32(_ROUND_BELOW)
+    slope = np.clip(errors, -1, 1)
+    return float((slope * (errors - slope / 2)).sum() / len(answers)), slope / np.float32(len(answers))
+
+
+_LOSSES = {"hinge": _hinge, "cross_entropy": _cross_entropy, "huber": _huber}

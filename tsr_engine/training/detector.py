@@ -1,4 +1,4 @@
-"""Training of the offline detector: cascade in rounds with hard negatives, second look, likeness."""
+"""Training of the offline detector: cascade in rounds with hard negatives, second look, likeness, outline."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from tsr_engine.training.crops import crop_windows
 from tsr_engine.training.lambdas import measure_lambdas
 from tsr_engine.training.likeness import LikenessPlan, background_crops, sign_crops, train_likeness
 from tsr_engine.training.mining import Tick, aligned_windows, background_windows, hard_windows, read_picture
+from tsr_engine.training.outline import OutlinePlan, train_outline
 from tsr_engine.training.patches import sign_windows
 from tsr_engine.training.refinement import RefinementPlan, train_second_look
 
@@ -59,6 +60,7 @@ class DetectorPlan:
             better than the cascade, and looks at few windows.
         refinement: the second look.
         likeness: the machines that tell signs from things of a sign's outline.
+        outline: the regression onto a sign's edges.
     """
 
     rounds: tuple[int, ...] = (32, 128, 384, 1024)
@@ -81,6 +83,7 @@ class DetectorPlan:
     floors: tuple[tuple[int, float], ...] = ((24, -0.7), (128, -2.0), (384, -1.5))
     refinement: RefinementPlan = field(default_factory=RefinementPlan)
     likeness: LikenessPlan = field(default_factory=LikenessPlan)
+    outline: OutlinePlan = field(default_factory=OutlinePlan)
 
 
 def fit_detector(
@@ -131,8 +134,11 @@ def fit_detector(
     rng = np.random.default_rng([seed, 31])
     background = background_crops(scenes, cascade, window, pyramid, second_look, plan.likeness, rng, tick)
     read = load_all([item for item in crops if item.class_id is not None], tick, "crops")
-    likeness = train_likeness(read, sign_crops(scenes), background, plan.likeness, rng, tick)
-    model = AcfModel(window, pyramid, cascade, second_look, likeness, UNFITTED)
+    signs_of_scenes = sign_crops(scenes)
+    likeness = train_likeness(read, signs_of_scenes, background, plan.likeness, rng, tick)
+    rng = np.random.default_rng([seed, 37])
+    outline = train_outline(read, signs_of_scenes, plan.outline, rng, tick)
+    model = AcfModel(window, pyramid, cascade, second_look, likeness, outline, UNFITTED)
     record = {
         "scenes": len(scenes),
         "signs": signs,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.patch import cut_patch
-from tsr_engine.detection.second_look import features_of
+from tsr_engine.detection.second_look import FEATURES, features_of
 from tsr_engine.detection.trees import UNIT
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, tracks_of
@@ -50,11 +50,13 @@ class Samples:
         features: shape (n, FEATURES), uint8, after the first step of the second look.
         cascade: shape (n,), scores of the cascade where the window was found.
         likeness: shape (n,), of the refined box.
+        edges: shape (n, h), the outline's features of the refined box.
     """
 
     features: NDArray[np.uint8]
     cascade: FloatArray
     likeness: FloatArray
+    edges: NDArray[np.float32]
 
     def __len__(self) -> int:
         return len(self.features)
@@ -67,11 +69,26 @@ class Samples:
             KeyError: the component is of an earlier version.
         """
         cascade, likeness = (arrays[f"{name}_{score}"].astype(np.float64) for score in ("cascade", "likeness"))
-        return cls(arrays[name], cascade, likeness)
+        return cls(arrays[name], cascade, likeness, arrays[f"{name}_edges"].astype(np.float32))
+
+    @classmethod
+    def none(cls, model: AcfModel) -> Samples:
+        """No samples of a model."""
+        edges = np.zeros((0, model.outline.features.length), np.float32)
+        return cls(np.zeros((0, FEATURES), np.uint8), np.zeros(0), np.zeros(0), edges)
+
+    def to_arrays(self, name: str) -> dict[str, NDArray[Any]]:
+        """Arrays from which :meth:`remembered` makes the samples again."""
+        return {
+            name: self.features,
+            f"{name}_cascade": self.cascade.astype(np.float32),
+            f"{name}_likeness": self.likeness.astype(np.float32),
+            f"{name}_edges": self.edges.astype(np.float16),
+        }
 
     def pick(self, which: NDArray[Any]) -> Samples:
         """Some of the samples."""
-        return Samples(self.features[which], self.cascade[which], self.likeness[which])
+        return Samples(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def raw(self, model: AcfModel) -> FloatArray:
         """Log-odds of being a sign by a model, shape (n,)."""
@@ -90,13 +107,16 @@ def cascade_scores(model: AcfModel, picture: Picture, boxes: FloatArray) -> Floa
     return model.cascade.scores(np.stack(cut)) / UNIT if cut else np.zeros(0)
 
 
-def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None) -> Samples:
-    """Samples of candidate boxes (n, 4), moved by the first step as in use."""
+def look_at(
+    model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None
+) -> tuple[Samples, FloatArray]:
+    """Samples of candidate boxes (n, 4), moved by the first step as in use, and their refined boxes (n, 4)."""
     scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
     moved = model.second_look.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
     refined = model.second_look.step(1, moved, features)
-    return Samples(features, scores, model.likeness.scores(picture, refined))
+    edges = model.outline.read(picture, refined)
+    return Samples(features, scores, model.likeness.scores(picture, refined), edges), refined
 
 
 def build_memory(
@@ -122,12 +142,8 @@ def build_memory(
     signs, others = _windows(scenes, model, rng, progress)
     moment, features, classes = _crop_memory(crops, classifier, rng, progress)
     arrays: dict[str, NDArray[Any]] = {
-        "signs": signs.features,
-        "signs_cascade": signs.cascade.astype(np.float32),
-        "signs_likeness": signs.likeness.astype(np.float32),
-        "others": others.features,
-        "others_cascade": others.cascade.astype(np.float32),
-        "others_likeness": others.likeness.astype(np.float32),
+        **signs.to_arrays("signs"),
+        **others.to_arrays("others"),
         "moment": moment.astype(np.float32),
         "crops": features.astype(np.float16),
         "classes": classes.astype(np.int8),
@@ -148,12 +164,12 @@ def _windows(
         progress("scenes to remember", number, len(scenes))
         picture = read_picture(scene)
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
-            signs.append(look_at(model, picture, jitter(box, rng, 0.08, 0.08)[None]))
+            signs.append(look_at(model, picture, jitter(box, rng, 0.08, 0.08)[None])[0])
             weights.append(float(frequency[class_id]) ** -0.5)
         boxes, scores = detector.candidates(picture)
         clear = np.flatnonzero(away_from_signs(boxes, scene.taken))[:4]
         if len(clear):
-            others.append(look_at(model, picture, boxes[clear], scores[clear]))
+            others.append(look_at(model, picture, boxes[clear], scores[clear])[0])
     every, wrong = stacked(signs), stacked(others)
     share = np.array(weights) / np.sum(weights)
     return (

@@ -3,8 +3,8 @@
 The cascade's trees stay. The verifier of the second look, which decides, gets further trees: boosting goes on from the
 log-odds that the detector gives already, on corrected signs, on what the reviewed videos show besides, on rejected
 tracks, and on what is remembered of the earlier training (:mod:`~.memory`), so that signs which nobody has corrected
-keep their scores. The last step of the regression is pulled towards the corrected boxes, with the earlier answers on
-remembered windows as the other half of the equation. Log-odds are calibrated anew so that background which the new
+keep their scores. The outline's answers are pulled towards the corrected boxes, with the earlier answers on remembered
+windows as the other half of the equation. Log-odds are calibrated anew so that background which the new
 trees did not see keeps its level. The cascade's last floor is lowered where it loses corrected signs.
 """
 
@@ -21,6 +21,7 @@ from scipy.linalg import cho_factor, cho_solve
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.log_odds import LogOdds
+from tsr_engine.detection.outline import Outline
 from tsr_engine.detection.second_look import CELLS
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.records import FloatArray
@@ -54,7 +55,7 @@ class DetectorRefinement:
         other: what a candidate that is none weighs; a rejected box three times as much.
         remembered: what a remembered sample weighs.
         inertia: resistance of a leaf against change, in the same units.
-        box_ridge: resistance of the box regression against change.
+        box_ridge: resistance of the outline's answers against change.
         box_memory: what one remembered window weighs there, relative to one corrected.
         lowest_floor: the cascade's last floor is not lowered below this, in half log-odds.
         least_signs: with fewer corrected signs nothing of the detector is refined.
@@ -122,13 +123,13 @@ def refine_detector(
     rng = np.random.default_rng([seed, 21])
     material = cut_windows(model, scenes, names, settings.cutting, rng, progress)
     progress("boxes", 0, 1)
-    look = replace(model.second_look, weights=_pulled_step(model, material, remembered, settings))
+    outline = _pulled(model.outline, material, remembered, settings)
     calibration = _calibrated(model, material, remembered, settings, seed, progress)
     progress("more trees", 0, 1)
     added = _trees(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
-    verifier = _joined(model.second_look.verifier, added)
+    look = replace(model.second_look, verifier=_joined(model.second_look.verifier, added))
     floor, cascade = _lowered(model.cascade, material.floors, settings.lowest_floor)
-    refined = replace(model, cascade=cascade, second_look=replace(look, verifier=verifier), calibration=calibration)
+    refined = replace(model, cascade=cascade, second_look=look, outline=outline, calibration=calibration)
     notes = RefinementNotes(
         len(names),
         len(material.signs),
@@ -190,36 +191,34 @@ def _joined(first: TreeEnsemble, second: TreeEnsemble) -> TreeEnsemble:
     )
 
 
-def _pulled_step(
-    model: AcfModel,
+def _pulled(
+    outline: Outline,
     material: Material,
     remembered: tuple[Samples, Samples] | None,
     settings: DetectorRefinement,
-) -> NDArray[np.float32]:
-    """Weights of both steps, the second moved to the corrected boxes as little as possible.
+) -> Outline:
+    """The outline, its answers moved to the corrected boxes as little as possible.
 
-    Minimises ``sum_new |x (W + D) + b - y|^2 + m sum_remembered |x D|^2 + r |D|^2`` over D, in the space of samples or
-    of features, whichever is smaller.
+    Minimises ``sum_new |x (W + D) - y|^2 + m sum_remembered |x D|^2 + r |D|^2`` over D, where x are the map's features
+    and 1 for the bias.
     """
-    look = model.second_look
-    new = material.last.astype(np.float64) / 255.0
     scale = np.sqrt(material.sign_weights / material.sign_weights.mean())[:, None]
-    wanted = (material.steps - new @ look.weights[1].astype(np.float64) - look.biases[1]) * scale
-    rows, answers = [new * scale], [wanted]
+    rows = [_with_one(material.signs.edges) * scale]
+    answers = [(material.steps - outline.answers(material.signs.edges)) * scale]
     if remembered is not None:
-        old = remembered[0].features.astype(np.float64) / 255.0
+        old = _with_one(remembered[0].edges)
         rows.append(old * np.sqrt(settings.box_memory))
         answers.append(np.zeros((len(old), 4)))
     x, y = np.concatenate(rows), np.concatenate(answers)
-    strength = settings.box_ridge * float((x * x).sum()) / len(x)
-    few = len(x) <= x.shape[1]
-    gram = x @ x.T if few else x.T @ x
-    gram[np.diag_indices_from(gram)] += strength
-    factor = cho_factor(gram, overwrite_a=True)
-    change = x.T @ cho_solve(factor, y) if few else cho_solve(factor, x.T @ y)
-    out = look.weights.copy()
-    out[1] = (look.weights[1] + change).astype(np.float16).astype(np.float32)
-    return out
+    gram = x.T @ x
+    gram[np.diag_indices_from(gram)] += settings.box_ridge * float((x * x).sum()) / len(x)
+    change = cho_solve(cho_factor(gram, overwrite_a=True), x.T @ y)
+    weights = (outline.weights + change[:-1]).astype(np.float16).astype(np.float32)
+    return replace(outline, weights=weights, bias=(outline.bias + change[-1]).astype(np.float32))
+
+
+def _with_one(features: NDArray[np.float32]) -> FloatArray:
+    return np.column_stack([features.astype(np.float64), np.ones(len(features))])
 
 
 def _calibrated(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
-from tsr_engine.detection.second_look import FEATURES, features_of, steps_to
+from tsr_engine.detection.outline import steps_between
 from tsr_engine.geometry.boxes import iou, to_cxcywh, to_xyxy
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
@@ -59,8 +59,7 @@ class Material:
         signs: windows of signs, n.
         sign_weights: shape (n,); the windows of one sign weigh 1 in all.
         sign_of: shape (n,), which sign.
-        steps: shape (n, 4), what the second regression should answer.
-        last: shape (n, FEATURES), what it sees.
+        steps: shape (n, 4), what the outline should answer.
         others: windows of background and of rejected boxes, m.
         other_weights: shape (m,).
         video_of_other: shape (m,), which video.
@@ -72,7 +71,6 @@ class Material:
     sign_weights: FloatArray
     sign_of: NDArray[np.int64]
     steps: FloatArray
-    last: NDArray[np.uint8]
     others: Samples
     other_weights: FloatArray
     video_of_other: NDArray[np.int64]
@@ -106,7 +104,7 @@ def cut_windows(
         for name in scene.signs:
             frames[number_of[name]] += 1
     detector = AcfDetector(model, params=DetectorParams(second_core=False))
-    signs, others, steps, last, sign_of, weights, floors = [], [], [], [], [], [], []
+    signs, others, steps, sign_of, weights, floors = [], [], [], [], [], []
     other_weights: list[FloatArray] = []
     video_of_other: list[int] = []
     rejected = 0
@@ -116,10 +114,9 @@ def cut_windows(
         truth = loosened(scene.scene.boxes) if settings.tight else scene.scene.boxes
         boxes, scores = detector.candidates(picture)
         for box, name in zip(truth, scene.signs, strict=True):
-            found, step, after = _looks(model, picture, box, settings, rng)
+            found, step = _looks(model, picture, box, settings, rng)
             signs.append(found)
             steps.append(step)
-            last.append(after)
             sign_of += [number_of[name]] * len(found)
             weights += [1.0 / (frames[number_of[name]] * len(found))] * len(found)
             overlap = iou(boxes, box[None])[:, 0] if len(boxes) else np.zeros(0)
@@ -128,7 +125,7 @@ def cut_windows(
         taken = np.concatenate([scene.scene.taken, scene.rejected])
         clear = np.flatnonzero(away_from_signs(boxes, taken))[: settings.background]
         if len(clear):
-            others.append(look_at(model, picture, boxes[clear], scores[clear]))
+            others.append(look_at(model, picture, boxes[clear], scores[clear])[0])
             other_weights.append(np.ones(len(clear)))
             video_of_other += [here] * len(clear)
         if len(scene.rejected):
@@ -137,17 +134,15 @@ def cut_windows(
             wrong = wrong[away_from_signs(wrong, scene.scene.taken)]
             rejected += len(scene.rejected)
             if len(wrong):
-                others.append(look_at(model, picture, wrong))
+                others.append(look_at(model, picture, wrong)[0])
                 other_weights.append(np.full(len(wrong), REJECTED_WEIGHT))
                 video_of_other += [here] * len(wrong)
-    empty = Samples(np.zeros((0, FEATURES), np.uint8), np.zeros(0), np.zeros(0))
     return Material(
         stacked(signs),
         np.array(weights),
         np.array(sign_of),
         np.concatenate(steps),
-        np.concatenate(last),
-        stacked(others) if others else empty,
+        stacked(others) if others else Samples.none(model),
         np.concatenate(other_weights) if other_weights else np.zeros(0),
         np.array(video_of_other, dtype=np.int64),
         np.array(floors),
@@ -157,15 +152,15 @@ def cut_windows(
 
 def _looks(
     model: AcfModel, picture: Picture, box: FloatArray, settings: Cutting, rng: np.random.Generator
-) -> tuple[Samples, FloatArray, NDArray[np.uint8]]:
-    """Samples around one sign; the steps that the second regression should answer, and what it sees."""
+) -> tuple[Samples, FloatArray]:
+    """Samples around one sign, and the steps that the outline should answer."""
     side = float(np.sqrt((box[2] - box[0]) * (box[3] - box[1])))
     reach = int(2.5 * side + 20)
     x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))
     region = picture[y : int(box[3] + reach), x : int(box[2] + reach)]
     target = box - np.array([x, y, x, y])
     square = square_about(target)
-    found, steps, last = [], [], []
+    found, steps = [], []
     for k in range(settings.views):
         view = region
         if k and rng.random() < 0.5:
@@ -173,9 +168,7 @@ def _looks(
         if k and rng.random() < 0.3:
             view = soften(view, rng)
         starts = np.stack([jitter(square, rng, STARTS.shift, STARTS.log_scale) for _ in range(settings.starts)])
-        samples = look_at(model, view, starts)
-        middle = model.second_look.step(0, starts, features_of(view, starts))
+        samples, refined = look_at(model, view, starts)
         found.append(samples)
-        steps.append(steps_to(middle, np.repeat(target[None], len(middle), 0)))
-        last.append(samples.features)
-    return stacked(found), np.concatenate(steps), np.concatenate(last)
+        steps.append(steps_between(refined, np.repeat(target[None], len(refined), 0)))
+    return stacked(found), np.concatenate(steps)

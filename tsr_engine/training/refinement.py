@@ -46,7 +46,7 @@ class RefinementPlan:
     starts: int = 8
     shift: float = 0.07
     log_scale: float = 0.09
-    ridge: float = 3e-4
+    ridge: float = 3e-3
     candidates: int = 50
     relit: float = 0.6
     boosting: BoostingPlan = field(

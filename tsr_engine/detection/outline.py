@@ -1,0 +1,130 @@
+"""Outline: where exactly a sign's edges lie, told from a closer look at its box.
+
+The regressions of the second look are linear and know the few hundred signs of the training scenes; this one is learned
+as the classifier is, a map of filters and hidden units on the same descriptor, and knows GTSRB's tens of thousands of
+boxes besides. It looks at what has been found to be a sign, so it runs on a handful of boxes a picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.patch import cut_patch
+from tsr_engine.recognition.descriptor import MARGIN, SIDE, describe_patches
+from tsr_engine.recognition.features import FeatureMap
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["ARRAYS", "Outline", "cut_box", "move_edges", "steps_between"]
+
+ARRAYS: Final = ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
+"""Names under which models store the map and the answers, behind ``outline_``."""
+_SIGN: Final = SIDE / (1 + 2 * MARGIN)
+"""Side that the box has in its patch, px: the border is that of a classifier's crop, which is all that GTSRB shows."""
+_FARTHEST: Final = 0.3
+"""Largest step: what is farther off is no matter of edges."""
+_HALF = ("filters", "hidden", "weights")
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A learned regression from a box's patch to the sign's edges.
+
+    Attributes:
+        features: the map.
+        weights: shape (h, 4), float32: from features to the steps of :func:`move_edges`.
+        bias: shape (4,), float32.
+    """
+
+    features: FeatureMap
+    weights: NDArray[np.float32]
+    bias: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        wanted = (self.features.length, 4)
+        if self.weights.shape != wanted or self.bias.shape != (4,):
+            raise ValueError(
+                f"Outline needs weights {wanted} and bias (4,). Got {self.weights.shape} and {self.bias.shape} instead."
+            )
+
+    def read(self, picture: Picture, boxes: FloatArray) -> NDArray[np.float32]:
+        """Features of boxes (n, 4), shape (n, h); beyond the picture its border is replicated.
+
+        Args:
+            picture: BGR, uint8.
+            boxes: px.
+        """
+        patches = np.empty((len(boxes), SIDE, SIDE, 3), dtype=np.uint8)
+        for patch, box in zip(patches, boxes, strict=True):
+            patch[:] = cut_box(picture, box)
+        return self.features(describe_patches(patches))
+
+    def answers(self, features: NDArray[np.float32]) -> FloatArray:
+        """Steps (n, 4) for features (n, h); a row does not depend on the others."""
+        out = np.empty((len(features), 4))
+        for row, feature in zip(out, features, strict=True):
+            row[:] = np.dot(feature, self.weights) + self.bias
+        return out
+
+    def refine(self, picture: Picture, boxes: FloatArray) -> FloatArray:
+        """Boxes (n, 4) moved onto their sign's edges; those that reach beyond the picture stay as they are."""
+        height, width = picture.shape[:2]
+        whole = np.flatnonzero((boxes[:, :2] >= 0).all(axis=1) & (boxes[:, 2:] <= [width, height]).all(axis=1))
+        out = boxes.copy()
+        if len(whole):
+            out[whole] = move_edges(boxes[whole], self.answers(self.read(picture, boxes[whole])))
+        return out
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Outline:
+        """From a model component's arrays ``outline_*`` (see :meth:`to_arrays`).
+
+        Raises:
+            KeyError: an array is missing.
+            ValueError: shapes do not fit together.
+        """
+        own = (np.ascontiguousarray(arrays[f"outline_{name}"], dtype=np.float32) for name in ARRAYS)
+        filters, filter_bias, hidden, hidden_bias, weights, bias = own
+        return cls(FeatureMap(filters, filter_bias, hidden, hidden_bias), weights, bias)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Arrays from which :meth:`from_arrays` makes the same regression; matrices as float16."""
+        mapped = self.features
+        values = (mapped.filters, mapped.filter_bias, mapped.hidden, mapped.hidden_bias, self.weights, self.bias)
+        return {
+            f"outline_{name}": value.astype(np.float16) if name in _HALF else value
+            for name, value in zip(ARRAYS, values, strict=True)
+        }
+
+
+def cut_box(picture: Picture, box: FloatArray) -> Picture:
+    """A box, shape (4,), and a tenth around it as a patch of 48x48 px, whatever its aspect; BGR, uint8."""
+    width, height = np.maximum(box[2:] - box[:2], 1e-3)
+    stretch = np.sqrt(height / width)
+    return cut_patch(picture, box, _SIGN, SIDE, np.diag([stretch, 1 / stretch]))
+
+
+def move_edges(boxes: FloatArray, steps: FloatArray) -> FloatArray:
+    """Boxes moved and stretched.
+
+    Args:
+        boxes: shape (n, 4), px.
+        steps: shape (n, 4): displacement of the middle in widths and heights, natural logarithm of the factors on width
+            and height. Held to 0.3 either way.
+    """
+    steps = np.clip(steps, -_FARTHEST, _FARTHEST)
+    size = boxes[:, 2:] - boxes[:, :2]
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2 + steps[:, :2] * size
+    half = size * np.exp(steps[:, 2:]) / 2
+    return np.concatenate([middle - half, middle + half], axis=1)
+
+
+def steps_between(boxes: FloatArray, truth: FloatArray) -> FloatArray:
+    """The steps that :func:`move_edges` needs to carry boxes (n, 4) to the truth (n, 4); shape (n, 4)."""
+    size, wanted = boxes[:, 2:] - boxes[:, :2], truth[:, 2:] - truth[:, :2]
+    shift = ((truth[:, :2] + truth[:, 2:]) - (boxes[:, :2] + boxes[:, 2:])) / 2 / size
+    return np.concatenate([shift, np.log(wanted / size)], axis=1)
