@@ -12,7 +12,7 @@ from tests.training.corrected_toys import corrected
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.prior import parzen
-from tsr_engine.geometry.boxes import to_cxcywh
+from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
 from tsr_engine.io.models import SHIPPED, Component, load_component
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.recognition.classifier import SignClassifier
@@ -125,9 +125,29 @@ def test_the_seed_decides_and_a_stored_model_is_the_same(
     assert first[1] == second[1]
     for name, array in first[0].items():
         np.testing.assert_array_equal(array, second[0][name])
-    assert not np.array_equal(one.second_look.weights, other.second_look.weights)
+    assert not np.array_equal(one.outline.weights, other.outline.weights)
     stored = AcfModel.from_arrays(*first)
     np.testing.assert_array_equal(_raw(stored, scenes[:2]), _raw(one, scenes[:2]))
+
+
+def test_the_outline_follows_how_people_draw(
+    model: AcfModel, remembered: tuple[Samples, Samples], scenes: list[CorrectedScene]
+) -> None:
+    def larger(scene: CorrectedScene) -> CorrectedScene:
+        boxes = to_cxcywh(scene.scene.boxes)
+        boxes[:, 2:] *= 1.12
+        return replace(scene, scene=replace(scene.scene, boxes=to_xyxy(boxes)))
+
+    def width(model: AcfModel, scene: CorrectedScene) -> float:
+        boxes = model.outline.refine(read_picture(scene.scene), loosened(scene.scene.boxes))
+        return float(to_cxcywh(boxes)[:, 2].mean())
+
+    as_drawn = refine_detector(model, scenes[:7], remembered, DetectorRefinement(), 0, quiet)[0]
+    drawn_larger = refine_detector(model, [larger(s) for s in scenes[:7]], remembered, DetectorRefinement(), 0, quiet)[
+        0
+    ]
+    grown = [width(drawn_larger, s) / width(as_drawn, s) for s in scenes[7:]]
+    assert min(grown) > 1.01
 
 
 def test_rejected_boxes_are_background(
