@@ -230,14 +230,17 @@ class EvidenceService:
             NotFound: it did not judge that track there.
         """
         place = self.place(run_id)
-        with self.reading(place), self._pixels_of(place) as source:
+        nothing = NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
+        with self.reading(place) as reader, self._pixels_of(place) as source:
+            if box_in_frame(reader, track_id, frame, "prediction") is None:
+                raise nothing  # also where the run has no such frame
             pixels = source.folder
         with self._database.read() as session:
             path = Path(session.get_one(Video, place.video_id).path)
         video = str(path) if path.is_file() else ""
         found = self._explainer.ask(Question(str(place.folder), str(pixels), video, track_id, frame))
         if found is None:
-            raise NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
+            raise nothing
         return found
 
     # ------------------------------------------------------------------------------------------------------ inside

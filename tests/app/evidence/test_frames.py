@@ -160,8 +160,9 @@ def test_an_explanation_comes_to_the_stored_verdict(home: Any) -> None:
 def test_a_frame_without_a_verdict_has_no_explanation(home: Any) -> None:
     track = first_track(home)
     birth = home.evidence.track(home.run_id, track).frame[0]
-    with pytest.raises(NotFound, match="did not judge"):
-        home.evidence.explain(home.run_id, track, birth)
+    for frame in (birth, 75, 2**31 - 2):  # the run ends at 74
+        with pytest.raises(NotFound, match=f"did not judge track {track} in frame {frame}"):
+            home.evidence.explain(home.run_id, track, frame)
 
 
 @pytest.mark.parametrize("tau", [0.5, 3.0, 8.0, 1e6])
