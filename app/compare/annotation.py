@@ -16,12 +16,13 @@ from app.evidence.tables import BoxTable, FloatColumn, IntColumn
 __all__ = ["corrected_boxes"]
 
 
-def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc]) -> BoxTable:
+def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc], stop: int) -> BoxTable:
     """The corrected boxes.
 
     Args:
-        machine: boxes of the run's confirmed tracks, keys ``m...``.
+        machine: boxes of the run's confirmed tracks, keys ``m...``; all before ``stop``.
         documents: of the touched tracks, by key.
+        stop: frame after the last that counts: what people have said of later ones is left out.
 
     Returns:
         Boxes by frame; in a frame the engine's tracks by number, then those that people made by key.
@@ -40,7 +41,7 @@ def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc]) -> Box
         if key not in place:
             place[key] = len(keys)
             keys.append(key)
-        shown = effective_track(document, engine.track)
+        shown = effective_track(document, engine.track, stop)
         label = np.where(shown.class_id < 0, engine.label(document), shown.class_id)
         source = np.where(shown.origin == 0, engine.sources(document, shown.frame), -1)
         parts.append((shown.frame, np.full(len(shown.frame), place[key]), shown.boxes, label, source))

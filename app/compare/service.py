@@ -135,7 +135,8 @@ class CompareService:
         if kind == "run":
             return Side(kind, place.video_id, title, table, *span, edited=bool(documents))
         names = {key: track_name(key, doc) for key, doc in documents.items() if key.startswith("h")}
-        return Side(kind, place.video_id, f"{title}, corrected", corrected_boxes(table, documents), *span, names)
+        corrected = corrected_boxes(table, documents, span[1] + 1)
+        return Side(kind, place.video_id, f"{title}, corrected", corrected, *span, names)
 
 
 def _view(side: Side, boxes: BoxTable) -> SideView:

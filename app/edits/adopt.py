@@ -76,7 +76,7 @@ class Adoption:
 
 
 def adopt_documents(
-    docs: Mapping[str, TrackDoc], old: MachineRun, new: MachineRun, present: Mapping[str, TrackDoc]
+    docs: Mapping[str, TrackDoc], old: MachineRun, new: MachineRun, present: Mapping[str, TrackDoc], frames: int
 ) -> Adoption:
     """Decide about every edited track.
 
@@ -85,6 +85,7 @@ def adopt_documents(
         old: the engine's tracks of the old run.
         new: those of the new run.
         present: documents that the new run has already; they are left alone.
+        frames: that the video has.
     """
     result = Adoption()
     twins = {t: _twin(old.of(t), new) for t in {s.track for doc in docs.values() for s in doc.segments}}
@@ -95,7 +96,7 @@ def adopt_documents(
         if doc.gone:
             _deleted(result, taken, key, doc, twins, new, present)
         else:
-            _living(result, taken, key, doc, twins, old, new)
+            _living(result, taken, key, doc, twins, old, new, frames)
     return result
 
 
@@ -136,8 +137,14 @@ def _living(
     twins: Mapping[int, int | None],
     old: MachineRun,
     new: MachineRun,
+    frames: int,
 ) -> None:
-    wanted = effective_track(doc, old.of)
+    last = doc.last_said()
+    if last is not None and last >= frames:  # stored by a version that did not look
+        reason = f"It is about frame {last}, and the video ends at {frames - 1}. Draw it, or leave it out."
+        result.conflicts.append((key, reason, frames - 1))
+        return
+    wanted = effective_track(doc, old.of, frames)
     start = int(wanted.frame[0]) if len(wanted.frame) else 0
     label = _label(doc, old)
     plain = not doc.notes and not doc.not_a_sign and not wanted.occluded.any()
@@ -172,7 +179,7 @@ def _living(
         result.conflicts.append((key, "Its pieces lie in the same frames in this run. Merge them by hand.", start))
         return
     moved_doc = doc.model_copy(update={"key": name, "revision": 0, "segments": tuple(ordered)})
-    shown = effective_track(moved_doc, new.of)
+    shown = effective_track(moved_doc, new.of, frames)
     if not (_agreement(wanted, shown) >= 0.9 and label == _label(moved_doc, new)):
         moved_doc = moved_doc.model_copy(update={"review": "open" if doc.review == "accepted" else doc.review})
         if doc.review == "rejected":

@@ -137,6 +137,10 @@ class TrackDoc(Model):
         x1, y1, x2, y2 = (p + share * (q - p) for p, q in zip(a, b, strict=True))
         return x1, y1, x2, y2
 
+    def last_said(self) -> int | None:
+        """The last frame that a key frame or a note is about; None: there is neither."""
+        return max((*map(int, self.keys), *(note.frame for note in self.notes)), default=None)
+
     def same(self, other: TrackDoc) -> bool:
         """Equal but for the revision."""
         return self.model_copy(update={"revision": other.revision}) == other

@@ -30,7 +30,7 @@ class Effective:
 
 @dataclass(frozen=True, slots=True)
 class EffectiveTrack:
-    """A track in all frames that show it, in order.
+    """A track in the frames that show it, in order.
 
     Attributes:
         frame: shape (n,).
@@ -73,20 +73,21 @@ def box_at(doc: TrackDoc, frame: int, machine: Callable[[int, int], Edges | None
 
 
 def effective_track(
-    doc: TrackDoc, machine: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]]
+    doc: TrackDoc, machine: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
 ) -> EffectiveTrack:
-    """A track in all its frames.
+    """A track in all its frames before ``stop``.
 
     Args:
-        doc: the document.
+        doc: the document; its key frames may lie anywhere.
         machine: track -> its frames, ascending, shape (n,), and boxes, shape (n, 4).
+        stop: frame after the last that counts: time and memory grow with it, however far the key frames reach.
     """
     if doc.gone:
         return _nothing()
-    frames, boxes, there = _engine(doc, machine)
+    frames, boxes, there = _engine(doc, machine, stop)
     keys = _Keys(doc)
     if len(keys.frame):
-        between = np.arange(keys.frame[0], keys.frame[-1] + 1)
+        between = np.arange(keys.frame[0], min(keys.frame[-1] + 1, stop))
         joined = np.union1d(frames, between)
         place = np.searchsorted(joined, frames)
         laid = np.full((len(joined), 4), np.nan)
@@ -168,13 +169,13 @@ _BLANK = (np.nan,) * 4
 
 
 def _engine(
-    doc: TrackDoc, machine: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]]
+    doc: TrackDoc, machine: Callable[[int], tuple[NDArray[np.int64], NDArray[np.float64]]], stop: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Frames, ascending, and boxes of the engine that the segments hold; the first segment of a frame counts."""
+    """Frames before ``stop``, ascending, and boxes that the segments hold; the first segment of a frame counts."""
     parts = []
     for segment in doc.segments:
         frames, table = machine(segment.track)
-        rows = slice(*np.searchsorted(frames, [segment.first, segment.last + 1]))
+        rows = slice(*np.searchsorted(frames, [segment.first, min(segment.last + 1, stop)]))
         parts.append((frames[rows], table[rows]))
     if not parts:
         return np.zeros(0, np.int64), np.zeros((0, 4)), np.zeros(0, np.bool_)

@@ -15,6 +15,7 @@ from app.edits.adopt import MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Redo, Undo
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
+from app.edits.extent import known_frames, require_documents_inside, require_inside
 from app.edits.history import Target, adopted_keys, last_said, targets
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
 from app.edits.revisions import check_revisions
@@ -80,8 +81,8 @@ class EditService:
         Raises:
             NotFound: no such run.
             PreconditionRequired: a revision is missing.
-            Conflict: a track has changed since; ``details`` holds both versions.
-            Invalid: the command makes no sense.
+            Conflict: a track has changed since (``details`` holds both versions), or the video's frames are not known.
+            Invalid: the command makes no sense, or is about a frame that the video does not have.
         """
         reverting = isinstance(command, Undo | Redo)
         with self._database.write() as session:
@@ -119,6 +120,7 @@ class EditService:
         self, session: Session, run: Run, author: str, command: Any, expected: Mapping[str, int] | None
     ) -> tuple[dict[str, TrackDoc | None], dict[str, TrackDoc]]:
         """Documents before and after a command."""
+        require_inside(command, known_frames(session, run))
         keys = touched_keys(command)
         present = self._load(session, run, keys)
         check_revisions(session, run.id, author, command, present, keys, expected)
@@ -162,7 +164,8 @@ class EditService:
             run = _require_run(session, run_id)
             present, docs = documents_of(session, run_id), documents_of(session, from_run)
             ours = adopted_keys(session, run_id, from_run, present)
-            adoption = adopt_documents(docs, *tracks, {k: doc for k, doc in present.items() if k not in ours})
+            others = {k: doc for k, doc in present.items() if k not in ours}
+            adoption = adopt_documents(docs, *tracks, others, known_frames(session, run))
             for key, documents in adoption.changed.items():
                 if not all(name in present and present[name].same(doc) for name, doc in documents.items()):
                     before = {name: present.get(name) or self._fresh(run, name) for name in documents}
@@ -190,6 +193,7 @@ class EditService:
 
         Raises:
             NotFound: no such run.
+            Invalid: a document is about frames that the video does not have.
         """
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
@@ -221,6 +225,9 @@ class EditService:
 
         Returns:
             Number of the operation in the log; one undo takes it back.
+
+        Raises:
+            Invalid: a document is about frames that the video does not have.
         """
         before = {key: old for key, (old, _) in documents.items()}
         after = {key: new for key, (_, new) in documents.items()}
@@ -236,6 +243,7 @@ class EditService:
         documents: Mapping[str, TrackDoc],
     ) -> Edit:
         """Save documents as one operation that no page has asked for by name."""
+        require_documents_inside(documents.values(), known_frames(session, run))
         saved = self._save(session, run.id, before, documents)
         row = Edit(
             op_id=uuid4().hex,

@@ -59,9 +59,6 @@ def _edited(
     """What a document shows; None: nothing."""
     if document.gone:
         return None
-    inside = {k: key for k, key in document.keys.items() if int(k) < frames}
-    if len(inside) < len(document.keys):
-        document = document.model_copy(update={"keys": inside})
     known: dict[int, MachineTrack | None] = {} if found is None else {found.id: found}
 
     def boxes_of(number: int) -> tuple[IntColumn, FloatColumn]:
@@ -70,7 +67,7 @@ def _edited(
         track = known[number]
         return (np.zeros(0, np.int64), np.zeros((0, 4))) if track is None else (track.frames, track.boxes)
 
-    shown = effective_track(document, boxes_of)
+    shown = effective_track(document, boxes_of, frames)
     if not len(shown.frame):
         return None
     label = _label(document, machine)

@@ -26,13 +26,14 @@ __all__ = ["corrected_rows", "truth_of", "truth_rows"]
 
 
 def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc]) -> BoxRows | None:
-    """The run as people have corrected it; None: nobody has touched it."""
+    """The run as people have corrected it, in the frames that it has stored; None: nobody has touched it."""
     if not documents:
         return None
     from tsr_engine.recording import BoxRows
 
     with EvidenceReader(evidence) as reader:
-        table = corrected_boxes(confirmed_boxes(reader), documents)
+        last = reader.last_frame
+        table = corrected_boxes(confirmed_boxes(reader), documents, 0 if last is None else last + 1)
     docs = {key: documents.get(key) for key in table.keys}
     labels = tuple(
         f"{track_name(key, docs[key])} {_class(label)}{_review(docs[key])}"

@@ -54,8 +54,9 @@ _STRICTER = frozenset(
 _ID = re.compile("[0-9a-f]{32}")
 _NAMED = {"run_id": _ID, "truth_id": _ID, "video_id": re.compile("[0-9a-f]{64}")}
 _TRUTH = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n0,1,10,20,30,40,14,1,0\n"
-_SMALL = {"track_id": 9, "ordinal": 75, "frame": 75, "first": 75, "last": 75}
-"""Numbers that the generator draws from the whole range; most of a random request's should exist."""
+_FRAMES = 75
+_SMALL = {"track_id": 9, "ordinal": _FRAMES, "frame": _FRAMES, "first": _FRAMES, "last": _FRAMES}
+"""Numbers that the generator draws from the whole range; most of a random request's should exist, see ``small``."""
 
 
 @dataclass
@@ -178,8 +179,13 @@ def made_real(case: schemathesis.Case, names: dict[str, str]) -> None:
         case.body["from_run"] = names["from_run"]
     for place in (case.path_parameters, case.query):
         for name, most in _SMALL.items():
-            if place and type(place.get(name)) is int and place[name] >= 0:
-                place[name] %= most
+            if place and name in place:
+                place[name] = small(place[name], most)
+
+
+def small(drawn: object, most: int) -> object:
+    """A drawn number as one below ``most``; one in four stays as it is, which mostly is far beyond what there is."""
+    return drawn % most if type(drawn) is int and drawn >= 0 and drawn % 4 else drawn
 
 
 def on_real_tracks(case: schemathesis.Case, served: Served) -> None:
@@ -199,8 +205,9 @@ def on_real_tracks(case: schemathesis.Case, served: Served) -> None:
     if command.get("box"):
         left, top, right, bottom = (float(edge) % 300 for edge in command["box"])
         command["box"] = [left, top, max(left, right) + 1, max(top, bottom) + 1]
-    if "frame" in command:
-        command["frame"] %= 75
+    for name in ("frame", "first", "last"):
+        if name in command:
+            command[name] = small(command[name], _FRAMES)
     case.headers["If-Match"] = ", ".join(f'"{key}:{revision}"' for key, revision in known.items())
 
 

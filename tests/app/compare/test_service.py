@@ -9,7 +9,7 @@ import pytest
 
 from app.compare.annotation import corrected_boxes
 from app.compare.service import CompareService
-from app.edits.documents import KeyFrame, Segment, TrackDoc
+from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.service import EditService
 from app.errors import Invalid, NotFound
 from app.evidence.tables import BoxTable
@@ -41,7 +41,7 @@ def held(table: BoxTable, key: str) -> dict[int, list[float]]:
 
 
 def test_untouched_tracks_stand_as_they_are() -> None:
-    same = corrected_boxes(machine(), {})
+    same = corrected_boxes(machine(), {}, 15)
     assert np.array_equal(same.boxes, machine().boxes)
     assert np.array_equal(same.class_id, machine().class_id)
 
@@ -49,7 +49,7 @@ def test_untouched_tracks_stand_as_they_are() -> None:
 @pytest.mark.parametrize("changes", [{"gone": True}, {"not_a_sign": True}, {"review": "rejected"}])
 def test_what_people_threw_out_holds_nothing(changes: dict[str, Any]) -> None:
     document = TrackDoc(key="m1", segments=(Segment(track=1, first=0, last=9),), **changes)
-    found = corrected_boxes(machine(), {"m1": document})
+    found = corrected_boxes(machine(), {"m1": document}, 15)
     assert held(found, "m1") == {}
     assert len(held(found, "m2")) == 10
 
@@ -67,7 +67,7 @@ def test_corrections_are_laid_over_the_engine() -> None:
         keys={"2": KeyFrame(box=(0, 0, 10, 10), interpolate=True), "4": KeyFrame(box=(20, 0, 30, 10))},
     )
     gone = TrackDoc(key="m2", gone=True, merged_into="m1")
-    found = corrected_boxes(machine(), {"m1": merged, "m2": gone, "habcdef": drawn})
+    found = corrected_boxes(machine(), {"m1": merged, "m2": gone, "habcdef": drawn}, 15)
     assert found.keys == ("m1", "m2", "habcdef")
     boxes = held(found, "m1")
     assert sorted(boxes) == [0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 12, 13, 14]
@@ -89,6 +89,21 @@ def test_a_run_against_itself_is_perfect(home: Any) -> None:
     assert found.figures["eq7"].value == 0.0
     assert (found.first, found.last) == (0, 74)
     assert found.sides["candidate"].name == "Run 1, corrected"
+
+
+def test_a_far_key_frame_of_an_older_version_holds_nobody_up(toy_homes: Any, tmp_path: Any) -> None:
+    home = toy_homes.make_home(tmp_path)
+    try:
+        line = {"0": KeyFrame(box=(1, 1, 9, 9), interpolate=True), str(OPEN_END): KeyFrame(box=(1, 1, 9, 9))}
+        body = TrackDoc(key="hfar0001", revision=1, keys=line).model_dump(mode="json")
+        with home.database.write() as session:
+            session.add(TrackDocument(run_id=home.run_id, key="hfar0001", revision=1, document=body))
+        found = service(home).compare(f"run:{home.run_id}", f"annotation:{home.run_id}")
+        assert found.sides["candidate"].boxes == found.sides["reference"].boxes + 75
+        assert (found.first, found.last) == (0, 74)
+    finally:
+        home.evidence.close()
+        home.database.close()
 
 
 def test_a_correction_shows_against_the_run(toy_homes: Any, tmp_path: Any) -> None:

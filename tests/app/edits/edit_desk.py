@@ -10,6 +10,7 @@ from app.storage.database import Database
 from app.storage.models import Base, Run, Video
 
 RUN, OTHER = "a" * 32, "b" * 32
+VIDEO, FRAMES = "f" * 64, 75
 
 
 @dataclass
@@ -37,8 +38,8 @@ def make_desk(url: str) -> Desk:
     database = Database(url)
     Base.metadata.create_all(database.engine)
     with database.write() as session:
-        session.add(Video(id="f" * 64, name="v", path="/v", size=1, warnings=[]))
+        session.add(Video(id=VIDEO, name="v", path="/v", size=1, warnings=[], state="ready", frames=FRAMES))
         session.flush()
-        session.add(Run(id=RUN, video_id="f" * 64, state="complete", parameters={}, models={}, summary={}))
+        session.add(Run(id=RUN, video_id=VIDEO, state="complete", parameters={}, models={}, summary={}))
     evidence = ToyEvidence()
     return Desk(database, EditService(database, EventBus(), evidence), evidence)  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 from app.edits.adopt import MachineRun, adopt_documents
 from app.edits.apply import apply_command
 from app.edits.commands import Command
-from app.edits.documents import TrackDoc, engine_doc
+from app.edits.documents import OPEN_END, TrackDoc, engine_doc
 
 Spans = dict[int, tuple[int, int, float, int]]
 """Track -> first, last frame, left edge, class."""
@@ -23,6 +23,8 @@ def run(spans: Spans) -> MachineRun:
 
 OLD: Spans = {1: (0, 30, 0, 3), 2: (0, 30, 200, 5)}
 NEW: Spans = {7: (0, 32, 1, 3), 9: (0, 30, 600, 5)}
+FRAMES = 100
+"""Of the video."""
 
 
 def edited(*commands: dict[str, object]) -> dict[str, TrackDoc]:
@@ -37,7 +39,7 @@ def test_a_label_is_kept_on_the_same_sign() -> None:
     docs = edited(
         {"name": "relabel_track", "key": "m1", "class_id": 8}, {"name": "set_review", "key": "m1", "review": "accepted"}
     )
-    result = adopt_documents(docs, run(OLD), run(NEW), {})
+    result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert (result.kept, result.not_needed, result.conflicts) == (["m7"], [], [])
     doc = result.changed["m1"]["m7"]
     assert (doc.class_id, doc.review, doc.segments[0].first, doc.segments[0].last) == (8, "accepted", 0, 32)
@@ -46,36 +48,36 @@ def test_a_label_is_kept_on_the_same_sign() -> None:
 def test_a_verdict_does_not_go_over_to_a_track_that_is_not_the_same() -> None:
     docs = edited({"name": "set_review", "key": "m1", "review": "rejected"})
     longer = run({7: (0, 90, 1, 3)})
-    assert adopt_documents(docs, run(OLD), run(NEW), {}).changed["m1"]["m7"].review == "rejected"
-    assert adopt_documents(docs, run(OLD), longer, {}).changed["m1"]["m7"].review == "open"
+    assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).changed["m1"]["m7"].review == "rejected"
+    assert adopt_documents(docs, run(OLD), longer, {}, FRAMES).changed["m1"]["m7"].review == "open"
 
 
 def test_a_correction_that_the_new_run_makes_itself_is_not_needed() -> None:
     docs = edited({"name": "set_box", "key": "m1", "box": [11.0, 10.0, 31.0, 30.0]})
-    assert adopt_documents(docs, run(OLD), run(NEW), {}).not_needed == ["m1"]
+    assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).not_needed == ["m1"]
     docs = edited({"name": "set_box", "key": "m1", "box": [20.0, 10.0, 40.0, 30.0]})
-    assert adopt_documents(docs, run(OLD), run(NEW), {}).kept == ["m7"]
+    assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).kept == ["m7"]
 
 
 def test_a_label_that_the_new_run_gives_itself_is_not_needed() -> None:
     docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
-    assert adopt_documents(docs, run(OLD), run({7: (0, 30, 1, 8)}), {}).not_needed == ["m1"]
+    assert adopt_documents(docs, run(OLD), run({7: (0, 30, 1, 8)}), {}, FRAMES).not_needed == ["m1"]
 
 
 def test_a_track_that_is_not_found_any_more_is_a_conflict_and_a_deleted_one_is_not() -> None:
     docs = edited({"name": "relabel_track", "key": "m2", "class_id": 8})
-    result = adopt_documents(docs, run(OLD), run(NEW), {})
+    result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert result.changed == {}
     assert [(key, frame) for key, _, frame in result.conflicts] == [("m2", 0)]
     docs = edited({"name": "delete_track", "key": "m2"}, {"name": "delete_track", "key": "m1"})
-    result = adopt_documents(docs, run(OLD), run(NEW), {})
+    result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert result.not_needed == ["m2"]
     assert result.changed["m1"]["m7"].gone
 
 
 def test_edits_of_the_new_run_are_left_alone() -> None:
     docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
-    result = adopt_documents(docs, run(OLD), run(NEW), {"m7": engine_doc(7, 0, 32)})
+    result = adopt_documents(docs, run(OLD), run(NEW), {"m7": engine_doc(7, 0, 32)}, FRAMES)
     assert (result.changed, [key for key, _, _ in result.conflicts]) == ({}, ["m1"])
 
 
@@ -83,7 +85,7 @@ def test_a_split_stays_split_and_a_cut_stays_cut() -> None:
     docs = edited(
         {"name": "split", "key": "m1", "new_key": "hlater1"}, {"name": "delete_from", "key": "hlater1", "frame": 20}
     )
-    result = adopt_documents(docs, run(OLD), run(NEW), {})
+    result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
     assert result.conflicts == []
     first, later = result.changed["m1"]["m7"], result.changed["hlater1"]["hlater1"]
     assert (first.segments[0].first, first.segments[0].last) == (0, 9)
@@ -94,7 +96,7 @@ def test_merged_pieces_stay_merged() -> None:
     old, new = run({1: (0, 10, 0, 3), 2: (20, 30, 0, 3)}), run({4: (0, 11, 0, 3), 6: (19, 30, 0, 3)})
     start = {"m1": engine_doc(1, 0, 10), "m2": engine_doc(2, 20, 30)}
     merge = TypeAdapter(Command).validate_python({"name": "merge", "key": "m1", "others": ["m2"], "frame": 0})
-    result = adopt_documents(apply_command(start, merge), old, new, {})
+    result = adopt_documents(apply_command(start, merge), old, new, {}, FRAMES)
     assert [(s.track, s.first, s.last) for s in result.changed["m1"]["m4"].segments] == [(4, 0, 11), (6, 19, 30)]
     assert result.changed["m1"]["m6"].merged_into == "m4"
 
@@ -102,5 +104,15 @@ def test_merged_pieces_stay_merged() -> None:
 def test_a_sign_drawn_by_hand_is_kept_until_the_engine_finds_it() -> None:
     make = {"name": "create_track", "key": "hmade01", "frame": 0, "box": [600.0, 10.0, 620.0, 30.0], "class_id": 5}
     docs = edited(make, {"name": "set_box", "key": "hmade01", "frame": 30, "box": [630.0, 10.0, 650.0, 30.0]})
-    assert adopt_documents(docs, run(OLD), run(NEW), {}).not_needed == ["hmade01"]
-    assert adopt_documents(docs, run(OLD), run(OLD), {}).kept == ["hmade01"]
+    assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).not_needed == ["hmade01"]
+    assert adopt_documents(docs, run(OLD), run(OLD), {}, FRAMES).kept == ["hmade01"]
+
+
+def test_what_lies_beyond_the_videos_end_stays_behind_and_the_rest_comes_over() -> None:
+    """Versions that did not look at the video's length may have stored it."""
+    docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
+    docs |= edited({"name": "set_box", "key": "m2", "frame": OPEN_END, "box": [0.0, 0.0, 9.0, 9.0]})
+    result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
+    assert result.kept == ["m7"]
+    assert [(key, frame) for key, _, frame in result.conflicts] == [("m2", FRAMES - 1)]
+    assert f"frame {OPEN_END}" in result.conflicts[0][1]

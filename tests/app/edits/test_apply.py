@@ -139,7 +139,7 @@ def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
         return np.array([f for f, _ in rows]), np.array([box for _, box in rows])
 
     for doc in walk(seed, length).values():
-        got = effective_track(doc, whole)
+        got = effective_track(doc, whole, 76)
         want = [(f, one) for f in range(76) if (one := shown(doc, f)) is not None]
         assert got.frame.tolist() == [f for f, _ in want]
         assert got.boxes.tolist() == [list(one.box) for _, one in want]

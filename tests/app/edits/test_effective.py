@@ -6,6 +6,7 @@ import random
 from typing import Any
 
 import numpy as np
+import pytest
 from edit_toys import SPANS, a_command, beginning, machine
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,7 +15,7 @@ from pydantic import TypeAdapter
 from app.compare.annotation import corrected_boxes
 from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command
-from app.edits.documents import TrackDoc
+from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.effective import box_at
 from app.evidence.tables import BoxTable
 
@@ -49,7 +50,7 @@ def some_documents(seed: int, length: int) -> dict[str, TrackDoc]:
 def test_corrected_boxes_are_what_the_page_shows(seed: int, length: int) -> None:
     docs = some_documents(seed, length)
     touched = {key: doc for key, doc in docs.items() if doc != beginning().get(key)}
-    found = corrected_boxes(table(), touched)
+    found = corrected_boxes(table(), touched, LAST)
     got = {
         (found.keys[track], frame): (tuple(box), label)
         for track, frame, box, label in zip(
@@ -68,3 +69,15 @@ def test_corrected_boxes_are_what_the_page_shows(seed: int, length: int) -> None
             if shown is not None:
                 want[key, frame] = (shown.box, engine if shown.class_id is None else shown.class_id)
     assert got == want
+
+
+@pytest.mark.parametrize("far", [LAST, LAST + 40, OPEN_END])
+def test_key_frames_beyond_the_end_cost_nothing_and_change_nothing_before_it(far: int) -> None:
+    keys = {5: KeyFrame(box=(0, 0, 10, 10), interpolate=True), far: KeyFrame(box=(90, 0, 100, 10))}
+    piece = Segment(track=3, first=50, last=OPEN_END)
+    doc = TrackDoc(key="hfar0001", segments=(piece,), keys={str(frame): key for frame, key in keys.items()})
+    found = corrected_boxes(table(), {doc.key: doc}, LAST)
+    mine = found.track == found.keys.index(doc.key)
+    want = {frame: shown.box for frame in range(LAST) if (shown := box_at(doc, frame, machine)) is not None}
+    assert dict(zip(found.frame[mine].tolist(), map(tuple, found.boxes[mine].tolist()), strict=True)) == want
+    assert sorted(want) == list(range(5, LAST))

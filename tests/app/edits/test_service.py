@@ -14,16 +14,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from edit_desk import Desk
+from edit_desk import FRAMES, VIDEO, Desk
 from edit_toys import a_command, beginning
 from pydantic import TypeAdapter
 from sqlalchemy import func, select
 
 from app.edits.commands import Command, Redo, Undo
-from app.edits.documents import OPEN_END, TrackDoc
+from app.edits.documents import OPEN_END, KeyFrame, Note, TrackDoc
 from app.edits.service import EditAnswer
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
-from app.storage.models import Edit, Event, Run
+from app.storage.models import Edit, Event, Run, Video
 from tests.patience import TIMES
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
@@ -96,6 +96,67 @@ def test_all_undone_is_the_beginning_and_redone_is_the_end(desk: Desk, seed: int
         count += 1
     assert content(desk) == end
     assert all(desk.service.documents(desk.run)[key].revision > old for key, old in revisions.items())
+
+
+@pytest.mark.parametrize(
+    ("raw", "field"),
+    [
+        ({"name": "set_box", "frame": FRAMES, "box": [0.0, 0.0, 9.0, 9.0]}, "frame"),
+        ({"name": "add_note", "frame": OPEN_END, "note_id": "n", "text": "far"}, "frame"),
+        ({"name": "interpolate", "frame": 3, "first": FRAMES, "last": FRAMES}, "first"),
+        ({"name": "interpolate", "frame": 3, "first": 0, "last": 20_000_000}, "last"),
+    ],
+)
+def test_frames_that_the_video_does_not_have_are_refused(desk: Desk, raw: dict[str, Any], field: str) -> None:
+    with pytest.raises(Invalid, match=rf"frames 0 to {FRAMES - 1}\. Got \d+\.") as caught:
+        send(desk, "1", {"key": "m1", **raw}, {"m1": 0})
+    assert (caught.value.field, caught.value.code) == (f"command.{field}", "no_such_frame")
+    assert desk.service.log(desk.run, 0) == []
+    last = {"name": "set_box", "frame": FRAMES - 1, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}
+    open_piece = {"track": 1, "first": 0, "last": OPEN_END}  # as a page sends it while the run goes on
+    assert send(desk, "2", {**last, "spans": [open_piece]}, {"m1": 0}).docs[0].frames() == [FRAMES - 1]
+
+
+def test_documents_that_are_brought_in_end_with_the_video(desk: Desk) -> None:
+    drawn = TrackDoc(key="hdrawn01", keys={"0": KeyFrame(box=(0, 0, 9, 9))})
+    far = drawn.model_copy(update={"keys": {**drawn.keys, str(FRAMES): KeyFrame(box=(0, 0, 9, 9))}})
+    noted = drawn.model_copy(update={"notes": (Note(id="n", frame=FRAMES, text="far", author="ann", time=""),)})
+    command = {"name": "import"}
+
+    def first(document: TrackDoc) -> None:
+        with desk.database.write() as session:
+            run = session.get_one(Run, desk.run)
+            desk.service.record_first(session, run, "ann", command, {"hdrawn01": (drawn, document)})
+
+    for document in (far, noted):
+        with pytest.raises(Invalid, match=f"Track hdrawn01: .* Got {FRAMES}"):
+            desk.service.put_documents(desk.run, "ann", command, lambda _, d=document: {d.key: d})
+        with pytest.raises(Invalid, match="Track hdrawn01"):
+            first(document)
+    assert desk.service.documents(desk.run) == {}
+    first(drawn)
+    assert desk.service.documents(desk.run)["hdrawn01"].same(drawn)
+
+
+def test_until_a_video_is_imported_it_has_the_frames_that_are_known(desk: Desk) -> None:
+    """The clip of a bundle is imported after its run has come."""
+
+    def known(state: str, frames: int | None, stop: int | None) -> None:
+        with desk.database.write() as session:
+            video = session.get_one(Video, VIDEO)
+            video.state, video.frames, session.get_one(Run, desk.run).stop = state, frames, stop
+
+    known("importing", None, None)
+    with pytest.raises(Conflict, match="not known yet"):
+        send(desk, "1", relabel(3), {"m1": 0})
+    for step, (frames, stop) in enumerate(((None, 4), (4, None), (2, 4), (4, 2))):
+        known("importing", frames, stop)
+        assert send(desk, f"2{step}", relabel(step), {"m1": step}).docs[0].class_id == step
+        with pytest.raises(Invalid, match="0 to 3"):
+            send(desk, "3", {**relabel(3), "frame": 4}, {"m1": step + 1})
+    known("ready", 3, 4)
+    with pytest.raises(Invalid, match="0 to 2"):
+        send(desk, "4", relabel(3), {"m1": 4})
 
 
 def test_undo_is_refused_after_somebody_elses_change(desk: Desk) -> None:

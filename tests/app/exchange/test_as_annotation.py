@@ -30,7 +30,7 @@ def line(uid: str = "t1", frames: range | list[int] = range(10), label: int = 14
 def shown(document: TrackDoc) -> Track:
     """What a document shows."""
     nothing = np.zeros(0, np.int64), np.zeros((0, 4))
-    found = effective_track(document, lambda _: nothing)
+    found = effective_track(document, lambda _: nothing, 1000)
     n = len(found.frame)
     return Track(
         document.key,
