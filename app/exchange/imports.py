@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import shutil
 import uuid
-import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -42,6 +40,7 @@ from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.numbering import track_numbers
+from tsr_engine.exchange.opened_zip import entry_names, is_archive
 from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.locks import is_locked
@@ -291,14 +290,15 @@ def _read(incoming: Incoming, onto: _Onto) -> Dataset:
 
 
 def _no_annotations(path: Path) -> None:
-    """Refuse what would be told to be of no known format: the beginning of an archive, and a bug bundle."""
+    """Refuse what would be told to be of no known format: the beginning of an archive, and a bug bundle.
+
+    Raises:
+        ImportFormatError: it is one of these, or an archive that is damaged or over the limits.
+    """
     if not path.is_file():
         return
-    if zipfile.is_zipfile(path):
-        names: set[str] = set()
-        with contextlib.suppress(zipfile.BadZipFile, OSError), zipfile.ZipFile(path) as archive:  # told when it is read
-            names.update(archive.namelist())
-        if {BUNDLE_MANIFEST, FRAMES, OUTPUT} <= names:
+    if is_archive(path):
+        if {BUNDLE_MANIFEST, FRAMES, OUTPUT} <= set(entry_names(path)):
             raise ImportFormatError(
                 f"{path.name}: is a bug bundle, no annotations. Replay it with 'tsr replay {path.name}', or open it "
                 "with 'Open bug bundle' in the library."

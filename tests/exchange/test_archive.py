@@ -5,14 +5,17 @@ from __future__ import annotations
 import io
 import stat
 import struct
+import tracemalloc
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.odd_archives import ODD, long_list
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.archive import ArchiveLimits, pack, unpack
+from tsr_engine.exchange.opened_zip import entry_names, is_archive
 
 
 def _zip(path: Path, *entries: tuple[str | zipfile.ZipInfo, bytes]) -> Path:
@@ -125,8 +128,57 @@ def test_sizes_that_lie(tmp_path: Path) -> None:
 def test_too_many_entries(tmp_path: Path) -> None:
     path = _zip(tmp_path / "many.zip", *((f"{k}.txt", b"") for k in range(20)))
     assert "20 entries" in _refused(path, tmp_path / "out", ArchiveLimits(entries=10))
-    # The list of entries is not even read when it is too long.
     assert "bytes" in _refused(path, tmp_path / "again", ArchiveLimits(directory=100))
+
+
+@pytest.mark.parametrize(("at", "value"), [(8, b"\1\0\1\0"), (12, b"\x40\0\0\0")], ids=["entries", "bytes"])
+def test_a_list_that_is_longer_than_the_end_says(tmp_path: Path, at: int, value: bytes) -> None:
+    """The end says it twice where lists are long, and zipfile believes the second place."""
+    path = _zip(tmp_path / "liar.zip", *((f"{k}.txt", b"") for k in range(20)))
+    content = path.read_bytes()
+    place = content.rfind(b"PK\5\6")
+    end = bytearray(content[place:])
+    size, begin = struct.unpack_from("<II", end, 12)
+    end[at : at + len(value)] = value
+    wide = struct.pack("<4sQHHIIQQQQ", b"PK\6\6", 44, 45, 45, 0, 0, 20, 20, size, begin)
+    locator = struct.pack("<4sIQI", b"PK\6\7", 0, place, 1)
+    path.write_bytes(content[:place] + wide + locator + bytes(end))
+    assert "20 entries" in _refused(path, tmp_path / "out", ArchiveLimits(entries=10))
+    assert "bytes" in _refused(path, tmp_path / "again", ArchiveLimits(directory=size - 1))
+    (tmp_path / "whole").mkdir()
+    assert len(unpack(path, tmp_path / "whole", limits=ArchiveLimits(entries=20, directory=size))) == 20
+
+
+def test_a_list_over_the_limit_is_not_taken_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "long.zip"
+    path.write_bytes(long_list(ArchiveLimits().entries + 1))
+    monkeypatch.setattr(zipfile, "ZipInfo", None)  # whoever takes an entry apart needs it
+    with pytest.raises(ImportFormatError, match="400001 entries"):
+        entry_names(path)
+
+
+def test_a_list_that_is_said_to_have_no_end_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "sparse.zip"
+    with path.open("wb") as file:
+        file.truncate(1 << 30)  # zeros that take no room
+        file.seek(0, 2)
+        file.write(struct.pack("<4sHHHHIIH", b"PK\5\6", 0, 0, 1, 1, 1 << 30, 0, 0))
+    tracemalloc.start()
+    try:
+        assert f"{1 << 30} bytes" in _refused(path, tmp_path / "out")
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_what_zipfile_cannot_read_is_damaged(tmp_path: Path, name: str) -> None:
+    path = _zip(tmp_path / "odd.zip", ("a.txt", b"1"))
+    path.write_bytes(ODD[name](path.read_bytes()))
+    assert is_archive(path)
+    assert "damaged" in _refused(path, tmp_path / "out")
+    with pytest.raises(ImportFormatError, match="damaged"):
+        entry_names(path)
 
 
 @pytest.mark.parametrize("keep", [0.3, 0.9])

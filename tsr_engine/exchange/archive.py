@@ -9,16 +9,14 @@ import io
 import os
 import re
 import stat
-import struct
 import zipfile
-import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.files_below import files_below
+from tsr_engine.exchange.opened_zip import ArchiveLimits, opened
 from tsr_engine.exchange.spool import Spool
 from tsr_engine.exchange.zip_writer import ZipWriter
 from tsr_engine.io.pictures import SUFFIXES
@@ -56,27 +54,6 @@ _FREE_RATIO = 1 << 20
 """Bytes of an entry that may unfold at any ratio: a file of zeros is no attack."""
 
 
-@dataclass(frozen=True, slots=True)
-class ArchiveLimits:
-    """What an archive may unfold to.
-
-    Attributes:
-        entries: most files and folders.
-        total: most bytes of all files together.
-        single: most bytes of one file.
-        ratio: most bytes that a packed byte may unfold to; text of annotations stays below 60.
-        directory: most bytes of the list of entries, checked before it is read.
-        advice: what to do about one with more entries.
-    """
-
-    entries: int = 400_000
-    total: int = 32 << 30
-    single: int = 8 << 30
-    ratio: int = 250
-    directory: int = 64 << 20
-    advice: str = "Split it."
-
-
 def unpack(
     path: Path,
     folder: Path,
@@ -102,20 +79,8 @@ def unpack(
             entry and the rule. ``folder`` may then hold a part.
     """
     limits = ArchiveLimits() if limits is None else limits
-    _check_directory(path, limits)
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return _unpack(archive, path, folder, limits, pictures, spool)
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        EOFError,
-        NotImplementedError,
-        struct.error,
-        ValueError,
-        OverflowError,
-    ) as e:
-        raise ImportFormatError(f"{path.name}: the archive is damaged: {e}. Pack it again.") from None
+    with opened(path, limits) as archive:
+        return _unpack(archive, path, folder, limits, pictures, spool)
 
 
 def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: None) -> None:
@@ -132,27 +97,6 @@ def pack(folder: Path, target: BinaryIO, progress: Callable[[], None] = lambda: 
                 archive.take(name, stream, os.fstat(stream.fileno()).st_size)
 
 
-def _check_directory(path: Path, limits: ArchiveLimits) -> None:
-    """Look at the end record before anybody reads the list of entries into memory."""
-    with path.open("rb") as stream:
-        size = stream.seek(0, 2)
-        begin = max(0, size - (1 << 16) - 64)
-        stream.seek(begin)
-        tail = stream.read()
-    at = tail.rfind(b"PK\x05\x06")
-    if at < 0 or at + 22 > len(tail):
-        raise ImportFormatError(f"{path.name}: is no ZIP archive, or its end is missing. Pack or copy it again.")
-    entries, directory = struct.unpack_from("<HI", tail, at + 10)
-    wide = tail.rfind(b"PK\x06\x06", 0, at)
-    if wide >= 0 and wide + 48 <= len(tail) and (entries == 0xFFFF or directory == 0xFFFFFFFF):
-        entries, directory = struct.unpack_from("<QQ", tail, wide + 32)
-    if entries > limits.entries or directory > limits.directory:
-        raise ImportFormatError(
-            f"{path.name}: has {entries} entries in a list of {directory} bytes; at most {limits.entries} in "
-            f"{limits.directory} are read. {limits.advice}"
-        )
-
-
 def _unpack(
     archive: zipfile.ZipFile,
     path: Path,
@@ -162,10 +106,6 @@ def _unpack(
     spool: Spool | None,
 ) -> list[str]:
     entries = archive.infolist()
-    if len(entries) > limits.entries:
-        raise ImportFormatError(
-            f"{path.name}: has {len(entries)} entries; at most {limits.entries} are read. Split it."
-        )
     taken: set[str] = set()
     chosen: list[tuple[zipfile.ZipInfo, str]] = []
     for entry in entries:

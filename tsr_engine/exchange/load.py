@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +17,7 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.negatives import with_negatives
+from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import FORMATS, switches_of
 from tsr_engine.exchange.spool import Spool
 from tsr_engine.io.atomic import storage_error
@@ -54,7 +54,7 @@ def read_dataset(
     """
     if not path.exists():
         raise InputError(f"There is no file or folder at {path}. Check the path.")
-    if path.is_dir() or not zipfile.is_zipfile(path):
+    if path.is_dir() or not is_archive(path):
         with seldom_collected():
             return _read(path, path.name, target, format)
     try:

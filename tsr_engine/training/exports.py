@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -22,6 +21,7 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.manifest import MANIFEST, read_manifest
+from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import format_named
 from tsr_engine.training.corrections import verdict
 
@@ -66,7 +66,7 @@ def open_export(path: Path, find: Callable[[str, str], Path | None], scratch: Pa
         raise InputError(f"There is no export at {path}. Check the path.")
     folder = path
     if path.is_file():
-        if not zipfile.is_zipfile(path):
+        if not is_archive(path):
             raise ImportFormatError(f"{path}: expected an export folder or a ZIP file of one. Name such a one.")
         folder = Path(tempfile.mkdtemp(prefix="export-", dir=scratch))
         unpack(path, folder)

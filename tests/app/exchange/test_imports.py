@@ -19,6 +19,8 @@ from exchange_desk import Desk, assert_same_track, unzipped, visible
 from app.artefacts.placing import sweep
 from app.exchange.imports import ImportService
 from app.storage.models import Run, Truth
+from tests.odd_archives import ODD, long_list
+from tsr_engine.exchange.archive import ArchiveLimits
 
 
 @pytest.fixture(scope="module")
@@ -213,6 +215,10 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "nothing": (lambda _: b"hello", {}, "is none of"),
     "traversal": (lambda text: zipped({"annotations.xml": text, "../../evil": b"x"}), {}, ""),
     "half an archive": (lambda text: zipped({"annotations.xml": text})[:-40], {}, "whose end is missing"),
+    **{
+        name: (lambda text, change=change: change(zipped({"annotations.xml": text})), {}, "the archive is damaged")
+        for name, change in ODD.items()
+    },
     "a bug bundle": (
         lambda _: zipped(dict.fromkeys(("README.txt", "manifest.json", "frames.csv", "output.csv", "clip.mp4"), b"x")),
         {},
@@ -242,6 +248,24 @@ def test_what_breaks_a_rule_changes_nothing(untouched: Desk, annotations: bytes,
         assert words in error["message"]
         assert "Traceback" not in error["message"]
         assert state(desk) == before
+
+
+def test_a_list_over_the_limit_is_not_read_in_the_servers_process(
+    untouched: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken_apart: set[str] = set()
+
+    class Noted(zipfile.ZipInfo):
+        def __init__(self, name: str = "", *more: Any) -> None:
+            taken_apart.add(name)
+            super().__init__(name, *more)
+
+    content = long_list(ArchiveLimits().entries + 1)
+    monkeypatch.setattr(zipfile, "ZipInfo", Noted)
+    answer = untouched.try_import(content, "run", name="long.zip")
+    assert answer.status_code == 422, answer.text
+    assert "400001 entries" in answer.json()["error"]["message"]
+    assert "x" not in taken_apart
 
 
 def test_an_annotation_needs_a_run_of_this_video(untouched: Desk, annotations: bytes) -> None:
