@@ -12,7 +12,6 @@ import json
 import re
 from collections.abc import Iterable, Iterator
 from typing import Final
-from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -150,7 +149,8 @@ def _same_origin(headers: Headers, host: str) -> bool:
     if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
         return False
     origin = headers.get("origin")
-    return origin is None or urlsplit(origin).netloc.lower() == host.lower()
+    # An origin is scheme://host and nothing else; what is no origin is not ours. (urlsplit raises for some of that.)
+    return origin is None or origin.partition("://")[2].lower() == host.lower()
 
 
 def _cookies(header: str, name: str) -> Iterator[str]:
