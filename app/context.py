@@ -30,6 +30,7 @@ from app.training.service import TrainingService
 from app.truths.service import TruthService
 from app.videos.frames import FrameService
 from app.videos.service import VideoService
+from app.videos.uploads import Uploads
 from app.whatif.service import WhatIfService
 
 __all__ = ["Context", "ContextDep", "build_context"]
@@ -44,6 +45,7 @@ class Context:
     tokens: Tokens
     events: EventBus
     jobs: JobQueue
+    uploads: Uploads
     videos: VideoService
     frames: FrameService
     runs: RunService
@@ -83,7 +85,8 @@ def build_context(settings: Settings) -> Context:
     database.migrate(settings.home / "backups")
     events = EventBus()
     jobs = JobQueue(events)
-    videos = VideoService(settings, database, events, jobs)
+    uploads = Uploads(settings.home, database)
+    videos = VideoService(settings, database, events, jobs, uploads)
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence)
     truths = TruthService(database)
@@ -95,6 +98,7 @@ def build_context(settings: Settings) -> Context:
         tokens=tokens,
         events=events,
         jobs=jobs,
+        uploads=uploads,
         videos=videos,
         frames=frames,
         runs=RunService(settings, database, events, jobs),
@@ -111,7 +115,7 @@ def build_context(settings: Settings) -> Context:
         viewer=ViewerFiles(settings.home),
         space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),
         bundles=BundleService(database, evidence, artefacts),
-        bundle_imports=BundleImports(settings, database, events, jobs),
+        bundle_imports=BundleImports(settings, database, events, jobs, uploads),
         pictograms=Pictograms(),
     )
 

@@ -27,6 +27,7 @@ def start(context: Context) -> Running:
     """Start them; called on the server's event loop."""
     if context.settings.sample:
         context.videos.add_samples(context.truths)
+    context.uploads.clean_parts()
     context.artefacts.sweep()
     context.imports.sweep()
     sweep_placing(context.settings.home, context.database)

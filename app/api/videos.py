@@ -139,7 +139,7 @@ async def upload_video(
         began = True
         digest.update(chunk)
 
-    part = context.videos.new_part()
+    part = context.uploads.new_part()
     try:
         await receive(request, part, context.settings.upload_max_mb * 2**20, look)
         return await anyio.to_thread.run_sync(context.videos.add_upload, part, name, digest.hexdigest())

@@ -29,6 +29,7 @@ from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
 from app.videos.table import restamp
+from app.videos.uploads import Uploads
 from app.videos.view import VideoView, video_view
 from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.judge import sentence
@@ -84,11 +85,14 @@ class BundleImport(Model):
 class BundleImports:
     """Takes bundles in."""
 
-    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+    def __init__(
+        self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue, uploads: Uploads
+    ) -> None:
         self._settings = settings
         self._database = database
         self._events = events
         self._jobs = jobs
+        self._uploads = uploads
 
     def bring_in(self, path: Path, folder: Path, author: str) -> BundleImport:
         """Check a bundle, then store all of it in one transaction.
@@ -182,8 +186,9 @@ class BundleImports:
         home = self._settings.home
         run_id = uuid.uuid4().hex
         clip = place / manifest.clip.file
-        upload = home / "uploads" / f"{manifest.clip.sha256}{clip.suffix}"
-        with placing(home, run_id, upload) as work, self._database.write() as session:
+        digest = manifest.clip.sha256
+        upload = self._uploads.place(digest, clip.suffix)
+        with self._uploads.turn(digest), placing(home, run_id, upload) as work, self._database.write() as session:
             video = self._video(session, manifest, clip, upload, work)
             run = self._run(manifest, video.id, run_id, report, len(spans))
             session.add(run)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from app.videos.glance import glance_path
 from app.videos.paths import allowed_path
 from app.videos.samples import SampleDrives
 from app.videos.table import restamp, unpack
+from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_view, video_views
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
@@ -30,11 +30,14 @@ __all__ = ["VideoService"]
 class VideoService(SampleDrives):
     """Videos by their SHA-256."""
 
-    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+    def __init__(
+        self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue, uploads: Uploads
+    ) -> None:
         self._settings = settings
         self._database = database
         self._events = events
         self._jobs = jobs
+        self._uploads = uploads
 
     def views(self) -> list[VideoView]:
         """All videos, the newest first."""
@@ -96,7 +99,10 @@ class VideoService(SampleDrives):
             digest = video_sha256(path)
         except VideoError as error:
             raise Invalid(str(error), field="path", code="not_a_video") from None
-        return self._add(digest, path.name, path, owned=False)
+        with self._uploads.turn(digest):
+            if not path.is_file():  # it was an upload that somebody has just removed
+                raise NotFound(f"There is no file {path} any more.", field="path")
+            return self._add(digest, path.name, path, owned=False)
 
     def add_upload(self, part: Path, name: str, digest: str) -> VideoView:
         """Take a finished upload over; the part file is renamed or removed.
@@ -114,18 +120,22 @@ class VideoService(SampleDrives):
         except VideoError:
             part.unlink(missing_ok=True)
             raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.") from None
-        with self._database.read() as session:
-            known = session.get(Video, digest)
-        if known is not None and self._holds(Path(known.path), digest):
-            part.unlink(missing_ok=True)  # it lies here already: one copy is enough
-            return self._add(digest, known.name, Path(known.path), owned=known.owned)
-        place = part.parent / f"{digest}{Path(name).suffix.lower()[:8]}"
-        part.replace(place)
-        try:
-            return self._add(digest, name, place, owned=True)
-        except BaseException:
-            place.unlink(missing_ok=True)
-            raise
+        with self._uploads.turn(digest):
+            with self._database.read() as session:
+                known = session.get(Video, digest)
+            if known is not None and self._holds(Path(known.path), digest):
+                part.unlink(missing_ok=True)  # it lies here already: one copy is enough
+                return self._add(digest, known.name, Path(known.path), owned=known.owned)
+            place = self._uploads.place(digest, Path(name).suffix.lower()[:8])
+            part.replace(place)
+            try:
+                view = self._add(digest, name, place, owned=True, anew=True)
+            except BaseException:
+                self._uploads.remove(place)
+                raise
+            if known is not None and known.owned:
+                self._uploads.remove(Path(known.path))  # it held other bytes by now, under another ending
+            return view
 
     @staticmethod
     def _holds(path: Path, digest: str) -> bool:
@@ -134,7 +144,10 @@ class VideoService(SampleDrives):
         except VideoError:
             return False
 
-    def _add(self, digest: str, name: str, path: Path, *, owned: bool, sample: bool = False) -> VideoView:
+    def _add(
+        self, digest: str, name: str, path: Path, *, owned: bool, sample: bool = False, anew: bool = False
+    ) -> VideoView:
+        """A row for a file; ``anew``: it takes the place of the one that the row names, which is not the video's."""
         with self._database.write() as session:
             video = session.get(Video, digest)
             if video is None:
@@ -144,7 +157,7 @@ class VideoService(SampleDrives):
                 session.flush()
                 self._jobs.submit(session, "import", digest, priority=10)
             else:
-                if not Path(video.path).is_file() or not video.owned:
+                if anew or not Path(video.path).is_file() or not video.owned:
                     video.path, video.owned = str(path), owned
                     if video.frame_table is not None:
                         video.frame_table = restamp(video.frame_table, path)
@@ -163,6 +176,10 @@ class VideoService(SampleDrives):
         Raises:
             Conflict: a run or the import is still going on.
         """
+        with self._uploads.turn(video_id):
+            return self._remove(video_id)
+
+    def _remove(self, video_id: str) -> Sequence[str]:
         with self._database.write() as session:
             video = self.get(session, video_id)
             runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
@@ -177,22 +194,11 @@ class VideoService(SampleDrives):
                 session.flush()
             session.delete(video)
             self._events.publish(session, "removed", video_id, {"video": video_id})
-            owned = Path(video.path) if video.owned else None
+            path, owned = Path(video.path), video.owned
         home = self._settings.home
-        if owned is not None and home in owned.parents:
-            owned.unlink(missing_ok=True)
+        if owned:
+            self._uploads.remove(path)
         (home / "thumbnails" / f"{video_id}.jpg").unlink(missing_ok=True)
         glance_path(home, video_id).unlink(missing_ok=True)
         self.remove_folders([run.folder for run in runs])
         return [run.id for run in runs]
-
-    def new_part(self) -> Path:
-        """A fresh name in the upload folder."""
-        folder = self._settings.home / "uploads"
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder / f".{uuid.uuid4().hex}.part"
-
-    def clean_parts(self) -> None:
-        """Remove what broken uploads of an earlier process have left."""
-        for part in (self._settings.home / "uploads").glob(".*.part"):
-            part.unlink(missing_ok=True)

@@ -182,10 +182,8 @@ import os, signal, sys
 from pathlib import Path
 from app.artefacts import placing
 from app.bundles import importing
-from app.events import EventBus
-from app.jobs.queue import JobQueue
+from app.context import build_context
 from app.settings import Settings
-from app.storage.database import Database
 from tsr_engine.bundle import check
 from tsr_engine.io.video import VideoLimits
 home, path, work = map(Path, sys.argv[1:])
@@ -196,9 +194,8 @@ def put_and_die(self, source, place):
         os.kill(os.getpid(), signal.SIGKILL)
 placing.Placing.put = put_and_die
 importing.BundleImports._checked = lambda self, path, folder: check.answer(path, folder, VideoLimits())["ok"]
-settings, events = Settings(home=home), EventBus()
 work.mkdir(parents=True)
-importing.BundleImports(settings, Database(settings.database), events, JobQueue(events)).bring_in(path, work, "ada")
+build_context(Settings(home=home)).bundle_imports.bring_in(path, work, "ada")
 """
 
 

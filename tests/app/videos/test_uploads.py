@@ -7,14 +7,22 @@ import contextlib
 import errno
 import hashlib
 import os
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 from import_now import work_off
+from sqlalchemy.orm import Session
 from starlette.requests import ClientDisconnect
 from toy_server import SECRET, Server
+
+from app.errors import StorageFull
+from app.storage.database import Database
+from app.videos.service import VideoService
 
 
 @pytest.fixture
@@ -146,6 +154,136 @@ def test_a_browser_that_goes_away_leaves_nothing(server: Server, clip: Path) -> 
     assert any(seen), "the upload had begun"
     assert _left(server) == []
     assert server.client.get("/api/videos").json() == {"videos": []}
+
+
+def _upload(server: Server, content: bytes, name: str = "x.mp4") -> Any:
+    """What the route does with the bytes that it has received."""
+    part = server.context.uploads.new_part()
+    part.write_bytes(content)
+    return server.context.videos.add_upload(part, name, hashlib.sha256(content).hexdigest())
+
+
+class _Meanwhile:
+    """Something that another thread does at one moment; the thread is waited for, but not if it waits for us."""
+
+    def __init__(self, work: Callable[[], Any]) -> None:
+        self._pool = ThreadPoolExecutor(1)
+        self._work = work
+        self.going: Future[Any] | None = None
+
+    def __call__(self) -> None:
+        if self.going is None:
+            self.going = self._pool.submit(self._work)
+            wait([self.going], timeout=1.0)
+
+    def result(self) -> Any:
+        assert self.going is not None, "the moment did not come"
+        return self.going.result(timeout=60)
+
+
+def _after_commit(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
+    """The row is gone, the file is still there."""
+    write = Database.write
+
+    @contextlib.contextmanager
+    def committed(self: Database) -> Iterator[Session]:
+        with write(self) as session:
+            yield session
+        act()
+
+    monkeypatch.setattr(Database, "write", committed)
+
+
+def _before_unlink(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
+    """It is decided that the file goes."""
+    unlink = Path.unlink
+
+    def late(self: Path, missing_ok: bool = False) -> None:
+        if self.parent.name == "uploads" and self.suffix == ".mp4":
+            act()
+        unlink(self, missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", late)
+
+
+@pytest.mark.parametrize("moment", [_after_commit, _before_unlink])
+def test_an_upload_while_the_same_video_is_removed_keeps_its_file(
+    server: Server,
+    clip: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    moment: Callable[[pytest.MonkeyPatch, Callable[[], None]], None],
+) -> None:
+    content = clip.read_bytes()
+    first = _upload(server, content)
+    again = _Meanwhile(lambda: _upload(server, content))
+    with monkeypatch.context() as patch:
+        moment(patch, again)
+        server.context.videos.remove(first.id)
+    view = again.result()
+    assert Path(view.path).read_bytes() == content
+    assert [video.missing for video in server.context.videos.views()] == [False]
+
+
+@pytest.mark.parametrize("decided", [False, True], ids=["file placed", "file to go"])
+def test_an_upload_that_fails_leaves_the_file_of_one_at_the_same_moment(
+    server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch, decided: bool
+) -> None:
+    content = clip.read_bytes()
+    other = _Meanwhile(lambda: _upload(server, content))
+    add, first = VideoService._add, threading.get_ident()
+
+    def fail_first(self: VideoService, *given: Any, **more: Any) -> Any:
+        if threading.get_ident() != first:
+            return add(self, *given, **more)
+        if not decided:
+            other()
+        raise StorageFull("The disk is full.")
+
+    monkeypatch.setattr(VideoService, "_add", fail_first)
+    if decided:
+        _before_unlink(monkeypatch, other)
+    with pytest.raises(StorageFull):
+        _upload(server, content)
+    view = other.result()
+    assert Path(view.path).read_bytes() == content
+    assert _left(server) == [Path(view.path).name]
+
+
+def test_an_upload_that_fails_alone_leaves_nothing_but_what_a_video_names(
+    server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: Any, **__: Any) -> None:
+        raise StorageFull("The disk is full.")
+
+    content = clip.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(VideoService, "_add", fail)
+        with pytest.raises(StorageFull):
+            _upload(server, content)
+        assert _left(server) == []
+    place = Path(_upload(server, content).path)
+    place.unlink()
+    monkeypatch.setattr(VideoService, "_add", fail)
+    with pytest.raises(StorageFull):
+        _upload(server, content)
+    assert place.read_bytes() == content, "the row names it, and it is what the row says"
+
+
+def test_an_upload_takes_the_place_of_a_file_that_was_changed(server: Server, clip: Path) -> None:
+    content = clip.read_bytes()
+    place = Path(_upload(server, content).path)
+    work_off(server.context, "import")
+    place.write_bytes(b"other bytes")
+    view = _upload(server, content, "x.mov")
+    assert _left(server) == [f"{view.id}.mov"]
+    assert Path(view.path).read_bytes() == content
+    assert server.client.get(f"/api/videos/{view.id}/frames/0").status_code == 200
+
+
+def test_what_a_killed_upload_has_left_goes_with_the_next_start(server: Server) -> None:
+    server.context.uploads.new_part().write_bytes(b"half")
+    with Server(server.settings.home).client:
+        assert _left(server) == []
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,85 @@
+"""Files of videos in the data folder: named by their bytes, placed and removed by one at a time.
+
+The same bytes have the same place, whoever brings them: an upload, an upload at the same moment, the clip of a bundle.
+So whoever places or removes such a file holds the turn of its digest from the first look at the database to the last
+file, and nobody removes a file that a row names.
+"""
+
+from __future__ import annotations
+
+import threading
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from sqlalchemy import select
+
+from app.storage.database import Database
+from app.storage.models import Video
+
+__all__ = ["Uploads"]
+
+
+@dataclass(slots=True)
+class _Turn:
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    wanted: int = 0
+
+
+class Uploads:
+    """The folder ``uploads``; one server works on it, see ``server.lock``.
+
+    Args:
+        home: the data folder.
+        database: knows which files are videos.
+    """
+
+    def __init__(self, home: Path, database: Database) -> None:
+        self._folder = home / "uploads"
+        self._database = database
+        self._lock = threading.Lock()
+        self._turns: dict[str, _Turn] = {}
+
+    @contextmanager
+    def turn(self, digest: str) -> Iterator[None]:
+        """Nobody else places or removes the file of this digest meanwhile; taken before any transaction.
+
+        Args:
+            digest: SHA-256 of the bytes.
+        """
+        with self._lock:
+            turn = self._turns.setdefault(digest, _Turn())
+            turn.wanted += 1
+        try:
+            with turn.lock:
+                yield
+        finally:
+            with self._lock:
+                turn.wanted -= 1
+                if not turn.wanted:
+                    del self._turns[digest]
+
+    def place(self, digest: str, suffix: str) -> Path:
+        """Where the bytes of a digest lie."""
+        return self._folder / f"{digest}{suffix}"
+
+    def remove(self, path: Path) -> None:
+        """Remove a file that no video is any more; in the turn of its digest. Files elsewhere are let alone."""
+        if path.parent != self._folder:
+            return
+        with self._database.read() as session:
+            named = session.scalars(select(Video.id).where(Video.path == str(path)).limit(1)).first()
+        if named is None:
+            path.unlink(missing_ok=True)
+
+    def new_part(self) -> Path:
+        """A fresh name for bytes that are being received."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        return self._folder / f".{uuid.uuid4().hex}.part"
+
+    def clean_parts(self) -> None:
+        """Remove what broken uploads of an earlier process have left."""
+        for part in self._folder.glob(".*.part"):
+            part.unlink(missing_ok=True)
