@@ -307,21 +307,6 @@ def test_a_wrong_link_or_no_token_says_what_to_do(desk: Desk) -> None:
     context.close()
 
 
-def test_a_reload_right_after_a_burst_of_edits_loses_none(desk: Desk, page: Page) -> None:
-    page.on("dialog", lambda dialog: dialog.accept())
-    page.keyboard.press("j")
-    now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
-    to_picture(page)
-    key, at = now["selected"], str(now["frame"])
-    for _ in range(20):
-        page.keyboard.press("ArrowRight")
-    box = state(page)["docs"][key]["keys"][at]["box"]
-    page.reload()
-    again = wait(page, lambda s: key in s["docs"] and s["unsaved"] == 0 and s["tracks"] is not None)
-    assert again["docs"][key]["keys"][at]["box"] == box
-    assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)
-
-
 def test_tracks_are_marked_for_a_merge_in_the_queue(desk: Desk, page: Page) -> None:
     page.keyboard.press("j")
     first = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"])["selected"]

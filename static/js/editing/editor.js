@@ -68,7 +68,6 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   let held = [];
   /** What was done last, and by whom, to the tracks that edits are held for. @type {Record<string, import('./keeping.js').Last>} */
   let others = {};
-  let order = 0;
   let sending = false;
   let wake = () => {};
   /** @type {(() => void)[]} */
@@ -107,7 +106,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   function keep(made) {
     outbox.put(made).catch(() => {
       store.dispatch((state) => showBanner(state, {
-        id: 'outbox', tone: 'warning', text: 'This browser cannot keep unsaved work (a private window?). Wait for "All saved" before you close the page.',
+        id: 'outbox', tone: 'warning', text: 'This browser cannot keep unsaved work (a private window, or a page of an older version beside this one?). Wait for "All saved" before you close the page.',
       }));
     });
   }
@@ -116,7 +115,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
   function enqueue(command) {
     const review = store.get().review;
     if (run === null || review === null) return;
-    const made = { op_id: newId(), run, author: author(), command, order: Date.now() * 1000 + (order++ % 1000), seen: revisionsSeen(review, confirmed, command) };
+    const made = { op_id: newId(), run, author: author(), command, seen: revisionsSeen(review, confirmed, command) };
     pending = [...pending, made];
     show();
     keep(made);

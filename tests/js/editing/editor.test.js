@@ -111,6 +111,26 @@ test('a page that dies loses nothing: the next one sends what is left', async ()
   assert.match(second.toasts[0], /2 changes of an earlier visit/);
 });
 
+test('edits are sent in the order in which they were made, also when the clock was set back in between', async (context) => {
+  const first = await createWorld();
+  first.server.before = () => {
+    throw new ApiError(0, 'offline', 'Gone.');
+  };
+  context.mock.timers.enable({ apis: ['Date'], now: Date.UTC(2026, 10, 25) });
+  first.editor.edit(setBox('m1', 5, 20));
+  context.mock.timers.setTime(Date.UTC(2026, 10, 24));
+  first.editor.edit(setBox('m1', 5, 30));
+  first.editor.edit({ name: 'relabel_track', key: 'm1', frame: 5, class_id: 14 });
+  context.mock.timers.reset();
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  first.end();
+  first.server.before = () => {};
+  const second = await createWorld(first.server, first.outbox);
+  await second.editor.settled();
+  assert.deepEqual(first.server.log, ['set_box', 'set_box', 'relabel_track']);
+  assert.deepEqual(first.server.docs.m1.keys[5].box, [30, 30, 40, 40]);
+});
+
 test('a page that dies between two edits of a track does not quarrel with itself', async () => {
   const first = await createWorld();
   let calls = 0;
