@@ -54,6 +54,8 @@ class Browse(Model):
     parent: str | None
     folders: list[str]
     videos: list[BrowseVideo]
+    truncated: bool
+    """There are more: these are the first by name."""
 
 
 @router.get("/videos", operation_id="list_videos", responses=failures())
@@ -115,6 +117,7 @@ def browse(
         parent=None if found.parent is None else str(found.parent),
         folders=found.folders,
         videos=[BrowseVideo(name=name, path=str(place), size=size) for name, place, size in found.videos],
+        truncated=found.truncated,
     )
 
 

@@ -10,10 +10,11 @@ from pathlib import Path
 
 from app.errors import Invalid, NotFound, Refused
 
-__all__ = ["SUFFIXES", "Listing", "allowed_path", "list_folder"]
+__all__ = ["MOST_ENTRIES", "SUFFIXES", "Listing", "allowed_path", "list_folder"]
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
-_MOST_ENTRIES = 2000
+MOST_ENTRIES = 2000
+"""Folders and videos of one folder that are listed at most."""
 _OUTSIDE = "That path lies outside the folders that this server may read. Start it with --root FOLDER to allow another."
 
 
@@ -60,10 +61,15 @@ class Listing:
     folders: list[str]
     videos: list[tuple[str, Path, int]]
     """Name, path, bytes."""
+    truncated: bool
+    """There are more than ``MOST_ENTRIES``; these are the first by name."""
 
 
 def list_folder(text: str, roots: Sequence[Path]) -> Listing:
-    """Folders and videos of an allowed folder; hidden ones are left out.
+    """The first ``MOST_ENTRIES`` folders and videos of an allowed folder, by name.
+
+    What is hidden, leads out of the allowed folders or has a name that nobody could ask for is left out and counts as
+    little as other files.
 
     Raises:
         Invalid: see ``allowed_path``; or not a folder.
@@ -71,26 +77,33 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
         NotFound: it is not there or cannot be read.
     """
     folder = allowed_path(text, roots)
-    folders, videos = [], []
+    folders: list[str] = []
+    videos: list[tuple[str, Path, int]] = []
+    truncated = False
     try:
         with os.scandir(folder) as entries:
-            for number, entry in enumerate(sorted(entries, key=lambda e: e.name.casefold())):
-                if number >= _MOST_ENTRIES:
-                    break
-                if entry.name.startswith(".") or not _inside(Path(os.path.realpath(entry.path)), roots):
+            for entry in sorted(entries, key=lambda e: e.name.casefold()):
+                if entry.name.startswith(".") or _odd(entry.name):
                     continue
-                if _odd(entry.name):
-                    continue  # nobody could ask for it
+                if entry.is_symlink() and not _inside(Path(os.path.realpath(entry.path)), roots):
+                    continue
                 try:
-                    if entry.is_dir():
-                        folders.append(entry.name)
-                    elif entry.is_file() and entry.name.lower().endswith(SUFFIXES):
-                        videos.append((entry.name, Path(entry.path), entry.stat().st_size))
+                    a_folder = entry.is_dir()
+                    if not a_folder and not (entry.name.lower().endswith(SUFFIXES) and entry.is_file()):
+                        continue
+                    size = 0 if a_folder else entry.stat().st_size
                 except OSError:
                     continue  # gone meanwhile, or not ours to look at
+                if len(folders) + len(videos) == MOST_ENTRIES:
+                    truncated = True
+                    break
+                if a_folder:
+                    folders.append(entry.name)
+                else:
+                    videos.append((entry.name, Path(entry.path), size))
     except NotADirectoryError:
         raise Invalid(f"{folder} is not a folder.", field="path") from None
     except OSError as error:
         raise NotFound(f"{folder} cannot be listed: {error.strerror}.", field="path") from None
     parent = folder.parent if _inside(folder.parent, roots) else None
-    return Listing(folder, parent, folders, videos)
+    return Listing(folder, parent, folders, videos, truncated)

@@ -125,6 +125,17 @@ def test_a_path_outside_the_folders_is_refused_in_words(page: Page, tmp_path: Pa
     expect(page.get_by_role("button", name="Add from folder").first).to_be_focused()
 
 
+def test_a_folder_that_holds_more_than_is_listed_says_so(page: Page) -> None:
+    folder = {"path": "/v", "parent": None, "folders": ["<b>drives"], "videos": [], "truncated": True}
+    page.route(re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))
+    page.get_by_role("button", name="Add from folder").first.click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog.get_by_role("button", name="<b>drives")).to_be_visible()
+    expect(dialog.get_by_text("This folder holds more: the first 1 folders and videos")).to_be_visible()
+    expect(dialog.get_by_text("No video in this folder")).to_have_count(0)
+    page.keyboard.press("Escape")
+
+
 def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_removed(page: Page) -> None:
     _open_runs(page, DRIVE.video.name)
     dialog = page.get_by_role("dialog")

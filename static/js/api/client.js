@@ -11,7 +11,7 @@ import {upload} from './upload.js';
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
 /** @typedef {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal}} Sending */
 /** @typedef {{note: string, video_name: string, first: number, stop: number, offset: number, frame: number, track: string|null, expected: {id: string, expected: string, met: boolean, got: string}[], corrections: number, other_pictures: number, skipped: string[], engine_version: string}} BundleReport */
-/** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[]}} Folder */
+/** @typedef {{path: string, parent: string|null, folders: string[], videos: {name: string, path: string, size: number}[], truncated: boolean}} Folder   `truncated`: the first by name, there are more */
 /** @typedef {{preset: string, parameters: Record<string, unknown>, first?: number, stop?: number|null, name?: string}} RunRequest */
 /** @typedef {{id: string, name: string, count: number}} Truth */
 /** @typedef {import('../types.js').TruthBox} TruthBox */
@@ -80,7 +80,7 @@ export function createApi(setup = {}) {
     /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').FrameTableData>} */
     frameTable: async (id, call) => expectObject('GET /videos/…/table', await json(`/videos/${e(id)}/table`, call), {frames: 'number', time_base: 'array', steps: 'array', keys: 'array', corrupt: 'array'}),
     /** @param {string|null} path   null: where to begin @param {Call} [call] @returns {Promise<Folder>} */
-    browse: async (path, call) => expectObject('GET /browse', await json('/browse', {...call, query: {path}}), {path: 'string', folders: 'array', videos: 'array'}),
+    browse: async (path, call) => expectObject('GET /browse', await json('/browse', {...call, query: {path}}), {path: 'string', folders: 'array', videos: 'array', truncated: 'boolean'}),
     /** @param {string} id @returns {string} address of the picture */
     thumbnailUrl: (id) => `${base}/videos/${e(id)}/thumbnail`,
     /**

@@ -22,6 +22,7 @@ from toy_server import SECRET, Server
 
 from app.errors import StorageFull
 from app.storage.database import Database
+from app.videos.paths import MOST_ENTRIES
 from app.videos.service import VideoService
 
 
@@ -326,11 +327,31 @@ def test_browse_stays_inside_and_skips_what_nobody_can_name(server: Server, clip
     assert [video["name"] for video in listing["videos"]] == ["A.MOV", "b.mp4"]
     assert "drives" in listing["folders"]
     assert "out" not in listing["folders"]
-    assert listing["parent"] is None
+    assert (listing["parent"], listing["truncated"]) == (None, False)
     assert server.client.get("/api/browse", params={"path": str(home / "out")}).status_code == 403
     assert server.client.get("/api/browse", params={"path": str(home / "b.mp4")}).status_code == 422
     inner = server.client.get("/api/browse", params={"path": str(home / "drives")}).json()
     assert (inner["parent"], inner["videos"]) == (str(home), [])
+
+
+def test_a_folder_that_holds_more_than_is_listed_says_so(server: Server) -> None:
+    home = server.settings.home / "full"
+    home.mkdir()
+    for k in range(MOST_ENTRIES + 500):
+        (home / f".hidden {k}").touch()
+        (home / f"notes {k}.txt").touch()
+    for k in range(MOST_ENTRIES - 1):
+        (home / f"video {k:04d}.mp4").touch()
+    (home / "last folder").mkdir()
+
+    def listing() -> Any:
+        return server.client.get("/api/browse", params={"path": str(home)}).json()
+
+    whole = listing()
+    assert (len(whole["folders"]) + len(whole["videos"]), whole["truncated"]) == (MOST_ENTRIES, False)
+    (home / "video 9999.mp4").touch()
+    part = listing()
+    assert (part["folders"], part["videos"], part["truncated"]) == (whole["folders"], whole["videos"], True)
 
 
 def test_a_hostile_file_fails_its_import_only(server: Server, corpus: ModuleType, clip: Path) -> None:

@@ -5,6 +5,7 @@ import {arrange} from '../../../static/js/views/library.js';
 import {arrangeConfusion} from '../../../static/js/views/compare-confusion.js';
 import {sides, viewOf} from '../../../static/js/views/compare-places.js';
 import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
+import {lacking} from '../../../static/js/views/dialogs/add-video.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
 import {findLabels, sideOf} from '../../../static/js/views/dialogs/relabel.js';
 import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/views/format.js';
@@ -35,6 +36,11 @@ test('a preset departs from the default only where it says so', () => {
   assert.equal(presetValue(parameter(), 'paper'), 10);
   assert.equal(presetValue(parameter(), 'default'), 15);
   assert.equal(presetValue(parameter({presets: {paper: null}}), 'paper'), null);
+});
+
+test('a folder that holds more than is listed says how much is, and what to do', () => {
+  const videos = Array.from({length: 1999}, (_, k) => ({name: `${k}.mp4`, path: `/v/${k}.mp4`, size: 1}));
+  assert.match(lacking({folders: ['a'], videos}), /first 2,000 folders and videos .* Type the path/);
 });
 
 test('parameters are found by name and by meaning, names first', () => {

@@ -5,7 +5,7 @@ import {sentence} from '../../api/errors.js';
 import {putVideo} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {waiting} from '../empty.js';
-import {bytes} from '../format.js';
+import {bytes, count} from '../format.js';
 import {icon} from '../icons.js';
 import {toast} from '../toasts.js';
 
@@ -37,6 +37,7 @@ export function addVideoDialog({app, close, signal}) {
       const {parent} = folder;
       fill(list,
         parent !== null && row('up', '..', 'One folder up', () => open(parent)),
+        folder.truncated && h('p', {class: 'muted browser-none'}, lacking(folder)),
         folder.folders.map((name) => row('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name)))),
         folder.videos.map((video) => row('film', video.name, bytes(video.size), () => {
           path.value = video.path;
@@ -44,7 +45,7 @@ export function addVideoDialog({app, close, signal}) {
           list.querySelector(`[data-path="${CSS.escape(video.path)}"]`)?.setAttribute('aria-pressed', 'true');
           add.focus();
         }, video.path)),
-        folder.videos.length === 0 && h('p', {class: 'muted browser-none'}, folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.'));
+        folder.videos.length === 0 && !folder.truncated && h('p', {class: 'muted browser-none'}, folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.'));
     } catch (thrown) {
       if (signal.aborted) return;
       fill(list);
@@ -94,6 +95,14 @@ export function addVideoDialog({app, close, signal}) {
 function row(name, text, detail, act, video) {
   return h('button', {class: 'browser-row', type: 'button', title: detail, onclick: act, 'aria-pressed': video ? 'false' : null, dataset: video ? {path: video} : {}},
     icon(name), h('span', {class: 'truncate grow'}, text), video && h('span', {class: 'muted small'}, detail));
+}
+
+/**
+ * What is said of a folder that holds more than is listed.
+ * @param {Pick<import('../../api/client.js').Folder, 'folders'|'videos'>} folder
+ */
+export function lacking({folders, videos}) {
+  return `This folder holds more: the first ${count(folders.length + videos.length)} folders and videos by name are listed. Type the path of any other one above.`;
 }
 
 /** @param {string} path */
