@@ -115,7 +115,7 @@ def build_context(settings: Settings) -> Context:
         viewer=ViewerFiles(settings.home),
         space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),
         bundles=BundleService(database, evidence, artefacts),
-        bundle_imports=BundleImports(settings, database, events, jobs, uploads),
+        bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits),
         pictograms=Pictograms(),
     )
 

@@ -18,6 +18,7 @@ from sqlalchemy.orm import Session, undefer
 from app.artefacts.placing import Placing, placing
 from app.bundles.corrections import moved_document, read_corrections
 from app.edits.documents import TrackDoc, engine_doc
+from app.edits.service import EditService
 from app.errors import Invalid
 from app.events import EventBus
 from app.jobs.queue import JobQueue
@@ -27,7 +28,7 @@ from app.runs.view import RunView, publish_run, run_view
 from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
-from app.storage.models import Edit, Run, TrackDocument, Video
+from app.storage.models import Run, Video
 from app.videos.table import restamp
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, video_view
@@ -86,13 +87,20 @@ class BundleImports:
     """Takes bundles in."""
 
     def __init__(
-        self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue, uploads: Uploads
+        self,
+        settings: Settings,
+        database: Database,
+        events: EventBus,
+        jobs: JobQueue,
+        uploads: Uploads,
+        edits: EditService,
     ) -> None:
         self._settings = settings
         self._database = database
         self._events = events
         self._jobs = jobs
         self._uploads = uploads
+        self._edits = edits
 
     def bring_in(self, path: Path, folder: Path, author: str) -> BundleImport:
         """Check a bundle, then store all of it in one transaction.
@@ -261,29 +269,10 @@ class BundleImports:
         """The corrections as one operation of the log, which one undo takes back."""
         if not documents:
             return
-        after = {key: doc.model_dump(mode="json") for key, doc in documents.items()}
-        for key, document in after.items():
-            session.add(TrackDocument(run_id=run.id, key=key, revision=document["revision"], document=document))
-        before: dict[str, Any] = {}
-        for key in after:
-            number = int(key[1:]) if key.startswith("m") else -1
-            before[key] = engine_doc(number, *spans[number]).model_dump(mode="json") if number in spans else None
+        untouched = {f"m{track}": engine_doc(track, *span) for track, span in spans.items()}
+        said = {key: (untouched.get(key), doc) for key, doc in documents.items()}
         command = {"name": "import_bundle", "video": report.video_name, "offset": report.offset}
-        self._events.order(session)
-        row = Edit(
-            op_id=uuid.uuid4().hex,
-            run_id=run.id,
-            author=author,
-            kind="import_bundle",
-            command=command,
-            frame=report.first,
-            before=before,
-            after=after,
-        )
-        session.add(row)
-        session.flush()
-        told = {"seq": row.seq, "op_id": row.op_id, "author": author, "docs": list(after.values())}
-        self._events.publish(session, "edit", run.id, told)
+        self._edits.record_first(session, run, author, command, said, report.first)
 
 
 def _look(expectation: Expectation, expected: Sequence[ExpectedView], first: int) -> tuple[int, str | None]:

@@ -212,7 +212,8 @@ class EditService:
         run: Run,
         author: str,
         command: Mapping[str, Any],
-        documents: Mapping[str, tuple[TrackDoc, TrackDoc]],
+        documents: Mapping[str, tuple[TrackDoc | None, TrackDoc]],
+        frame: int | None = None,
     ) -> int:
         """Begin the log of a run in the transaction that stores the run: nobody else can know it yet.
 
@@ -221,7 +222,8 @@ class EditService:
             run: stored there already, complete.
             author: who brings it.
             command: what the log says; ``name`` is the kind of operation.
-            documents: of each touched track, untouched and as it is now; by key.
+            documents: of each touched track, untouched (None: a person made it) and as it is now; by key.
+            frame: where to look; None: the operation is about no frame.
 
         Returns:
             Number of the operation in the log; one undo takes it back.
@@ -231,7 +233,7 @@ class EditService:
         """
         before = {key: old for key, (old, _) in documents.items()}
         after = {key: new for key, (_, new) in documents.items()}
-        return self._record(session, run, author, command, before, after).seq
+        return self._record(session, run, author, command, before, after, frame).seq
 
     def _record(
         self,
@@ -241,6 +243,7 @@ class EditService:
         command: Mapping[str, Any],
         before: Mapping[str, TrackDoc | None],
         documents: Mapping[str, TrackDoc],
+        frame: int | None = None,
     ) -> Edit:
         """Save documents as one operation that no page has asked for by name."""
         require_documents_inside(documents.values(), known_frames(session, run))
@@ -251,7 +254,7 @@ class EditService:
             author=author,
             kind=command["name"],
             command=dict(command),
-            frame=None,
+            frame=frame,
             before={name: None if doc is None else doc.model_dump(mode="json") for name, doc in before.items()},
             after={name: doc.model_dump(mode="json") for name, doc in saved.items()},
         )

@@ -103,6 +103,11 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     assert documents["m2"]["notes"][0]["text"] == "look at this"
     assert sorted(documents["habcdef"]["keys"], key=int) == ["40", "56", "62"]
     assert annotation["undo"]["name"] == "import_bundle"
+    log = server.client.get(f"/api/runs/{run_id}/edits").json()["edits"]
+    assert [(row["name"], row["frame"], row["keys"]) for row in log] == [
+        ("import_bundle", report["first"], ["habcdef", "m2"])
+    ]
+    assert {document["revision"] for document in documents.values()} == {1}
     edits = server.context.edits
     undo = Undo(name="undo", op_id=annotation["undo"]["op_id"])
     back = edits.apply(run_id, "undo-of-the-import", "ada", undo, None)
