@@ -18,6 +18,7 @@ from app.evidence.service import EvidenceService
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.jobs.queue import JobQueue
+from app.kinds import KINDS
 from app.recordings.service import RecordingService
 from app.recordings.viewer import ViewerFiles
 from app.runs.service import RunService
@@ -84,7 +85,7 @@ def build_context(settings: Settings) -> Context:
     database = Database(settings.database)
     database.migrate(settings.home / "backups")
     events = EventBus()
-    jobs = JobQueue(events)
+    jobs = JobQueue(events, KINDS)
     uploads = Uploads(settings.home, database)
     videos = VideoService(settings, database, events, jobs, uploads)
     evidence = EvidenceService(settings, database)

@@ -34,9 +34,7 @@ def start(context: Context) -> Running:
     stream = EventStream(context.database, context.events)
     supervisor = None
     if context.settings.workers:
-        supervisor = Supervisor(
-            context.settings, context.database, context.events, context.jobs, lambda: stream.pages > 0
-        )
+        supervisor = Supervisor(context.settings, context.database, context.jobs, lambda: stream.pages > 0)
         supervisor.start()
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()

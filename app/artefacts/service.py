@@ -17,6 +17,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.artefacts.folders import artefact_folder, clear_folder, file_sha256, settle_file
+from app.artefacts.settling import settle_artefact
 from app.artefacts.view import ArtefactView, artefact_view, publish_artefact
 from app.errors import Conflict, NotFound
 from app.events import EventBus
@@ -66,7 +67,7 @@ class ArtefactService:
             run_id: the run that it is made from, where there is exactly one.
             name: file name offered for the download.
             options: everything that the job needs to know, as plain JSON values.
-            job_kind: name of the job, see :mod:`app.jobs.tasks`; its subject is the artefact.
+            job_kind: name of the job, see :mod:`app.kinds`; its subject is the artefact.
         """
         artefact = Artefact(
             id=uuid.uuid4().hex,
@@ -125,9 +126,8 @@ class ArtefactService:
         with self._database.write() as session:
             artefact = _require(session, artefact_id)
             waited = [job for job in self._jobs.cancel(session, artefact_id) if job.state == "cancelled"]
-            if waited:
-                artefact.state, artefact.error, artefact.finished = "cancelled", None, datetime.now(UTC)
-                publish_artefact(session, self._events, artefact)
+            for job in waited:
+                settle_artefact(session, self._events, job, "cancelled", None)
         if waited:
             clear_folder(self._home, artefact_id)
         return artefact

@@ -91,6 +91,7 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
     from app.errors import ApiError
     from app.events import EventBus
     from app.jobs.queue import JobQueue
+    from app.kinds import KINDS
     from app.settings import DATABASE_FILE, load_settings
     from app.storage.database import Database
     from app.training.service import TrainingService
@@ -102,7 +103,7 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
     try:
         database.migrate(settings.home / "backups")
         events = EventBus()
-        yield TrainingService(settings, database, events, JobQueue(events))
+        yield TrainingService(settings, database, events, JobQueue(events, KINDS))
     except ApiError as error:
         raise UsageError(error.message) from None
     finally:

@@ -15,7 +15,8 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.jobs.lanes import SHORT_KINDS, Lane
+from app.jobs.kinds import JobKinds
+from app.jobs.lanes import Lane
 from app.storage.models import Job
 
 __all__ = ["MOST_CRASHES", "STRIDE", "Fenced", "JobQueue"]
@@ -31,10 +32,16 @@ class Fenced(Exception):
 
 
 class JobQueue:
-    """Operations on the queue; each runs in the caller's transaction."""
+    """Operations on the queue; each runs in the caller's transaction.
 
-    def __init__(self, events: EventBus) -> None:
+    Args:
+        events: where pages hear of jobs.
+        kinds: what can be submitted.
+    """
+
+    def __init__(self, events: EventBus, kinds: JobKinds) -> None:
         self.events = events
+        self.kinds = kinds
 
     def submit(
         self, session: Session, kind: str, subject: str, payload: dict[str, Any] | None = None, priority: int = 0
@@ -61,7 +68,8 @@ class JobQueue:
         """Jobs that can be claimed, the next first; those of one lane."""
         query = select(Job.id).where(Job.state == "queued").order_by(Job.priority.desc(), Job.order)
         if lane is not None:
-            query = query.where(Job.kind.in_(SHORT_KINDS) if lane == "short" else Job.kind.not_in(SHORT_KINDS))
+            short = self.kinds.short()
+            query = query.where(Job.kind.in_(short) if lane == "short" else Job.kind.not_in(short))
         return session.scalars(query).all()
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
@@ -133,14 +141,15 @@ class JobQueue:
             return job
         if job.crashes >= MOST_CRASHES:
             job.state, job.finished = "failed", datetime.now(UTC)
-            job.error = _died(job)
+            kind = self.kinds.get(job.kind)
+            job.error = _died(job, by_frame=kind is not None and kind.by_frame)
             return job
         job.state = "queued"
         return None
 
 
-def _died(job: Job) -> str:
-    if job.kind not in ("import", "track"):
+def _died(job: Job, *, by_frame: bool) -> str:
+    if not by_frame:
         return (
             f"The process that makes this died {job.crashes} times. Its memory may not suffice: ask for less at once."
         )

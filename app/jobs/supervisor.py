@@ -13,11 +13,9 @@ from collections.abc import Callable, Sequence
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from app.artefacts.folders import clear_folder
-from app.events import EventBus
-from app.jobs.lanes import LANES, SHORT_WORKERS, Lane, lane_of
+from app.jobs.lanes import LANES, SHORT_WORKERS, Lane
 from app.jobs.locks import holder, is_alive, place_of
-from app.jobs.outcome import settle_subject, take_back
+from app.jobs.outcome import clear_subject, settle_subject, take_back
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY
 from app.settings import Settings
@@ -54,7 +52,6 @@ class Supervisor:
         self,
         settings: Settings,
         database: Database,
-        events: EventBus,
         jobs: JobQueue,
         watched: Callable[[], bool] = lambda: False,
     ) -> None:
@@ -63,13 +60,11 @@ class Supervisor:
         Args:
             settings: of the server.
             database: where the queue is.
-            events: what pages are told.
-            jobs: the queue.
+            jobs: the queue, which knows the kinds of jobs and where pages hear of them.
             watched: whether somebody has a page open.
         """
         self._settings = settings
         self._database = database
-        self._events = events
         self._jobs = jobs
         self._lanes: dict[Lane, list[subprocess.Popen[bytes]]] = {lane: [] for lane in LANES}
         self._watched = watched
@@ -114,7 +109,7 @@ class Supervisor:
         for job in held:
             try:
                 with self._database.write() as session:
-                    take_back(session, self._events, self._jobs, job)
+                    take_back(session, self._jobs, job)
             except (Fenced, SQLAlchemyError):
                 _log.warning("Job %s was not taken back; the next server finds it.", job.id)
 
@@ -137,9 +132,10 @@ class Supervisor:
                 self._bury(job)
             elif job.cancel:
                 self._press(job)
+        kinds = self._jobs.kinds
         for lane in LANES:
             workers = self._lanes[lane]
-            busy = sum(lane_of(job.kind) == lane and is_alive(self._settings.home, job.id) for job in running)
+            busy = sum(kinds.lane(job.kind) == lane and is_alive(self._settings.home, job.id) for job in running)
             most = self._settings.workers if lane == "long" else SHORT_WORKERS
             if waiting[lane] > max(0, len(workers) - busy) and len(workers) < most:
                 workers.append(self._spawn(lane))
@@ -180,11 +176,11 @@ class Supervisor:
             except Fenced:
                 return  # it ended between the look at the queue and the look at its lock
             if ended is not None:
-                settle_subject(session, self._events, ended, ended.state, ended.error)
+                settle_subject(session, self._jobs, ended, ended.state, ended.error)
             else:
-                settle_subject(session, self._events, job, "queued", None)
+                settle_subject(session, self._jobs, job, "queued", None)
         if ended is not None:
-            clear_folder(self._settings.home, job.subject)
+            clear_subject(self._settings.home, self._jobs, job)
             return
         _log.warning("A worker died in job %s; it is tried again.", job.id)
 
@@ -199,7 +195,7 @@ class Supervisor:
     def _spawn(self, lane: Lane, *further: str) -> subprocess.Popen[bytes]:
         passed = {f"TSR_{name.upper()}": value for name, value in _as_environment(self._settings).items()}
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        command = [sys.executable, "-m", "app.jobs.worker", str(os.getpid()), lane, *further]
+        command = [sys.executable, "-m", self._jobs.kinds.worker, str(os.getpid()), lane, *further]
         environment = {**os.environ, **threads, **passed}
         return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL)
 

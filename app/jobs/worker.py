@@ -1,4 +1,4 @@
-"""A process that takes jobs from the queue until there are none: ``python -m app.jobs.worker PARENT LANE [stay]``.
+"""A process that takes jobs from the queue until there are none: ``PARENT LANE [stay]`` are its arguments.
 
 It ends with its server, has a limit on memory, and works at low priority: a broken or hostile video costs this one
 process. One that is to stay waits for jobs until it is told to leave, and loads meanwhile what they will need.
@@ -11,21 +11,20 @@ import logging
 import os
 import resource
 import signal
-import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from sqlalchemy.exc import OperationalError
 
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
+from app.jobs.kinds import JobKinds
 from app.jobs.lanes import LANES, Lane
 from app.jobs.locks import JobLock, place_of
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY, preparations
-from app.jobs.tasks import task_of
 from app.settings import Settings, load_settings
 from app.storage.database import Database
 from tsr_engine.errors import TsrError
@@ -70,11 +69,15 @@ class _Leaving:
         return self.told
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Work until idle or told to leave; the exit code is 0 then."""
-    given = sys.argv[1:] if arguments is None else arguments
-    parent, lane = int(given[0]), LANES[LANES.index(given[1])]  # type: ignore[arg-type]
-    stays = STAY in given[2:]
+def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
+    """Work until idle or told to leave; the exit code is 0 then.
+
+    Args:
+        kinds: what the process can do.
+        arguments: number of the process that it ends with, lane, and ``stay`` if it is to wait for jobs.
+    """
+    parent, lane = int(arguments[0]), LANES[LANES.index(arguments[1])]  # type: ignore[arg-type]
+    stays = STAY in arguments[2:]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
     leaving = _Leaving()
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
@@ -86,9 +89,9 @@ def main(arguments: list[str] | None = None) -> int:
     os.nice(10)
     database = Database(settings.database)
     events = EventBus()
-    jobs = JobQueue(events)
+    jobs = JobQueue(events, kinds)
     since = time.monotonic()
-    ahead = preparations() if stays else iter(())
+    ahead = preparations(kinds) if stays else iter(())
     while not leaving() and (stays or time.monotonic() - since < IDLE):
         if _one_job(settings, database, events, jobs, leaving, lane):
             since = time.monotonic()
@@ -134,7 +137,7 @@ def _one_job(
 def _execute(task: TaskContext) -> None:
     job = task.job
     try:
-        task_of(job.kind)(task)
+        task.jobs.kinds.task(job.kind)(task)
         with task.database.write() as session:
             task.jobs.finish(session, job.id, job.token, "done")
     except Fenced:
@@ -152,7 +155,3 @@ def _execute(task: TaskContext) -> None:
         _log.exception("Job %s failed.", job.id)
         name = type(error).__name__
         report_failure(task, f"Something unexpected went wrong ({name}). The server's log has the details.")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -12,9 +12,9 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
-from app.jobs.outcome import settle_subject
 from app.jobs.queue import JobQueue
 from app.runs.parameters import params_of
+from app.runs.settling import settle_run
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
@@ -116,7 +116,7 @@ class RunService:
             run = self.get(session, run_id)
             for job in self._jobs.cancel(session, run_id):
                 if job.state == "cancelled":
-                    settle_subject(session, self._events, job, "cancelled", None)
+                    settle_run(session, self._events, job, "cancelled", None)
         return run
 
     def resume(self, run_id: str) -> Run:

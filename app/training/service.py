@@ -13,13 +13,13 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
-from app.jobs.outcome import settle_subject
 from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.shapes import PLAIN, Model
 from app.storage.database import Database
 from app.storage.models import Artefact, ModelVersion, Run
 from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
+from app.training.settling import settle_version
 from app.training.view import ModelView, model_view, publish_model
 from app.videos.paths import allowed_path
 from tsr_engine.errors import ModelError
@@ -179,7 +179,7 @@ class TrainingService:
             version = _require(session, version_id)
             for job in self._jobs.cancel(session, version_id):
                 if job.state == "cancelled":
-                    settle_subject(session, self._events, job, "cancelled", None)
+                    settle_version(session, self._events, job, "cancelled", None)
             return model_view(version, False)
 
     def resume(self, version_id: str) -> ModelView:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from app.context import Context
 from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
-from app.jobs.tasks import task_of
 from tsr_engine.errors import TsrError
 
 __all__ = ["work_off"]
@@ -26,7 +25,7 @@ def work_off(context: Context, *kinds: str) -> None:
                 continue
             task = TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: False)
             try:
-                task_of(job.kind)(task)
+                context.jobs.kinds.task(job.kind)(task)
                 with context.database.write() as session:
                     context.jobs.finish(session, job.id, job.token, "done")
             except TsrError as error:

@@ -13,6 +13,7 @@ from typing import Any
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.jobs.queue import JobQueue
+from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
@@ -88,7 +89,7 @@ def make_home(folder: Path, frames: int = 75) -> ToyHome:
         row.warnings = []
         session.add(row)
     home = ToyHome(
-        settings, database, events, JobQueue(events), EvidenceService(settings, database), digest, run_id, video
+        settings, database, events, JobQueue(events, KINDS), EvidenceService(settings, database), digest, run_id, video
     )
     home.add_run(id=run_id, folder=f"runs/{run_id}", name="Run 1", frames_done=frames, tracks=len(report.tracks))
     return home

@@ -13,7 +13,6 @@ from app.artefacts.service import ArtefactService
 from app.bundles.service import BundleService
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
 from app.jobs.context import TaskContext
-from app.jobs.tasks import task_of
 from app.storage.models import Artefact, TrackDocument
 
 FIRST, STOP = 46, 70
@@ -64,7 +63,7 @@ def work(home: Any) -> Artefact:
         job = home.jobs.claim(session, home.jobs.waiting(session)[0])
     assert job is not None
     task = TaskContext(home.settings, home.database, home.events, home.jobs, job, lambda: False)
-    task_of(job.kind)(task)
+    home.jobs.kinds.task(job.kind)(task)
     with home.database.write() as session:
         home.jobs.finish(session, job.id, job.token, "done")
     return artefacts(home).get(job.subject)

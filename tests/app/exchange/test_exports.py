@@ -17,7 +17,6 @@ from app.artefacts.folders import artefact_folder
 from app.artefacts.service import ArtefactService
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
-from app.jobs.tasks import task_of
 from app.storage.models import Artefact, Job
 from tests.patience import within
 from tsr_engine.exchange.registry import FORMATS
@@ -195,7 +194,7 @@ def test_an_export_is_cancelled_while_it_is_made(desk: Desk, monkeypatch: pytest
         desk.post(f"/api/artefacts/{artefact}/cancel")
         assert desk.get(f"/api/artefacts/{artefact}")["state"] == "queued", "its worker has to see it first"
         with pytest.raises(Stopped):
-            task_of("export")(task)
+            task.jobs.kinds.task("export")(task)
         give_back(task)
     assert desk.get(f"/api/artefacts/{artefact}")["state"] == "cancelled"
     assert rubbish(desk) == []

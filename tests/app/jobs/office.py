@@ -35,7 +35,7 @@ class Office:
         """Begin to work."""
         c = self.context
         settings = c.settings.model_copy(update={"workers": workers})
-        self.supervisor = Supervisor(settings, c.database, c.events, c.jobs)
+        self.supervisor = Supervisor(settings, c.database, c.jobs)
         self.supervisor.start()
 
     def close(self) -> None:

@@ -23,10 +23,10 @@ from app.artefacts.folders import artefact_folder, file_sha256
 from app.context import Context, build_context
 from app.events import EventBus
 from app.exchange.export import ExportRequest
-from app.jobs.lanes import SHORT_KINDS, lane_of
 from app.jobs.locks import holder
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
+from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Artefact, Job, Run
@@ -50,7 +50,7 @@ def context(drive: Path, tmp_path: Path) -> Iterator[Context]:
     home = tmp_path / "home"
     shutil.copytree(drive, home)
     made = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
-    supervisor = Supervisor(made.settings, made.database, made.events, made.jobs)
+    supervisor = Supervisor(made.settings, made.database, made.jobs)
     supervisor.start()
     yield made
     supervisor.stop()
@@ -89,17 +89,18 @@ def pictures_of(run: Run) -> ExportRequest:
 
 
 def test_each_kind_has_a_lane(tmp_path: Path) -> None:
-    assert {lane_of(kind) for kind in ("track", "train", "something new")} == {"long"}
-    assert {lane_of(kind) for kind in ("import", "whatif", "export", "recording", "bundle")} == {"short"}
+    short = KINDS.short()
+    assert {KINDS.lane(kind) for kind in ("track", "retrain", "something new")} == {"long"}
+    assert set(short) == {"import", "whatif", "export", "recording", "bundle", "scene"}
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
-    jobs = JobQueue(EventBus())
+    jobs = JobQueue(EventBus(), KINDS)
     with database.write() as session:
-        made = {kind: jobs.submit(session, kind, kind).id for kind in ("track", *SHORT_KINDS)}
+        made = {kind: jobs.submit(session, kind, kind).id for kind in ("track", *short)}
         urgent = jobs.submit(session, "whatif", "w", priority=9).id
     with database.read() as session:
         assert jobs.waiting(session, "long") == [made["track"]]
-        assert jobs.waiting(session, "short") == [urgent, *(made[kind] for kind in SHORT_KINDS)]
+        assert jobs.waiting(session, "short") == [urgent, *(made[kind] for kind in short)]
         assert len(jobs.waiting(session)) == len(made) + 1
     database.close()
 
@@ -120,7 +121,7 @@ def test_what_ends_while_the_supervisor_looks_stays_ended(drive: Path, tmp_path:
 
     with made.database.write() as session:
         made.jobs.finish(session, job.id, job.token, "done")
-    Supervisor(made.settings, made.database, made.events, Late(made.events))._turn()
+    Supervisor(made.settings, made.database, Late(made.events, KINDS))._turn()
     assert (row(made, Run, run.id).state, job_of(made, run.id).state) == ("complete", "done")
     made.close()
 

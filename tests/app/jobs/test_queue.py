@@ -10,6 +10,7 @@ from app.events import EventBus
 from app.jobs.context import TaskContext
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import MOST_CRASHES, Fenced, JobQueue
+from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
@@ -23,7 +24,7 @@ def queue(database: Database) -> JobQueue:
         session.add(Video(id=VIDEO, name="v", path="/v", size=1, warnings=[]))
         session.flush()
         session.add(Run(id=RUN, video_id=VIDEO, state="queued", parameters={}, models={}, summary={}))
-    return JobQueue(EventBus())
+    return JobQueue(EventBus(), KINDS)
 
 
 def submit(database: Database, queue: JobQueue, priority: int = 0) -> str:

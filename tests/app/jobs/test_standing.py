@@ -56,7 +56,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Desk]:
     home = tmp_path / "home"
     make_long_run(home, 2 * SEGMENT, 12)
     context = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
-    made = Desk(context, Supervisor(context.settings, context.database, context.events, context.jobs))
+    made = Desk(context, Supervisor(context.settings, context.database, context.jobs))
     made.supervisor._watched = lambda: made.open
     made.supervisor.start()
     yield made
@@ -108,9 +108,10 @@ def test_one_that_dies_gets_a_successor(desk: Desk) -> None:
 
 def test_it_loads_what_jobs_need() -> None:
     code = (
-        "import sys, app.jobs.readiness as r; needed = {'rerun', 'tsr_engine.replay', 'app.exchange.task'}\n"
+        "import sys, app.jobs.readiness as r; from app.kinds import KINDS\n"
+        "needed = {'rerun', 'tsr_engine.replay', 'app.exchange.task'}\n"
         "assert not needed & set(sys.modules)\n"
-        "for step in r.preparations(): step()\n"
+        "for step in r.preparations(KINDS): step()\n"
         "assert needed <= set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

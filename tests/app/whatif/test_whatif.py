@@ -12,6 +12,7 @@ from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
+from app.kinds import KINDS
 from app.storage.models import Event, Job, Run
 from app.whatif.difference import difference
 from app.whatif.service import WhatIfService
@@ -137,7 +138,7 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
     settings = Settings(home=tmp_path, sample=False)
     database, events = Database(settings.database), EventBus()
     database.migrate()
-    jobs = JobQueue(events)
+    jobs = JobQueue(events, KINDS)
     path = SHIPPED[0].video
     digest = video_sha256(path)
     with database.write() as session:

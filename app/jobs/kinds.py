@@ -1,0 +1,107 @@
+"""What the queue has to know of a kind of job. Whose work it is says so (``app.kinds``); the queue asks nobody else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from sqlalchemy.orm import Session
+
+from app.events import EventBus
+from app.jobs.lanes import Lane
+from app.storage.models import Job
+
+if TYPE_CHECKING:
+    from app.jobs.context import TaskContext
+
+__all__ = ["JobKind", "JobKinds", "Settle", "Task"]
+
+Task = Callable[["TaskContext"], None]
+"""Does one job in a worker; a ``TsrError`` of it is the sentence that people get."""
+
+
+class Settle(Protocol):
+    """Brings what a job works on to the state that it is left in, and tells the pages; in the caller's transaction."""
+
+    def __call__(self, session: Session, events: EventBus, job: Job, state: str, error: str | None) -> None:
+        """Settle it.
+
+        Args:
+            session: writes.
+            events: where pages hear of it.
+            job: that did not end well, or waits again.
+            state: ``failed``, ``cancelled`` or ``queued``.
+            error: one sentence; None: nothing is wrong.
+        """
+
+
+def _nothing(_home: Path, _subject: str) -> None:
+    """Of unfinished work there is nothing to remove, or it stays for the next attempt."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobKind:
+    """One kind of job.
+
+    Attributes:
+        name: as jobs of it are submitted.
+        lane: whose workers do it.
+        load: imports the function that does it: the engine is large, and the server does not need it.
+        settle: what becomes of the subject of a job that does not end well.
+        clear: data folder, subject: removes what a job that is over without an end has left.
+        prepare: steps of a second at most that a worker does in advance, after ``load``.
+        by_frame: a job's position is a frame of a video, so that people can be told where it died.
+    """
+
+    name: str
+    lane: Lane
+    load: Callable[[], Task]
+    settle: Settle
+    clear: Callable[[Path, str], None] = _nothing
+    prepare: tuple[Callable[[], object], ...] = ()
+    by_frame: bool = False
+
+
+class JobKinds:
+    """All kinds of jobs; what people wait for most often comes first.
+
+    Args:
+        kinds: each name once.
+        worker: module that a process runs to do such jobs: ``python -m WORKER PARENT LANE``.
+
+    Raises:
+        ValueError: two kinds have one name.
+    """
+
+    def __init__(self, kinds: Iterable[JobKind], worker: str) -> None:
+        given = tuple(kinds)
+        self._kinds = {kind.name: kind for kind in given}
+        self.worker = worker
+        if len(self._kinds) < len(given):
+            raise ValueError(f"Each kind of job has a name of its own. Got {[kind.name for kind in given]}.")
+
+    def __iter__(self) -> Iterator[JobKind]:
+        return iter(self._kinds.values())
+
+    def get(self, name: str) -> JobKind | None:
+        """The kind of that name; None: a newer version has submitted it."""
+        return self._kinds.get(name)
+
+    def short(self) -> list[str]:
+        """Names of those in the short lane; all others, unknown ones too, are long."""
+        return [kind.name for kind in self if kind.lane == "short"]
+
+    def lane(self, name: str) -> Lane:
+        """The lane of a kind."""
+        kind = self.get(name)
+        return "long" if kind is None else kind.lane
+
+    def task(self, name: str) -> Task:
+        """The function that does jobs of a kind.
+
+        Raises:
+            KeyError: there is no such kind.
+        """
+        return self._kinds[name].load()

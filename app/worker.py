@@ -1,0 +1,13 @@
+"""A process that does jobs: ``python -m app.worker PARENT LANE [stay]``; see :mod:`app.jobs.worker`."""
+
+from __future__ import annotations
+
+import sys
+
+from app.jobs.worker import main
+from app.kinds import KINDS
+
+__all__: list[str] = []
+
+if __name__ == "__main__":
+    sys.exit(main(KINDS, sys.argv[1:]))

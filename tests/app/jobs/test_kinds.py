@@ -1,0 +1,143 @@
+"""Kinds of jobs: a made-up one gets all that ours get, and the queue has never heard of any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from app.events import EventBus
+from app.jobs.context import Stopped, TaskContext
+from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.outcome import settle_subject
+from app.jobs.queue import MOST_CRASHES, JobQueue
+from app.jobs.readiness import preparations
+from app.jobs.supervisor import Supervisor
+from app.jobs.worker import _execute
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job
+from tsr_engine.errors import InputError
+
+SUBJECT = "s" * 32
+
+
+@dataclass
+class Bakery:
+    """Work that is in no package of ours; notes what is asked of it."""
+
+    database: Database
+    home: Path
+    told: list[tuple[str, str | None]] = field(default_factory=list)
+    cleared: list[tuple[Path, str]] = field(default_factory=list)
+    work: Callable[[TaskContext], None] = lambda _: None
+
+    def __post_init__(self) -> None:
+        kind = JobKind("bake", "short", lambda: self.work, self._settle, self._clear, by_frame=True)
+        self.jobs = JobQueue(EventBus(), JobKinds([kind], worker="no.such.module"))
+
+    def _settle(self, session: object, events: EventBus, job: Job, state: str, error: str | None) -> None:
+        assert (job.subject, events) == (SUBJECT, self.jobs.events)
+        self.told.append((state, error))
+
+    def _clear(self, home: Path, subject: str) -> None:
+        self.cleared.append((home, subject))
+
+    def submit(self) -> str:
+        """One job."""
+        with self.database.write() as session:
+            return self.jobs.submit(session, "bake", SUBJECT).id
+
+    def claim(self, job_id: str) -> TaskContext:
+        """A job as a worker holds it."""
+        with self.database.write() as session:
+            job = self.jobs.claim(session, job_id)
+        assert job is not None
+        return TaskContext(
+            Settings(home=self.home), self.database, self.jobs.events, self.jobs, job, leaving=lambda: False
+        )
+
+    def state(self, job_id: str) -> str:
+        """How a job stands."""
+        with self.database.read() as session:
+            return session.get_one(Job, job_id).state
+
+
+@pytest.fixture
+def bakery(database: Database, tmp_path: Path) -> Bakery:
+    return Bakery(database, tmp_path)
+
+
+def fail(_: TaskContext) -> None:
+    raise InputError("The flour is gone.")
+
+
+def stop(_: TaskContext) -> None:
+    raise Stopped
+
+
+def test_what_is_done_is_nobodys_business_but_the_tasks(bakery: Bakery) -> None:
+    seen: list[str] = []
+    bakery.work = lambda task: seen.append(task.job.subject)
+    job = bakery.submit()
+    _execute(bakery.claim(job))
+    assert (bakery.state(job), seen, bakery.told, bakery.cleared) == ("done", [SUBJECT], [], [])
+
+
+def test_what_fails_is_settled_and_cleared_as_its_kind_says(bakery: Bakery) -> None:
+    bakery.work = fail
+    job = bakery.submit()
+    _execute(bakery.claim(job))
+    assert bakery.state(job) == "failed"
+    assert bakery.told == [("failed", "The flour is gone.")]
+    assert bakery.cleared == [(bakery.home, SUBJECT)]
+
+
+def test_what_is_given_back_is_settled_and_what_is_cancelled_is_cleared_too(bakery: Bakery) -> None:
+    bakery.work = stop
+    job = bakery.submit()
+    _execute(bakery.claim(job))
+    assert (bakery.state(job), bakery.told, bakery.cleared) == ("queued", [("queued", None)], [])
+    task = bakery.claim(job)
+    with bakery.database.write() as session:
+        bakery.jobs.cancel(session, SUBJECT)
+    _execute(task)
+    assert bakery.state(job) == "cancelled"
+    assert bakery.told[1:] == [("cancelled", None)]
+    assert bakery.cleared == [(bakery.home, SUBJECT)]
+
+
+def test_what_keeps_dying_is_settled_by_the_supervisor(bakery: Bakery) -> None:
+    job = bakery.submit()
+    for _ in range(MOST_CRASHES):
+        task = bakery.claim(job)
+        Supervisor(task.settings, bakery.database, bakery.jobs)._bury(task.job)
+    assert [state for state, _ in bakery.told] == ["queued"] * (MOST_CRASHES - 1) + ["failed"]
+    assert "died 3 times before its first frame" in (bakery.told[-1][1] or "")
+    assert bakery.cleared == [(bakery.home, SUBJECT)]
+
+
+def test_a_job_of_a_newer_version_is_told_nobody_and_breaks_nothing(bakery: Bakery) -> None:
+    with bakery.database.write() as session:
+        newer = bakery.jobs.submit(session, "fly", SUBJECT)
+        settle_subject(session, bakery.jobs, newer, "failed", "There is no such work.")
+    with bakery.database.read() as session:
+        assert bakery.jobs.waiting(session, "long") == [newer.id]
+    assert bakery.told == []
+
+
+def test_what_is_short_is_prepared_in_order_and_names_are_ones_own(bakery: Bakery) -> None:
+    steps: list[str] = []
+
+    def kind(name: str, lane: str) -> JobKind:
+        load, ready = (lambda text=text: steps.append(f"{text} {name}") for text in ("load", "ready"))
+        return JobKind(name, lane, load, bakery._settle, prepare=(ready,))  # type: ignore[arg-type]
+
+    kinds = JobKinds([kind("a", "short"), kind("b", "long"), kind("c", "short")], worker="w")
+    for step in preparations(kinds):
+        step()
+    assert steps == ["load a", "ready a", "load c", "ready c"]
+    with pytest.raises(ValueError, match="a name of its own"):
+        JobKinds([kind("a", "short"), kind("a", "long")], worker="w")
