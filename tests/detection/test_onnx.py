@@ -5,20 +5,22 @@ import pytest
 
 from tsr_engine.detection.onnx import OnnxDetector, decode, letterbox
 from tsr_engine.params.detector import DetectorParams
+from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import OfflineDetector
+from tsr_engine.tracking.tracker import Tracker
 
 onnx = pytest.importorskip("onnx")
 
 
-def redness_network(size: int, cell: int, layout: str) -> bytes:
-    """Every cell answers its own square, with the cell's red minus green as confidence."""
+def redness_network(size: int, cell: int, layout: str, less_green: bool = True) -> bytes:
+    """Every cell answers its own square, with the cell's red as confidence, minus green unless told otherwise."""
     from onnx import TensorProto, helper, numpy_helper
 
     n = size // cell
     centres = (np.arange(n) + 0.5) * cell
     grid = np.stack([np.tile(centres, n), np.repeat(centres, n), np.full(n * n, cell), np.full(n * n, cell)])
     weights = np.zeros((1, 3, cell, cell), np.float32)
-    weights[0, 0], weights[0, 1] = 1 / cell**2, -1 / cell**2
+    weights[0, 0], weights[0, 1] = 1 / cell**2, -less_green / cell**2
     constants = [
         numpy_helper.from_array(weights, "w"),
         numpy_helper.from_array(grid[None].astype(np.float32), "grid"),
@@ -58,6 +60,19 @@ def test_a_network_finds_what_it_looks_for(layout: str) -> None:
     assert len(found) == 1
     np.testing.assert_allclose(found.boxes[0], [96, 32, 128, 64], atol=1.0)
     assert found.scores[0] == found.raw_scores[0] > 1.5
+
+
+@pytest.mark.parametrize("height", [128, 132])
+def test_what_it_sees_in_the_bars_is_left_out_and_starts_no_track(height: int) -> None:
+    """The bars' grey is red enough; their cells reach not at all into the picture, or 2 px."""
+    network = redness_network(128, 16, "v8", less_green=False)
+    detector = OnnxDetector(network, (128, 128), "v8", params=DetectorParams(keep_score=-0.5))
+    picture = np.full((height, 256, 3), 20, np.uint8)
+    picture[64:96, 96:128] = (20, 20, 250)
+    found = detector.detect(picture)
+    assert len(found) == 1
+    tracker = Tracker(TrackingParams(), 256, height)
+    assert [len(tracker.step(frame, found).tracks) for frame in range(3)] == [1, 1, 1]
 
 
 def test_letterbox_and_back() -> None:

@@ -43,6 +43,13 @@ def test_near_without_overlap_costs_more_than_any_overlap() -> None:
     assert cost[1] < 1
 
 
+def test_boxes_without_area_are_outside() -> None:
+    flat, upside_down, nothing = box(100, 100, 20, 0), box(100, 120, 20, -20), np.full(4, np.nan)
+    cost = association_cost([predicted(100, 100)], np.array([flat, upside_down, nothing, box(100, 100)]), GATES)[0]
+    assert np.isinf(cost[:3]).all()
+    assert cost[3] == pytest.approx(0.0)
+
+
 def test_an_unsure_prediction_reaches_further_up_to_the_limit() -> None:
     far = np.array([box(122, 100), box(135, 100)])
     assert np.isinf(association_cost([predicted(100, 100)], far, GATES)).all()

@@ -53,6 +53,22 @@ def test_two_sure_detections_confirm_at_once(scores: tuple[float, ...], confirme
     assert all(t.state == "tentative" for f in run(Tracker(three, WIDTH, HEIGHT), seen, 4) for t in f.tracks)
 
 
+@pytest.mark.parametrize("motion", ["looming", "constant_velocity", "paper"])
+def test_boxes_without_area_neither_start_nor_move_a_track(motion: str) -> None:
+    params = PARAMS.model_copy(update={"motion": motion})
+    x1, y1, x2, y2, _ = approach(1)
+    empty = detections((x1, y1, x1, y2, 5.0), (x1, y2, x2, y2, 5.0), (x2, y2, x1, y1, 5.0))
+    tracker = Tracker(params, WIDTH, HEIGHT)
+    assert not tracker.step(0, empty).tracks
+    first = tracker.step(1, detections(approach(0)))
+    after = tracker.step(2, empty)
+    assert [t.track_id for t in first.tracks] == [t.track_id for t in after.tracks] == [1]
+    assert (after.tracks[0].source, after.tracks[0].detection) == ("predicted", None)
+    tracker.predict()
+    with pytest.raises(ValueError, match="corrected by a box with area"):
+        tracker.correct(1, empty.boxes[0])
+
+
 def test_weak_detections_hold_a_track_but_neither_start_nor_confirm_one() -> None:
     weak = {f: detections(approach(f, score=-1.8)) for f in range(6)}
     assert all(not f.tracks for f in run(Tracker(PARAMS, WIDTH, HEIGHT), weak, 6))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
-from tsr_engine.geometry.boxes import clip
+from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.records import Detections, FloatArray, Picture
 
@@ -76,6 +76,8 @@ class OnnxDetector:
         raw = np.log(clipped / (1 - clipped))
         kept = raw >= self.params.keep_score
         boxes, raw = clip(boxes[kept], width, height), raw[kept]
+        sane = shorter_side(boxes) >= LEAST_SIDE  # what lay in the grey bars has no side left
+        boxes, raw = boxes[sane], raw[sane]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(boxes, width, height)
         final = with_prior(raw, prior, weight_in_force(self.prior, self.prior_params))
         order = suppress(boxes, final, self.params.final_overlap)

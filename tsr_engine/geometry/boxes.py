@@ -6,12 +6,15 @@ and size.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tsr_engine.records import FloatArray
+
+LEAST_SIDE: Final = 4.0
+"""px: boxes with a shorter side are neither reported by a detector nor looked at."""
 
 
 def to_cxcywh(boxes: ArrayLike) -> FloatArray:
@@ -39,6 +42,12 @@ def area(boxes: ArrayLike) -> Any:
     """Area in px^2, zero for empty or inverted boxes; shape (...)."""
     b = np.asarray(boxes, dtype=np.float64)
     return np.maximum(0.0, b[..., 2] - b[..., 0]) * np.maximum(0.0, b[..., 3] - b[..., 1])
+
+
+def shorter_side(boxes: ArrayLike) -> FloatArray:
+    """The lesser of width and height in px, not above 0 for boxes without area; shape (...)."""
+    b = np.asarray(boxes, dtype=np.float64)
+    return np.asarray(np.minimum(b[..., 2] - b[..., 0], b[..., 3] - b[..., 1]))
 
 
 def intersection(a: ArrayLike, b: ArrayLike) -> FloatArray:

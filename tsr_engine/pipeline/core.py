@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tsr_engine.gating.gate import Gate
-from tsr_engine.geometry.boxes import area, clip, to_cxcywh
+from tsr_engine.geometry.boxes import LEAST_SIDE, area, clip, to_cxcywh
 from tsr_engine.params import Params
 from tsr_engine.pipeline.companion import Companion, Parts
 from tsr_engine.pipeline.frame import FrameInput
@@ -43,8 +43,6 @@ from tsr_engine.tracking.tracker import TrackedFrame, Tracker, TrackStatus
 
 __all__ = ["TrackingCore", "is_seen", "worth_looking_at"]
 
-_SMALLEST_SIDE = 4.0
-"""Boxes with a shorter side are not looked at, px."""
 _SHORTEST_STEP, _LONGEST_STEP = 1e-3, 250.0
 """Limits on the time between two frames, in nominal intervals."""
 
@@ -254,7 +252,7 @@ def worth_looking_at(box: FloatArray, width: int, height: int) -> bool:
     if not np.isfinite(box).all():
         return False
     across, down = box[2] - box[0], box[3] - box[1]
-    if not (_SMALLEST_SIDE <= across <= width and _SMALLEST_SIDE <= down <= height):
+    if not (LEAST_SIDE <= across <= width and LEAST_SIDE <= down <= height):
         return False
     return float(area(clip(box, width, height))) >= 1.0
 

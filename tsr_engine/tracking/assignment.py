@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from tsr_engine.geometry.boxes import iou, to_cxcywh
+from tsr_engine.geometry.boxes import iou, shorter_side, to_cxcywh
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import FloatArray, Prediction
 
@@ -33,7 +33,7 @@ class Gates:
 
 
 def association_cost(predictions: list[Prediction], boxes: FloatArray, gates: Gates) -> FloatArray:
-    """Cost of every pair, shape (n, m); inf outside the gates.
+    """Cost of every pair, shape (n, m); inf outside the gates, and for boxes without area.
 
     ``1 - IoU`` in [0, 1] for pairs that overlap, ``1 + distance`` for pairs that are only near, the distance of the
     centres counted in geometric means of the sizes.
@@ -44,6 +44,8 @@ def association_cost(predictions: list[Prediction], boxes: FloatArray, gates: Ga
     expected = np.array([p.box for p in predictions])
     overlap = iou(expected, boxes)
     a, b = to_cxcywh(expected)[:, None], to_cxcywh(boxes)[None]
+    real = shorter_side(boxes) > 0
+    b[:, ~real, 2:] = 1.0  # whatever that gives is not admitted; no root and no logarithm fails on the way
     side = (a[..., 2] * a[..., 3] * b[..., 2] * b[..., 3]) ** 0.25
     distance = np.hypot(a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]) / np.maximum(side, 1e-9)
     # A track that coasts is less sure of its place: its gate opens with its covariance, up to a limit.
@@ -51,7 +53,7 @@ def association_cost(predictions: list[Prediction], boxes: FloatArray, gates: Ga
     limit = np.clip(gates.sigmas * spread / np.maximum(side, 1e-9), gates.centre, max(gates.centre, gates.centre_max))
     ratio = np.exp(np.abs(np.log(a[..., 2:] / b[..., 2:])).max(axis=-1))
     cost = np.where(overlap >= gates.iou, 1.0 - overlap, 1.0 + distance)
-    admissible = ((overlap >= gates.iou) | (distance <= limit)) & (ratio <= gates.size)
+    admissible = ((overlap >= gates.iou) | (distance <= limit)) & (ratio <= gates.size) & real
     return np.where(admissible, cost, np.inf)
 
 

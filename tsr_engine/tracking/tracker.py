@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsr_engine.geometry.boxes import area, clip, intersection, iou, to_cxcywh, to_xyxy
+from tsr_engine.geometry.boxes import area, clip, intersection, iou, shorter_side, to_cxcywh, to_xyxy
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import DETECTION, WHOLE, Edges, MotionModel, Sight
 from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source, TrackState
@@ -147,8 +147,8 @@ class Tracker:
     def associate(self, detections: Detections) -> dict[int, int]:
         """Assigns detections to the predicted tracks and counts them for their life cycle.
 
-        Nothing moves yet: the filter sees a detection only through ``correct``. Detections below ``low_score`` are
-        left alone.
+        Nothing moves yet: the filter sees a detection only through ``correct``. Detections below ``low_score``, and
+        those whose box has no area, are left alone.
 
         Returns:
             Row of ``detections`` by track id; tracks without a detection are absent.
@@ -177,7 +177,7 @@ class Tracker:
 
         Args:
             track_id: a living track.
-            box: the measurement, shape (4,).
+            box: the measurement, shape (4,), with area.
             source: where the measurement comes from; becomes the frame's source.
             sight: how well it was measured; edges that the picture cuts off are found here.
             confident: whether the measurement proves that the sign is still there (ends a run of missed frames).
@@ -186,7 +186,12 @@ class Tracker:
 
         Returns:
             The frame's result, shape (4,); may reach beyond the picture.
+
+        Raises:
+            ValueError: the box has no area.
         """
+        if not shorter_side(box) > 0:
+            raise ValueError(f"A track is corrected by a box with area. Got: {[float(v) for v in box]}.")
         track = self._tracks[track_id]
         before = track.motion
         expected = to_xyxy(self._motion.box_of(before))
@@ -327,7 +332,9 @@ class Tracker:
         for row in range(len(detections)):
             score = float(detections.scores[row])
             box = np.array(detections.boxes[row], dtype=np.float64)
-            if row in self._taken or score < self._params.birth_score or self._is_second_view(box):
+            if row in self._taken or score < self._params.birth_score or not shorter_side(box) > 0:
+                continue
+            if self._is_second_view(box):
                 continue
             motion = self._motion.initiate(to_cxcywh(box), self._width, self._height)
             track = Track(self._next_id, motion, box, score, ordinal)
