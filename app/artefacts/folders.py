@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import shutil
 from pathlib import Path
+
+from tsr_engine.io.unfinished import fsync_path
 
 __all__ = ["artefact_folder", "clear_folder", "file_sha256", "settle_file"]
 
@@ -25,11 +26,7 @@ def clear_folder(home: Path, artefact_id: str) -> None:
 def settle_file(path: Path) -> None:
     """Bring a finished file and its name to the disk."""
     for place in (path, path.parent):
-        handle = os.open(place, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        fsync_path(place)
 
 
 def file_sha256(path: Path) -> str:

@@ -20,6 +20,7 @@ from sqlalchemy import select
 from app.artefacts.folders import settle_file
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from tsr_engine.io.unfinished import fsync_path
 
 __all__ = ["Placing", "placing", "sweep"]
 
@@ -42,6 +43,7 @@ class Placing:
                 settle_file(path)
         self._placed.append(place)
         source.replace(place)
+        fsync_path(place.parent)
 
     def take_back(self) -> None:
         """Remove what has been placed."""

@@ -6,7 +6,6 @@ hour, so its finished parts stay and are not made again. The folder gets its nam
 
 from __future__ import annotations
 
-import os
 import shutil
 import time
 from datetime import UTC, datetime
@@ -17,6 +16,7 @@ from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Artefact, ModelVersion, Video
 from app.training.view import publish_model
 from tsr_engine.errors import InputError, ModelError
+from tsr_engine.io.unfinished import fsync_path
 
 if TYPE_CHECKING:
     from tsr_engine.training.exports import OpenedExport
@@ -128,10 +128,7 @@ def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExpor
 def _settle(part: Path, final: Path) -> None:
     """Bring the files to the disk, then give the folder its name."""
     for place in (*sorted(part.iterdir()), part):
-        handle = os.open(place, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        fsync_path(place)
     shutil.rmtree(final, ignore_errors=True)
     part.rename(final)
+    fsync_path(final.parent)

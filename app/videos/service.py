@@ -22,6 +22,7 @@ from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_view, video_views
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.io.video_probe import check_file, video_sha256
 
 __all__ = ["VideoService"]
@@ -128,6 +129,7 @@ class VideoService(SampleDrives):
                 return self._add(digest, known.name, Path(known.path), owned=known.owned)
             place = self._uploads.place(digest, Path(name).suffix.lower()[:8])
             part.replace(place)
+            fsync_path(place.parent)
             try:
                 view = self._add(digest, name, place, owned=True, anew=True)
             except BaseException:

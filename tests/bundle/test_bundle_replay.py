@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from tsr_engine.bundle.lead_in import lead_in
 from tsr_engine.bundle.make import BundleRequest
 from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
+from tsr_engine.io.unfinished import claim_folder
 
 
 def again(drive: Drive, path: Path, *settings: tuple[str, object]) -> BundleReplay:
@@ -152,8 +154,9 @@ def test_what_cannot_be_packed(drive: Drive, tmp_path: Path) -> None:
 
 def test_what_a_killed_maker_leaves_goes_with_the_next(drive: Drive, tmp_path: Path) -> None:
     out = tmp_path / "bug.zip"
-    (tmp_path / ".bug.part-abc").mkdir()
-    (tmp_path / ".bug.part-abc" / "clip.mp4").write_bytes(b"half")
+    (tmp_path / ".bug.zip.abc.part").mkdir()
+    (tmp_path / ".bug.zip.abc.part" / "clip.mp4").write_bytes(b"half")
+    living, lock = claim_folder(out)
     out.write_bytes(b"the old one")
 
     def stop(done: int, of: int) -> None:
@@ -162,8 +165,9 @@ def test_what_a_killed_maker_leaves_goes_with_the_next(drive: Drive, tmp_path: P
 
     with pytest.raises(KeyboardInterrupt):
         make_bundle(BundleRequest(drive.run, drive.video, out, 46, 60, recording=False), stop)
+    os.close(lock)
     assert out.read_bytes() == b"the old one"
-    assert [path.name for path in tmp_path.iterdir()] == ["bug.zip"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == [living.name, "bug.zip"]
 
 
 def test_settings_of_another_version_are_named_not_refused(drive: Drive, plain: Path) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import shutil
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,6 +44,7 @@ from tsr_engine.bundle.slices import write_slice
 from tsr_engine.errors import EvidenceError, InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence import EvidenceReader, ResultRow
 from tsr_engine.exchange.archive import pack
+from tsr_engine.exchange.publish import workshop
 from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import VideoLimits
@@ -148,13 +147,8 @@ def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = l
     if request.out.is_dir():
         raise StorageError(f"Cannot write {request.out}: it is a folder. Name a file.")
     try:
-        request.out.parent.mkdir(parents=True, exist_ok=True)
-        _remove_rubbish(request.out)
-        with (
-            tempfile.TemporaryDirectory(dir=request.out.parent, prefix=f".{request.out.stem}.part-") as name,
-            EvidenceReader(request.evidence) as reader,
-        ):
-            return _Maker(request, reader, Path(name), progress).make()
+        with workshop(request.out) as folder, EvidenceReader(request.evidence) as reader:
+            return _Maker(request, reader, folder, progress).make()
     except OSError as error:
         raise storage_error(request.out, error) from None
 
@@ -382,9 +376,3 @@ def _files(folder: Path) -> list[BundleFile]:
 
 def _json(content: Mapping[str, Any]) -> str:
     return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-
-
-def _remove_rubbish(out: Path) -> None:
-    """Remove what makers of this bundle that were killed have left beside it."""
-    for left in out.parent.glob(f".{out.stem}.part-*"):
-        shutil.rmtree(left, ignore_errors=True)

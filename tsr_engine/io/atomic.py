@@ -1,15 +1,15 @@
-"""Output files that appear whole or not at all: a temporary name in the same folder, then a rename."""
+"""Output files that appear whole or not at all: a hidden name in the same folder, then a rename."""
 
 from __future__ import annotations
 
 import errno
-import os
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any, BinaryIO, TextIO, cast
 
 from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.io.unfinished import UnfinishedFile
 
 __all__ = [
     "atomic_bytes",
@@ -18,21 +18,15 @@ __all__ = [
     "output_place",
     "refuse_inputs",
     "storage_error",
-    "temporary_name",
 ]
-
-
-def temporary_name(path: Path) -> Path:
-    """The name that a file is written under until it is complete: hidden, in the same folder, same suffix."""
-    return path.with_name(f".{path.stem}.part{path.suffix}")
 
 
 @contextmanager
 def atomic_text(path: Path) -> Iterator[TextIO]:
-    """A UTF-8 text file that takes its name only when the block ends without an exception.
+    """A UTF-8 text file that takes its name, safe on the disk, only when the block ends without an exception.
 
     Missing parent folders are made. After an exception nothing is left behind and an older file of that
-    name is untouched.
+    name is untouched. Of two that write one file at a time, the last to end stays.
 
     Raises:
         StorageError: the folder cannot be written or the disk is full.
@@ -55,18 +49,16 @@ def atomic_bytes(path: Path) -> Iterator[BinaryIO]:
 @contextmanager
 def _atomic(path: Path, mode: str, **options: Any) -> Iterator[IO[Any]]:
     path = output_place(path)
-    part = temporary_name(path)
     try:
-        with part.open(mode, **options) as stream:
-            yield stream
-            stream.flush()
-            os.fsync(stream.fileno())
-        part.replace(path)
+        part = UnfinishedFile(path)
+        try:
+            with part.path.open(mode, **options) as stream:
+                yield stream
+            part.settle()
+        finally:
+            part.drop()
     except OSError as error:
         raise storage_error(path, error) from None
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def output_place(path: Path) -> Path:

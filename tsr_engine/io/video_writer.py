@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import os
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 
 from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.io.unfinished import UnfinishedFile
 from tsr_engine.records import Picture
 
 _TICKS = 90_000
@@ -62,9 +62,9 @@ class VideoWriter:
         self.frames = 0
         self._first: Fraction | None = None
         self._last_tick = -1
-        self._part = self.path.with_name(f".{self.path.name}.part")
         try:
-            self._sink = _Sink(self._part)
+            self._part = UnfinishedFile(self.path)
+            self._sink = _Sink(self._part.path)
         except OSError as error:
             raise self._storage_error(error) from None
         self._container: Any = av.open(self._sink, mode="w", format="mp4")
@@ -136,8 +136,7 @@ class VideoWriter:
         try:
             self._container.close()
             self._sink.finish()
-            os.replace(self._part, self.path)  # noqa: PTH105 - both names at a glance
-            _sync_folder(self.path.parent)
+            self._part.settle()
         except (av.FFmpegError, OSError) as error:
             raise self._fail(error) from None
         self._container = None
@@ -154,7 +153,7 @@ class VideoWriter:
             pass
         finally:
             self._sink.close()
-            self._part.unlink(missing_ok=True)
+            self._part.drop()
 
     def _mux(self, frame: Any) -> None:
         try:
@@ -206,11 +205,8 @@ class _Sink:
         return self._file.tell()
 
     def finish(self) -> None:
-        """Everything on disk, or the first failure."""
-        if self.error is None:
-            self._file.flush()
-            os.fsync(self._file.fileno())
-        else:
+        """Everything handed to the system, or the first failure."""
+        if self.error is not None:
             raise self.error
         self._file.close()
 
@@ -219,11 +215,3 @@ class _Sink:
             self._file.close()
         except OSError as error:  # the flush of what the full disk did not take
             self.error = self.error or error
-
-
-def _sync_folder(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -1,0 +1,147 @@
+"""Outputs by two processes at a time, by one that is killed, and on the disk before anybody is told of them."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import stat
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsr_engine.errors import StorageError
+from tsr_engine.io.atomic import atomic_bytes, atomic_text
+from tsr_engine.io.unfinished import UnfinishedFile, sweep
+from tsr_engine.io.video import open_video
+from tsr_engine.io.video_writer import VideoWriter
+
+
+def test_two_that_write_one_file_do_not_meet(tmp_path: Path) -> None:
+    path = tmp_path / "out.csv"
+    with atomic_text(path) as first:
+        first.write("first " * 5000)
+        with atomic_text(path) as second:
+            second.write("second " * 9000)
+        assert path.read_text() == "second " * 9000
+        first.write("end")
+    assert path.read_text() == "first " * 5000 + "end"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["out.csv"]
+
+
+def test_two_that_write_one_video_do_not_meet(tmp_path: Path) -> None:
+    path = tmp_path / "out.mp4"
+    grey = np.full((64, 96, 3), 128, np.uint8)
+    with VideoWriter(path, 96, 64, Fraction(25)) as first:
+        first.write(grey)
+        with VideoWriter(path, 96, 64, Fraction(25)) as second:
+            for _ in range(7):
+                second.write(grey)
+        with open_video(path) as video:
+            assert len(list(video.frames())) == 7
+        first.write(grey)
+    with open_video(path) as video:
+        assert len(list(video.frames())) == 2
+    assert [entry.name for entry in tmp_path.iterdir()] == ["out.mp4"]
+
+
+def test_what_a_killed_writer_left_goes_with_the_next_one(tmp_path: Path) -> None:
+    path = tmp_path / "out[1].csv"
+    script = (
+        "import os, signal, sys\nfrom pathlib import Path\nfrom tsr_engine.io.atomic import atomic_text\n"
+        "with atomic_text(Path(sys.argv[1])) as out:\n"
+        "    out.write('half')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    killed = subprocess.run([sys.executable, "-c", script, str(path)], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    (left,) = tmp_path.iterdir()
+    mine = tmp_path / ".out[1].csv.holiday.part"
+    mine.write_text("somebody else's")
+    with atomic_text(path) as out:
+        assert not left.exists()
+        out.write("whole")
+        assert sweep(path) == [], "what is being written stays"
+    assert path.read_text() == "whole"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == [mine.name, path.name]
+
+
+@pytest.fixture
+def steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names that were brought to the disk or given, in order."""
+    told: list[str] = []
+    fsync, replace = os.fsync, Path.replace
+
+    def watched_fsync(handle: int) -> None:
+        fsync(handle)
+        told.append("folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "file")
+
+    def watched_replace(path: Path, target: Path) -> Path:
+        told.append("name")
+        return replace(path, target)
+
+    monkeypatch.setattr(os, "fsync", watched_fsync)
+    monkeypatch.setattr(Path, "replace", watched_replace)
+    return told
+
+
+def test_content_name_and_folder_reach_the_disk_in_this_order(tmp_path: Path, steps: list[str]) -> None:
+    with atomic_bytes(tmp_path / "a.bin") as out:
+        out.write(b"x")
+    assert steps == ["file", "name", "folder"]
+    steps.clear()
+    with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
+        writer.write(np.zeros((64, 96, 3), np.uint8))
+    assert steps == ["file", "name", "folder"]
+
+
+@pytest.mark.parametrize(("code", "works"), [(errno.EINVAL, True), (errno.EIO, False)])
+def test_a_system_that_brings_no_folder_to_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int, works: bool
+) -> None:
+    fsync = os.fsync
+
+    def answer(handle: int) -> None:
+        if stat.S_ISDIR(os.fstat(handle).st_mode):
+            raise OSError(code, os.strerror(code))
+        fsync(handle)
+
+    monkeypatch.setattr(os, "fsync", answer)
+
+    def write() -> None:
+        with atomic_text(tmp_path / "out.txt") as out:
+            out.write("x")
+
+    if works:
+        write()
+        assert (tmp_path / "out.txt").read_text() == "x"
+    else:
+        with pytest.raises(StorageError, match="Input/output error"):
+            write()
+
+
+def test_a_system_without_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files are written all the same; nothing is taken for rubbish, since nobody could tell."""
+
+    def refuse(*_: Any) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr("tsr_engine.io.unfinished.fcntl.flock", refuse)
+    left = tmp_path / ".out.txt.0123456789abcdef.part"
+    left.write_text("half")
+    with atomic_text(tmp_path / "out.txt") as out:
+        out.write("x")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == [left.name, "out.txt"]
+
+
+def test_a_file_is_settled_once(tmp_path: Path) -> None:
+    part = UnfinishedFile(tmp_path / "a")
+    part.settle()
+    part.drop()
+    with pytest.raises(ValueError, match="settled once"):
+        part.settle()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]

@@ -1,0 +1,165 @@
+"""What an output is made under until it is whole: a hidden sibling, named at random and held locked by its maker.
+
+Two processes that make one output never share such a name, so each writes its own and the last one to finish stays.
+The kernel drops the lock of a dead process: whoever makes the same output next can tell rubbish from work in progress.
+"""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import re
+import secrets
+import shutil
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+__all__ = ["UnfinishedFile", "claim_folder", "fsync_path", "sweep"]
+
+_SUFFIX: Final = ".part"
+_NO_FOLDERS: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP)
+"""What systems answer that cannot bring a folder's names to the disk, or must not read the folder."""
+
+
+class UnfinishedFile:
+    """A new, empty file beside its place; ends by :meth:`settle`, or by :meth:`drop` alone.
+
+    Args:
+        out: the file's place, in a folder that is there. Removes first what dead makers of it have left.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+
+    def __init__(self, out: Path) -> None:
+        sweep(out)
+        self._out = out
+        self._handle: int | None = None
+        while self._handle is None:
+            self.path = _fresh(out)
+            handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+            self._handle = _held(handle, self.path)
+
+    def settle(self) -> None:
+        """Bring what was written to the disk and give it its name; an older file of that name goes.
+
+        Raises:
+            OSError: the disk is full, or the name cannot be given.
+        """
+        if self._handle is None:
+            raise ValueError(f"An unfinished file is settled once. {self._out} was settled or dropped before.")
+        os.fsync(self._handle)
+        self.path.replace(self._out)
+        self.drop()
+        fsync_path(self._out.parent)
+
+    def drop(self) -> None:
+        """Remove what was not settled; harmless after :meth:`settle` and a second time."""
+        if self._handle is None:
+            return
+        handle, self._handle = self._handle, None
+        with suppress(OSError):
+            self.path.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def claim_folder(out: Path) -> tuple[Path, int]:
+    """A new, empty folder beside ``out``, and the descriptor that holds its lock until it is closed.
+
+    Raises:
+        OSError: the folder of ``out`` cannot be written.
+    """
+    while True:
+        folder = _fresh(out)
+        folder.mkdir(mode=0o755)
+        with suppress(FileNotFoundError):  # swept between the two steps
+            lock = _held(os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC), folder)
+            if lock is not None:
+                return folder, lock
+
+
+def sweep(out: Path) -> list[Path]:
+    """Remove what dead makers of ``out`` left beside it; what a living one holds stays. Returns what was removed."""
+    removed: list[Path] = []
+    for rest in _siblings(out):
+        lock = _lock_of_dead(rest)
+        if lock is None:
+            continue
+        if rest.is_dir():
+            shutil.rmtree(rest, ignore_errors=True)
+        else:
+            with suppress(OSError):
+                rest.unlink(missing_ok=True)
+        os.close(lock)
+        removed.append(rest)
+    return removed
+
+
+def fsync_path(path: Path) -> None:
+    """Have a file's content, or the names in a folder, on the disk.
+
+    Folders are passed over where the system brings none to the disk.
+
+    Raises:
+        OSError: the disk is full or broken.
+    """
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+    except OSError as error:
+        if error.errno not in _NO_FOLDERS or not path.is_dir():
+            raise
+
+
+def _fresh(out: Path) -> Path:
+    return out.with_name(f".{out.name}.{secrets.token_hex(8)}{_SUFFIX}")
+
+
+def _siblings(out: Path) -> list[Path]:
+    name = re.compile(rf"\.{re.escape(out.name)}\.[0-9a-f]+{re.escape(_SUFFIX)}")
+    with suppress(OSError), os.scandir(out.parent) as entries:
+        return [out.parent / entry.name for entry in entries if name.fullmatch(entry.name)]
+    return []
+
+
+def _held(handle: int, path: Path) -> int | None:
+    """The descriptor with the lock of what has just been made; None, and closed: a sweep took that for rubbish."""
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        return None
+    except OSError:
+        return handle  # a file system without locks; no sweep gets one there either
+    return _still_named(handle, path)
+
+
+def _lock_of_dead(path: Path) -> int | None:
+    """A descriptor that holds the lock of what its maker left; None: the maker lives, or it is gone."""
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        return None
+    return _still_named(handle, path)
+
+
+def _still_named(handle: int, path: Path) -> int | None:
+    """The descriptor, if its file still has that name; else None, and closed."""
+    try:
+        same = os.fstat(handle).st_ino == path.stat().st_ino
+    except OSError:
+        same = False
+    if same:
+        return handle
+    os.close(handle)
+    return None
