@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.cli.main import refuse_empty_words, run
-from tsr_engine.io.models import Component, save_component
+from tsr_engine.io.models import Component, component_path, save_component
 
 Capture = pytest.CaptureFixture[str]
 
@@ -175,7 +175,7 @@ def test_models_with_a_wrong_hash(video: Path, tmp_path: Path, capsys: Capture) 
     models = tmp_path / "models"
     for name in ("detector", "classifier"):
         save_component(Component(name, {"a": np.zeros(3)}), models)
-    (models / "detector.npz").write_bytes(b"something else")
+    component_path("detector", models).write_bytes(b"something else")
     assert "sha256" in sentence(capsys, 4, "track", video, "--models", models)
     assert "sha256" in sentence(capsys, 4, "detect", video, "--jsonl", tmp_path / "o.jsonl", "--models", models)
 

@@ -11,7 +11,7 @@ import pytest
 
 from tsr_engine.cli import diagnosis
 from tsr_engine.cli.diagnosis import Check, diagnose
-from tsr_engine.io.models import Component, save_component
+from tsr_engine.io.models import Component, component_path, save_component
 
 
 def by_name(checks: list[Check]) -> dict[str, Check]:
@@ -66,10 +66,11 @@ def test_an_old_python(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_changed_model_is_found(models: Path) -> None:
-    content = bytearray((models / "prior.npz").read_bytes())
+    changed = component_path("prior", models)
+    content = bytearray(changed.read_bytes())
     content[-1] ^= 1
-    (models / "prior.npz").write_bytes(content)
-    (models / "detector.npz").unlink()
+    changed.write_bytes(content)
+    component_path("detector", models).unlink()
     checks = by_name(diagnose(models))
     assert checks["model prior"].status == "missing"
     assert "does not match its manifest" in checks["model prior"].found

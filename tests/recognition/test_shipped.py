@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tsr_engine.io.models import SHIPPED, load_component
+from tsr_engine.io.models import component_path, load_component
 from tsr_engine.protocols import CropClassifier
 from tsr_engine.recognition.classifier import SignClassifier
 
@@ -13,7 +13,7 @@ def shipped() -> SignClassifier:
 
 def test_the_shipped_classifier_is_small_and_says_what_it_was_trained_on() -> None:
     component = load_component("classifier")
-    assert (SHIPPED / "classifier.npz").stat().st_size < 8_000_000
+    assert component_path("classifier").stat().st_size < 8_000_000
     assert component.data["tracks"] == 1307
     assert component.figures["accuracy"] >= 0.98
     assert component.figures["crops"] == 9990

@@ -189,7 +189,7 @@ def _whole(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None, out: 
         if needed and folder is None:
             raise UsageError(f"Training {', '.join(parts)} needs {option} DIR. Name the unpacked data folder.")
     from tsr_engine.cli.progress import progress_bar
-    from tsr_engine.io.models import save_component
+    from tsr_engine.io.models import component_path, save_component
     from tsr_engine.training.whole import train_component
 
     figures: dict[str, Any] = {}
@@ -203,7 +203,7 @@ def _whole(parts: tuple[str, ...], gtsdb: Path | None, gtsrb: Path | None, out: 
         return
     console = out_console()
     for part, found in figures.items():
-        console.print(f"{part}: {out / part}.npz, sha256 {found['sha256'][:12]}", soft_wrap=True)
+        console.print(f"{part}: {component_path(part, out)}, sha256 {found['sha256'][:12]}", soft_wrap=True)
         for name, value in found["figures"].items():
             console.print(f"  {name}: {value}", soft_wrap=True)
 

@@ -3,29 +3,37 @@
 ::
 
     MODELS/
-      manifest.json     {"format": 2, "components": {"detector": {...}, "prior": {...}, ...}}
-      detector.npz      plain arrays
+      manifest.json                  {"format": 2, "components": {"detector": {...}, "prior": {...}, ...}}
+      detector-35901bd4c0de.npz      plain arrays
       ...
 
 A component of the manifest holds ``file``, ``sha256``, ``params`` (what inference needs besides the arrays),
 ``data`` (what it was trained on), ``figures`` (held-out results) and ``seed``.
+
+An array file is named after its content and never written over: until the manifest is replaced, in one step, it names
+the files that were there before. Where a file is called otherwise, as those that ship are, the manifest's word counts.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-import os
+import math
+import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.errors import ModelError, StorageError
+from tsr_engine.errors import ModelError
+from tsr_engine.io.atomic import atomic_bytes, atomic_text
+from tsr_engine.io.unfinished import sweep
 from tsr_engine.version import __version__
 
 FORMAT = 2
@@ -57,12 +65,7 @@ def load_component(name: str, folder: Path | None = None) -> Component:
         ModelError: no manifest, another format, missing component, wrong hash, or unreadable arrays.
     """
     folder = SHIPPED if folder is None else folder
-    entry = read_manifest(folder)["components"].get(name)
-    if entry is None:
-        raise ModelError(f"The models in {folder} have no component '{name}'. Train one with `tsr train`.")
-    path = folder / str(entry["file"])
-    if path.parent != folder:
-        raise ModelError(f"Component '{name}' in {folder} names a file outside the folder: {entry['file']}.")
+    entry, path = _entry(name, folder)
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -89,6 +92,30 @@ def load_component(name: str, folder: Path | None = None) -> Component:
         entry.get("seed"),
         digest,
     )
+
+
+def component_path(name: str, folder: Path | None = None) -> Path:
+    """Where the arrays of a component lie; the file itself is not looked at.
+
+    Args:
+        name: of the component.
+        folder: a model folder; unset: the models shipped with the package.
+
+    Raises:
+        ModelError: no manifest, another format, or missing component.
+    """
+    return _entry(name, SHIPPED if folder is None else folder)[1]
+
+
+def _entry(name: str, folder: Path) -> tuple[Mapping[str, Any], Path]:
+    """A component's part of the manifest, and its file."""
+    entry = read_manifest(folder)["components"].get(name)
+    if entry is None:
+        raise ModelError(f"The models in {folder} have no component '{name}'. Train one with `tsr train`.")
+    path = folder / str(entry["file"])
+    if path.parent != folder:
+        raise ModelError(f"Component '{name}' in {folder} names a file outside the folder: {entry['file']}.")
+    return entry, path
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
@@ -122,45 +149,79 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 
 def save_component(component: Component, folder: Path) -> str:
-    """Write one component and enter it into the folder's manifest, atomically; other components stay.
+    """Write one component and enter it into the folder's manifest; other components stay.
+
+    Whenever this stops, the folder holds the component that it held before, or the new one. Files of the component
+    that the manifest does not name any more are removed at the end.
 
     Returns:
         The sha256 of the written file.
 
     Raises:
+        ModelError: the manifest that is there cannot be read, or a number of the component is not finite.
         StorageError: the folder cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        file = f"{component.name}.npz"
-        temporary = folder / f".{file}.part"
-        with temporary.open("wb") as stream:
-            _write_npz(stream, component.arrays)
-            stream.flush()
-            os.fsync(stream.fileno())
-        digest = hashlib.sha256(temporary.read_bytes()).hexdigest()
-        temporary.replace(folder / file)
-        manifest: dict[str, Any] = {"components": {}}
-        if (folder / MANIFEST).exists():
-            manifest = read_manifest(folder)
-        manifest |= {"format": FORMAT, "engine": __version__}
-        manifest["components"][component.name] = {
-            "file": file,
-            "sha256": digest,
-            "params": dict(component.params),
-            "data": dict(component.data),
-            "figures": dict(component.figures),
-            "seed": component.seed,
-        }
-        part = folder / f".{MANIFEST}.part"
-        part.write_text(json.dumps(manifest, indent=1, sort_keys=True, allow_nan=False) + "\n", encoding="utf-8")
-        part.replace(folder / MANIFEST)
-    except OSError as error:
-        raise StorageError(f"Cannot write the model folder {folder}: {error.strerror}.") from None
+    arrays = io.BytesIO()
+    _write_npz(arrays, component.arrays)
+    content = arrays.getvalue()
+    digest = hashlib.sha256(content).hexdigest()
+    manifest: dict[str, Any] = {"components": {}}
+    if (folder / MANIFEST).exists():
+        manifest = read_manifest(folder)
+    manifest |= {"format": FORMAT, "engine": __version__}
+    before = manifest["components"].get(component.name, {}).get("file")
+    manifest["components"][component.name] = {
+        "file": f"{component.name}-{digest[:12]}.npz",
+        "sha256": digest,
+        "params": dict(component.params),
+        "data": dict(component.data),
+        "figures": dict(component.figures),
+        "seed": component.seed,
+    }
+    text = _manifest_text(manifest, component)
+    with atomic_bytes(folder / f"{component.name}-{digest[:12]}.npz") as out:
+        out.write(content)
+    with atomic_text(folder / MANIFEST) as file:
+        file.write(text)
+    _remove_unnamed(component.name, before, folder, {entry["file"] for entry in manifest["components"].values()})
     return digest
 
 
-def _write_npz(stream: Any, arrays: Mapping[str, NDArray[Any]]) -> None:
+def _manifest_text(manifest: Mapping[str, Any], component: Component) -> str:
+    for part in ("params", "data", "figures"):
+        for place, value in _numbers(getattr(component, part), part):
+            if not math.isfinite(value):
+                raise ModelError(
+                    f"Expected finite numbers in the component '{component.name}'. Got {value} for {place}: it was not "
+                    "written. Train it again with other data or another seed."
+                )
+    return json.dumps(manifest, indent=1, sort_keys=True, allow_nan=False) + "\n"
+
+
+def _numbers(value: Any, place: str) -> Iterator[tuple[str, float]]:
+    """Every float of nested JSON values, with its place: ``figures.size.small``."""
+    if isinstance(value, float):
+        yield place, value
+    elif isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _numbers(inner, f"{place}.{key}")
+    elif isinstance(value, list | tuple):
+        for k, inner in enumerate(value):
+            yield from _numbers(inner, f"{place}.{k}")
+
+
+def _remove_unnamed(name: str, before: str | None, folder: Path, named: set[str]) -> None:
+    """Remove a component's earlier file, and what killed writers have left of it; a rest does no harm."""
+    own = rf"{re.escape(name)}-[0-9a-f]{{12}}\.npz"
+    with suppress(OSError):
+        for path in list(folder.iterdir()):
+            if path.name not in named and (path.name == before or re.fullmatch(own, path.name)):
+                path.unlink(missing_ok=True)
+            elif unfinished := re.match(rf"\.({own})\.", path.name):
+                sweep(folder / unfinished[1])
+
+
+def _write_npz(stream: IO[bytes], arrays: Mapping[str, NDArray[Any]]) -> None:
     """An ``.npz`` whose bytes depend on the arrays alone: sorted names and no time stamps."""
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for key in sorted(arrays):

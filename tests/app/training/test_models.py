@@ -23,7 +23,7 @@ from app.storage.models import Job, ModelVersion, Run
 from app.training.folders import begin_with, models_of_run
 from app.training.task import retrain_models
 from tsr_engine.errors import ModelError
-from tsr_engine.io.models import SHIPPED, load_component, read_manifest
+from tsr_engine.io.models import SHIPPED, component_path, load_component, read_manifest
 
 
 class Desk:
@@ -156,7 +156,7 @@ def test_promote_run_roll_back(desk: Desk, version: dict[str, Any]) -> None:
 
 def test_what_was_damaged_is_refused(desk: Desk, version: dict[str, Any]) -> None:
     folder = desk.home.settings.home / "models" / version["id"]
-    file = folder / "classifier.npz"
+    file = component_path("classifier", folder)
     content = file.read_bytes()
     try:
         file.write_bytes(content[:-7] + b"garbage")
