@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from tsr_engine.errors import UsageError
+from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
 
 __all__ = ["DATABASE_FILE", "Settings", "load_settings"]
 
@@ -52,7 +53,7 @@ class Settings(BaseSettings):
     frame_cache_mb: int = Field(64, ge=1, description="memory for encoded pictures, MiB")
     upload_max_mb: int = Field(16384, ge=1, description="largest upload, MiB")
     body_max_kb: int = Field(4096, ge=16, description="largest request body besides uploads, KiB")
-    max_pixels: int = Field(50_000_000, ge=10_000, description="largest picture of a video, px")
+    max_pixels: int = Field(MOST_PIXELS, ge=10_000, description="largest picture of a video, px")
     author: str = Field(default_factory=_default_author, max_length=80, description="name that edits carry")
     sample: bool = Field(True, description="put the bundled sample drives into the library")
 
@@ -91,6 +92,11 @@ class Settings(BaseSettings):
         """Names that the Host header may carry besides loopback's, as they stand there."""
         own = f"[{self.host}]" if ":" in self.host else self.host
         return self.allowed_hosts if self.everywhere else (*self.allowed_hosts, own)
+
+    @property
+    def video_limits(self) -> VideoLimits:
+        """What every video of the data folder may demand, whoever opens it."""
+        return VideoLimits(max_pixels=self.max_pixels)
 
     @property
     def database(self) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tsr_engine.errors import UsageError, VideoError
-from tsr_engine.io.video import open_video
+from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import CameraShift
@@ -29,6 +29,7 @@ def calibrate(
     *,
     x: float = 0.5,
     scale: int = 4,
+    limits: VideoLimits | None = None,
     progress: Callable[[int, int | None], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Focus | None:
@@ -40,6 +41,7 @@ def calibrate(
         stop: end, exclusive; unset: as soon as a portion leaves little doubt, ``MOST`` frames after the first at last.
         x: of the focus, share of the width.
         scale: flow is looked for in pictures made smaller by this factor.
+        limits: what the video may demand; unset: ``VideoLimits()``.
         progress: called after each frame with the number of frames done and the most there are to do, if known.
         cancelled: asked before each frame; true ends the search with what is known by then.
 
@@ -53,7 +55,7 @@ def calibrate(
     camera, size = CameraShift(scale), (0, 0)
     flows: list[tuple[FloatArray, FloatArray]] = []
     end = start + MOST if stop is None else stop
-    with open_video(path) as video:
+    with open_video(path, limits=limits) as video:
         total = None if video.expected is None else max(0, min(end, video.expected) - start)
         for done, frame in enumerate(video.frames(start, end, ahead=2), 1):
             if cancelled is not None and cancelled():
@@ -70,7 +72,13 @@ def calibrate(
     return find_focus(flows, *size, x)
 
 
-def aimed(params: Params, path: Path, cancelled: Callable[[], bool] | None = None) -> tuple[Params, Focus | None]:
+def aimed(
+    params: Params,
+    path: Path,
+    cancelled: Callable[[], bool] | None = None,
+    *,
+    limits: VideoLimits | None = None,
+) -> tuple[Params, Focus | None]:
     """Parameters of a run over a drive whose camera is told from the drive, unless they name its focus themselves.
 
     The beginning of the drive is looked at, whichever frames are to be tracked: every run over it has the same camera.
@@ -79,6 +87,7 @@ def aimed(params: Params, path: Path, cancelled: Callable[[], bool] | None = Non
         params: of the run.
         path: the video.
         cancelled: asked before each frame; true ends the search.
+        limits: what the video may demand; unset: ``VideoLimits()``.
 
     Returns:
         The parameters with ``coast_foe_y`` set where it was asked for and could be told, and what was told.
@@ -87,7 +96,7 @@ def aimed(params: Params, path: Path, cancelled: Callable[[], bool] | None = Non
     if tracking.coast_foe_y is not None or tracking.motion != "looming":
         return params, None
     try:
-        focus = calibrate(path, x=tracking.foe_x, scale=tracking.shift_scale, cancelled=cancelled)
+        focus = calibrate(path, x=tracking.foe_x, scale=tracking.shift_scale, limits=limits, cancelled=cancelled)
     except (VideoError, UsageError):  # the run itself comes to that frame, and says so
         return params, None
     return (params, None) if focus is None else (params.with_settings([("coast_foe_y", round(focus.y, 3))]), focus)

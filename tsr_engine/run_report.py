@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.params import Params
 from tsr_engine.pipeline import TrackSummary
 from tsr_engine.tracking.focus import Focus
@@ -31,6 +32,7 @@ class RunRequest:
         stop: frame after the last; unset: to the end.
         restart: start over where the evidence folder already holds a run.
         table: the video's frame table from an earlier pass: a start in the middle is then reached at once.
+        limits: what the video may demand; unset: ``VideoLimits()``.
     """
 
     video: Path
@@ -42,6 +44,7 @@ class RunRequest:
     stop: int | None = None
     restart: bool = False
     table: FrameTable | None = None
+    limits: VideoLimits | None = None
 
 
 @dataclass(frozen=True, slots=True)

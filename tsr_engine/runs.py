@@ -96,7 +96,7 @@ def track_video(
     if request.annotated is not None and request.annotated.suffix.lower() not in (".mp4", ".m4v"):
         raise UsageError(f"The annotated video is an MP4: expected a name that ends in .mp4, got {request.annotated}.")
     stop = stop or (lambda: False)
-    with open_video(request.video) as video, one_blas_thread():
+    with open_video(request.video, limits=request.limits) as video, one_blas_thread():
         began = time.perf_counter()
         params, focus = _aim(request, stop)
         run = _Run(replace(request, params=params), components, video, progress, stop)
@@ -114,7 +114,7 @@ def _aim(request: RunRequest, stop: Callable[[], bool]) -> tuple[Params, Focus |
     """
     params, folder = request.params, request.evidence
     if params.tracking.coast_foe_y is not None or request.restart or folder is None or not (folder / RUN_FILE).exists():
-        return aimed(params, request.video, stop)
+        return aimed(params, request.video, stop, limits=request.limits)
     stored = read_header(folder).parameters.get("tracking", {})
     return params.with_settings([("coast_foe_y", stored.get("coast_foe_y"))]), None
 

@@ -84,6 +84,7 @@ def bundle_request(
         corrected=corrected_rows(source.folder, source.documents),
         tracks=tuple(sorted(tracks)),
         table=table,
+        limits=source.video.limits,
         models=models,
         run_id=str(about.get("id", "")),
         run_name=str(about.get("name", "")),

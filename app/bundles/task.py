@@ -31,7 +31,7 @@ def make_run_bundle(task: TaskContext) -> None:
         if artefact.run_id is None:
             raise InputError("The run has been removed in the meantime.")
         try:
-            source = home_source(session, task.settings.home, artefact.run_id)
+            source = home_source(session, task.settings, artefact.run_id)
         except ApiError as error:
             raise InputError(error.message) from None
         run = session.get_one(Run, artefact.run_id)

@@ -69,6 +69,7 @@ def record(
         first=None if frames is None else first,
         stop=stop,
         video=source.video.path if picture else None,
+        limits=source.video.limits,
         known=video is not None,  # it has been checked when the run was named
         exact=exact,
         corrected=corrected,

@@ -18,6 +18,7 @@ from typing import Any
 from app.evidence.explain import Explanation, explain
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
 
 __all__ = ["Explainer", "Question"]
 
@@ -37,6 +38,7 @@ class Question:
         video: the file that frames without stored pixels are decoded from; empty: there is none.
         track: number of the engine's track.
         frame: ordinal.
+        max_pixels: largest picture that the file may have.
     """
 
     folder: str
@@ -44,6 +46,7 @@ class Question:
     video: str
     track: int
     frame: int
+    max_pixels: int = MOST_PIXELS
 
 
 class Explainer:
@@ -152,7 +155,7 @@ def _explain(question: Question) -> Explanation | None:
                 return stored
             if not question.video:
                 raise EvidenceError("The run keeps no pixels and its video is not there any more. Put the video back.")
-            with open_video(Path(question.video)) as video:
+            with open_video(Path(question.video), limits=VideoLimits(question.max_pixels)) as video:
                 return FramePixels(video.read(frame).picture)
 
         return explain(reader, question.track, question.frame, pixels)

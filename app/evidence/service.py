@@ -65,6 +65,7 @@ class EvidenceService:
 
     def __init__(self, settings: Settings, database: Database) -> None:
         self._home = settings.home
+        self._limits = settings.video_limits
         self._database = database
         self._pool = ReaderPool()
         self._explainer = Explainer()
@@ -238,7 +239,8 @@ class EvidenceService:
         with self._database.read() as session:
             path = Path(session.get_one(Video, place.video_id).path)
         video = str(path) if path.is_file() else ""
-        found = self._explainer.ask(Question(str(place.folder), str(pixels), video, track_id, frame))
+        question = Question(str(place.folder), str(pixels), video, track_id, frame, self._limits.max_pixels)
+        found = self._explainer.ask(question)
         if found is None:
             raise nothing
         return found

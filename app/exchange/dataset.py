@@ -25,6 +25,7 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
+from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
 
 __all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "source_of", "times_of"]
@@ -46,6 +47,7 @@ class VideoFacts:
     times: FloatColumn | None
     constant_rate: bool
     path: Path | None
+    limits: VideoLimits | None = None
 
     def without_tracks(self) -> DatasetVideo:
         """The bare video, for an import to be laid onto."""
@@ -61,6 +63,7 @@ class VideoFacts:
             tracks=lambda: iter(()),
             path=self.path,
             stop=self.frames,
+            limits=self.limits,
         )
 
 

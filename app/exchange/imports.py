@@ -176,7 +176,7 @@ class ImportService:
             video = session.scalars(query).first()
             if video is None:
                 raise NotFound(f"There is no video {video_id[:80]!r}.")
-            facts = video_facts(video)
+            facts = video_facts(video, self._settings)
             assert video.frame_table is not None
             return _Onto(facts, unpack(video.frame_table), video.size)
 
@@ -184,7 +184,7 @@ class ImportService:
         if run_id is None:
             raise Invalid("An annotation corrects a run: say which with run=.", field="run")
         with self._database.read() as session:
-            source = home_source(session, self._settings.home, run_id)
+            source = home_source(session, self._settings, run_id)
         if source.video.sha256 != video_id:
             raise Invalid("The run is of another video. Choose one of this video.", field="run")
         return source

@@ -84,7 +84,7 @@ def _stored(name: str, home: Path | None, tell: Callable[[str], None]) -> Source
         run_id = Path(name).resolve().name if inside is not None else run_named(session, name)
         if run_id != Path(name).name:
             tell(stands_for(session, run_id))
-        return home_source(session, settings.home, run_id)
+        return home_source(session, settings, run_id)
 
 
 def _bare(path: Path) -> Path | None:

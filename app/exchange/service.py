@@ -19,7 +19,7 @@ class ExportService:
     """Checks and queues."""
 
     def __init__(self, settings: Settings, database: Database, artefacts: ArtefactService) -> None:
-        self._home = settings.home
+        self._settings = settings
         self._database = database
         self._artefacts = artefacts
 
@@ -42,7 +42,7 @@ class ExportService:
                 if run is not None and run.video_id in videos:
                     name = session.get_one(Video, run.video_id).name
                     raise Invalid(f"Two of the runs are of {name}. Choose one run a video.", field="runs")
-                source = home_source(session, self._home, run_id)
+                source = home_source(session, self._settings, run_id)
                 videos[source.video.sha256] = source.video.name
             options = request.model_dump(mode="json")
             only = request.runs[0] if len(request.runs) == 1 else None

@@ -11,6 +11,7 @@ from app.edits.stored import documents_of
 from app.errors import Conflict, NotFound
 from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
+from app.settings import Settings
 from app.storage.models import Edit, Run, Video
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import RUN_FILE
@@ -18,12 +19,12 @@ from tsr_engine.evidence.schema import RUN_FILE
 __all__ = ["home_source", "video_facts"]
 
 
-def home_source(session: Session, home: Path, run_id: str) -> Source:
+def home_source(session: Session, settings: Settings, run_id: str) -> Source:
     """A run of a data folder with the corrections that are stored now; all from one state of the database.
 
     Args:
         session: reads.
-        home: the data folder.
+        settings: name the data folder, and what its videos may demand.
         run_id: the run.
 
     Raises:
@@ -37,18 +38,22 @@ def home_source(session: Session, home: Path, run_id: str) -> Source:
         raise Conflict(
             f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
         )
-    folder = home / run.folder
+    folder = settings.home / run.folder
     if not (folder / RUN_FILE).is_file():
         raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
     query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
-    facts = video_facts(session.scalars(query).one())
+    facts = video_facts(session.scalars(query).one(), settings)
     revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
     about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
     return source_of(folder, documents_of(session, run_id), facts, revision, about)
 
 
-def video_facts(video: Video) -> VideoFacts:
-    """A video of a data folder; its frame table must be loaded.
+def video_facts(video: Video, settings: Settings) -> VideoFacts:
+    """A video of a data folder.
+
+    Args:
+        video: its frame table must be loaded.
+        settings: say what it may demand.
 
     Raises:
         Conflict: it is not imported (yet).
@@ -68,4 +73,5 @@ def video_facts(video: Video) -> VideoFacts:
         times=times_of(table),
         constant_rate=constant,
         path=path if path.is_file() else None,
+        limits=settings.video_limits,
     )

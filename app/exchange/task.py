@@ -21,7 +21,7 @@ def export(task: TaskContext) -> None:
     request = ExportRequest.model_validate(artefact.options)
     try:
         with task.database.read() as session:
-            sources = [home_source(session, task.settings.home, run_id) for run_id in request.runs]
+            sources = [home_source(session, task.settings, run_id) for run_id in request.runs]
         manifest = export_sources(
             request,
             sources,

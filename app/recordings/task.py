@@ -42,6 +42,7 @@ def record_run(task: TaskContext) -> None:
         stop=options["stop"],
         video=path if there else None,
         table=unpack(video.frame_table) if there and video.frame_table else None,
+        limits=task.settings.video_limits,
         known=is_untouched(video, path),
         corrected=corrected_rows(task.settings.home / run.folder, documents),
         truth=truth,

@@ -49,6 +49,7 @@ def track(task: TaskContext) -> None:
         start=run.first,
         stop=run.stop,
         table=None if video.frame_table is None else unpack(video.frame_table),
+        limits=task.settings.video_limits,
     )
     told = 0.0
 

@@ -120,7 +120,7 @@ def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExpor
             return None
         return Path(video.path)
 
-    opened = open_export(path, find, work)
+    opened = open_export(path, find, work, task.settings.video_limits)
     about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
     return type(opened)(opened.dataset, opened.pictures, opened.sides, about, opened.notes)
 

@@ -23,7 +23,7 @@ from app.videos.same_file import is_same
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.errors import TsrError
-from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.io.video import open_video
 from tsr_engine.records import Picture
 
 __all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
@@ -176,7 +176,7 @@ class FrameService:
                 changed = f"{path} has changed since it was added; add it again as another video."
                 raise Conflict(in_words(row, changed), code="file_changed")
             table = unpack(row.frame_table)
-            video = open_video(path, limits=VideoLimits(max_pixels=self._settings.max_pixels), table=table)
+            video = open_video(path, limits=self._settings.video_limits, table=table)
         except TsrError as error:
             raise Conflict(in_words(row, str(error)), code="unreadable") from None
         return Reel(video_id, video, table, self._cache, status, glance_path(self._settings.home, video_id))

@@ -18,7 +18,7 @@ from app.videos.view import publish_video
 from app.videos.words import in_words
 from tsr_engine.errors import VideoError
 from tsr_engine.io.atomic import atomic_bytes
-from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
 
 __all__ = ["THUMBNAIL_WIDTH", "import_video"]
@@ -53,9 +53,8 @@ def import_video(task: TaskContext) -> None:
     before = _status(path)
     if video_sha256(path) != video.id:
         raise VideoError(f"{path} has changed since it was added. Add it again as another video.")
-    limits = VideoLimits(max_pixels=task.settings.max_pixels)
     copy = glance_path(task.settings.home, video.id)
-    with open_video(path, limits=limits) as file:
+    with open_video(path, limits=task.settings.video_limits) as file:
         table = decode_all(file, copy, tell)
         middle = file.read(len(table) // 2).picture
         last = len(table) - 1

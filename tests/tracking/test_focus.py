@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from tsr_engine.calibration import calibrate
+from tsr_engine.errors import VideoError
+from tsr_engine.io.video import VideoLimits
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.focus import find_focus
 
@@ -87,3 +89,12 @@ def test_a_car_that_stands_tells_nothing(tmp_path: Path) -> None:
         writer.write(scene)
     writer.release()
     assert calibrate(path) is None
+
+
+def test_the_drive_is_looked_at_within_the_limits_of_its_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that are given count, and not those that count where none are."""
+    monkeypatch.setattr("tsr_engine.io.video.VideoLimits", lambda: VideoLimits(max_pixels=1))
+    path = CLIPS / "country_road.mp4"
+    assert calibrate(path, stop=60, limits=VideoLimits()) is not None
+    with pytest.raises(VideoError, match="more than the limit of 1000 pixels"):
+        calibrate(path, stop=60, limits=VideoLimits(max_pixels=1000))

@@ -20,7 +20,8 @@ from tsr_engine.bundle.layout import CLIP_STEM
 from tsr_engine.errors import TsrError, UsageError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import Video, open_video
-from tsr_engine.io.video_probe import VideoLimits, open_container, reason
+from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.records import Picture
 
 __all__ = ["Clip", "ClipFrame", "cut_clip", "picture_digest"]

@@ -274,6 +274,7 @@ class _Maker:
                     request.video,
                     request.table,
                     corrected=request.corrected,
+                    limits=request.limits,
                 )
             )
         except (TsrError, ImportError) as error:

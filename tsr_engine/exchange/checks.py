@@ -295,6 +295,7 @@ class Intake:
             path=video.path,
             first=video.first,
             stop=video.stop or video.frames,
+            limits=video.limits,
         )
         return Dataset(self.target.labels, (described,), tuple(self._skipped), tuple(self._repaired))
 

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.io.video_limits import VideoLimits
+
 __all__ = ["REJECTED", "Dataset", "DatasetVideo", "Skipped", "Track"]
 
 REJECTED = "rejected"
@@ -70,6 +72,7 @@ class DatasetVideo:
         tracks: makes a new pass over the tracks, in an order that does not change. Of an import, and of a data set
             that is to be exported, with those that people have rejected; what a format's writer gets has none.
         path: the file, where pictures are wanted.
+        limits: what the file may demand; unset: ``VideoLimits()``.
         first: first frame that was looked at; frames outside ``first <= frame < stop`` say nothing about signs.
         stop: frame after the last that was looked at.
         provenance: for the manifest: run, engine, models, parameters, edit revision.
@@ -90,6 +93,7 @@ class DatasetVideo:
     stop: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)
     negatives: tuple[Track, ...] = ()
+    limits: VideoLimits | None = None
 
 
 @dataclass(frozen=True, slots=True)

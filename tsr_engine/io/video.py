@@ -24,7 +24,8 @@ from tsr_engine.io.frame_table import BoolArray, FrameLedger, FrameTable, IntArr
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video_cursor import Cursor
 from tsr_engine.io.video_decoder import Decoded, Decoder, Orientation
-from tsr_engine.io.video_probe import VideoLimits, check_size, video_sha256
+from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.io.video_probe import check_size, video_sha256
 from tsr_engine.io.video_warnings import Announced, Found, describe
 from tsr_engine.records import Picture
 

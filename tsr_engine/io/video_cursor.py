@@ -8,7 +8,7 @@ from pathlib import Path
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameLedger
 from tsr_engine.io.video_decoder import Decoded, Decoder
-from tsr_engine.io.video_probe import VideoLimits
+from tsr_engine.io.video_limits import VideoLimits
 
 # Decoding on beats seeking while the wanted frame is this near.
 _NEAR = 24

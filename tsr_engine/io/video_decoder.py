@@ -16,7 +16,8 @@ from av.video.frame import PictureType
 from av.video.reformatter import VideoReformatter
 
 from tsr_engine.errors import VideoError
-from tsr_engine.io.video_probe import VideoLimits, open_container, reason
+from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.records import Picture
 
 # A demuxer that fails this often in a row will not find its way back into the file.

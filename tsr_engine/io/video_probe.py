@@ -7,32 +7,19 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import av
 
 from tsr_engine.errors import VideoError
+from tsr_engine.io.video_limits import VideoLimits
 
 FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm"
 KINDS = "MP4, MOV, AVI, MKV or WebM"
 VIDEO_HEAD = 64
 """Leading bytes that tell whether a file is a video."""
 _ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
-
-
-@dataclass(frozen=True, slots=True)
-class VideoLimits:
-    """What a video may demand of this machine.
-
-    Attributes:
-        max_pixels: largest picture, width times height; the default admits 8K (7680x4320).
-        max_side: largest width or height in px.
-    """
-
-    max_pixels: int = 36_000_000
-    max_side: int = 16_384
 
 
 def video_sha256(path: Path | str) -> str:

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from tsr_engine.errors import UsageError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_decoder import Orientation
-from tsr_engine.io.video_probe import VideoLimits, open_container, reason
+from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.transcode import allowance, encode_frames, encode_packets
 

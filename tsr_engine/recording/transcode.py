@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
-from tsr_engine.io.video_probe import VideoLimits
+from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.groups import GroupEncoder
 

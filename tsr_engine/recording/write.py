@@ -18,6 +18,7 @@ from tsr_engine.evidence.header import VideoIdentity
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.recording.about import about_text
 from tsr_engine.recording.blueprint import PLOTTED, Opening, make_blueprint
@@ -50,6 +51,7 @@ class RecordingRequest:
         name: for people; unset: made from video and frames.
         notes: further facts for the page "About".
         called: what a refusal calls the run, in the middle of a sentence; unset: by its folder.
+        limits: what the video may demand; unset: ``VideoLimits()``.
     """
 
     evidence: Path
@@ -67,6 +69,7 @@ class RecordingRequest:
     name: str = ""
     notes: Mapping[str, str] = field(default_factory=dict)
     called: str = ""
+    limits: VideoLimits | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +185,9 @@ def _picture(request: RecordingRequest, known: VideoIdentity, called: str, frame
             f"{request.video} is not the video of {called}: that was {known.name} with the SHA-256 "
             f"{known.sha256[:12]}... . Name that file."
         )
-    clip = cut_clip(request.video, frames, video_stamps, table=request.table, exact=request.exact)
+    clip = cut_clip(
+        request.video, frames, video_stamps, table=request.table, limits=request.limits, exact=request.exact
+    )
     return clip, clip.how
 
 

@@ -255,7 +255,7 @@ def _decode(
     missing = [k for k, place in places.items() if not place.exists()]
     if not missing:
         return places
-    with open_video(path) as file:
+    with open_video(path, limits=video.limits) as file:
         for done, k in enumerate(missing):
             progress(f"decoding {video.name}", done, len(missing))
             if k >= len(file.table) and file.table.complete:

@@ -23,6 +23,7 @@ from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.manifest import MANIFEST, read_manifest
 from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import format_named
+from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.training.corrections import verdict
 
 __all__ = ["OpenedExport", "open_export"]
@@ -50,13 +51,16 @@ class OpenedExport:
     notes: tuple[str, ...] = field(default=())
 
 
-def open_export(path: Path, find: Callable[[str, str], Path | None], scratch: Path) -> OpenedExport:
+def open_export(
+    path: Path, find: Callable[[str, str], Path | None], scratch: Path, limits: VideoLimits | None = None
+) -> OpenedExport:
     """Open an export folder or ZIP file.
 
     Args:
         path: what ``tsr export`` or the page has made.
         find: gives the file of a video by its SHA-256 and name; None: it is not there.
         scratch: an existing folder, where an archive is unpacked and stays.
+        limits: what the videos may demand; unset: ``VideoLimits()``.
 
     Raises:
         InputError: there is nothing.
@@ -90,7 +94,7 @@ def open_export(path: Path, find: Callable[[str, str], Path | None], scratch: Pa
     pictures: list[Mapping[int, Path]] = []
     notes: list[str] = []
     for entry in content["videos"]:
-        bare = _bare(entry, find(str(entry["sha256"]), str(entry["name"])))
+        bare = _bare(entry, find(str(entry["sha256"]), str(entry["name"])), limits)
         own = {} if bare.path is not None else _pictures(folder, entry)
         if bare.path is None and not own:
             notes.append(f"{path.name}: the file of {bare.name} is not there and the export has no pictures of it.")
@@ -115,7 +119,7 @@ def open_export(path: Path, find: Callable[[str, str], Path | None], scratch: Pa
     return OpenedExport(Dataset(CLASS_NAMES, tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes)))
 
 
-def _bare(entry: Mapping[str, Any], path: Path | None) -> DatasetVideo:
+def _bare(entry: Mapping[str, Any], path: Path | None, limits: VideoLimits | None) -> DatasetVideo:
     rate = entry.get("rate")
     return DatasetVideo(
         name=str(entry["name"]),
@@ -131,6 +135,7 @@ def _bare(entry: Mapping[str, Any], path: Path | None) -> DatasetVideo:
         first=int(entry.get("first", 0)),
         stop=int(entry.get("stop", 0)),
         provenance=dict(entry.get("provenance", {})),
+        limits=limits,
     )
 
 

@@ -83,7 +83,7 @@ class Desk:
     def dataset(self, run_id: str | None = None) -> Dataset:
         """A run as it would be exported now."""
         with self.server.context.database.read() as session:
-            return dataset_of([home_source(session, self.home, run_id or self.run_id)])
+            return dataset_of([home_source(session, self.server.settings, run_id or self.run_id)])
 
     def tracks(self, run_id: str | None = None) -> dict[str, Track]:
         """Its tracks by name."""

@@ -110,15 +110,15 @@ def test_a_bare_evidence_folder_needs_no_home(tracked: ToyHome) -> None:
 def test_what_cannot_go_out_is_told(desk: Desk) -> None:
     context = desk.server.context
     with context.database.read() as session:
-        source = home_source(session, desk.home, desk.run_id)
+        source = home_source(session, desk.server.settings, desk.run_id)
         with pytest.raises(NotFound):
-            home_source(session, desk.home, "0" * 32)
+            home_source(session, desk.server.settings, "0" * 32)
     with pytest.raises(Invalid, match="Two of the runs are of drive.mp4"):
         dataset_of([source, source])
     with context.database.write() as session:
         session.get_one(Run, desk.run_id).state = "running"
     with context.database.read() as session, pytest.raises(Conflict, match="still running"):
-        home_source(session, desk.home, desk.run_id)
+        home_source(session, desk.server.settings, desk.run_id)
 
 
 @pytest.mark.parametrize(

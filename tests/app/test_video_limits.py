@@ -1,0 +1,127 @@
+"""One limit on pictures, whoever opens a video: what a server imports and shows it also tracks, exports and teaches."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import toy_home
+from import_now import work_off
+from toy_server import Server
+
+from app.evidence.explainer import Question, _explain
+from app.settings import Settings
+from tsr_engine.errors import VideoError
+from tsr_engine.io.video_limits import VideoLimits
+
+PIXELS = toy_home.toys.WIDTH * toy_home.toys.HEIGHT
+REFUSED = f"more than the limit of {PIXELS - 1} pixels"
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
+    """A video and a run that were made under a limit that admitted them."""
+    made = toy_home.make_home(tmp_path_factory.mktemp("limits"))
+    yield made
+    made.evidence.close()
+    made.database.close()
+
+
+def served(home: toy_home.ToyHome, most: int) -> Server:
+    return Server(home.settings.home, roots=(home.video.parent,), max_pixels=most)
+
+
+@pytest.fixture(scope="module")
+def strict(home: toy_home.ToyHome) -> Iterator[Server]:
+    """A server on it whose limit is one pixel short."""
+    server = served(home, PIXELS - 1)
+    with server.client:
+        yield server
+
+
+def test_there_is_one_default() -> None:
+    assert Settings.model_fields["max_pixels"].default == VideoLimits().max_pixels
+    assert VideoLimits().max_pixels >= 7680 * 4320
+
+
+def ended(server: Server, url: str, body: dict[str, Any]) -> dict[str, Any]:
+    """What became of a job that was asked for."""
+    answer = server.client.post(url, json=body)
+    assert answer.status_code == 202, answer.text
+    work_off(server.context)
+    place = {"models": "models", "runs": "runs"}.get(url.rsplit("/", 1)[-1], "artefacts")
+    found: dict[str, Any] = server.client.get(f"/api/{place}/{answer.json()['id']}").json()
+    return found
+
+
+def test_a_run_over_a_picture_too_large(home: toy_home.ToyHome, strict: Server) -> None:
+    run = ended(strict, f"/api/videos/{home.video_id}/runs", {"stop": 4})
+    assert (run["state"], REFUSED in run["error"]) == ("failed", True), run["error"]
+
+
+@pytest.mark.parametrize(
+    ("url", "body"),
+    [
+        ("/api/exports", {"format": "yolo", "pictures": "annotated"}),
+        ("/api/runs/RUN/recordings", {"first": 50, "stop": 54}),
+        ("/api/runs/RUN/bundles", {"first": 60, "stop": 64}),
+    ],
+)
+def test_what_is_made_of_its_pictures(home: toy_home.ToyHome, strict: Server, url: str, body: dict[str, Any]) -> None:
+    given = {**body, "runs": [home.run_id]} if url == "/api/exports" else body
+    made = ended(strict, url.replace("RUN", home.run_id), given)
+    assert (made["state"], REFUSED in (made["error"] or "")) == ("failed", True), made
+
+
+def test_what_is_learned_from_it(home: toy_home.ToyHome, strict: Server) -> None:
+    with home.reader() as reader:
+        track = next(t for t in reader.tracks() if t.confirmed)
+    for revision, command in enumerate(
+        ({"name": "relabel_track", "class_id": 2}, {"name": "set_review", "review": "accepted"})
+    ):
+        body = {"key": f"m{track.track_id}", "frame": track.first_frame, **command}
+        answer = strict.client.post(
+            f"/api/runs/{home.run_id}/edits",
+            json={"op_id": uuid.uuid4().hex, "author": "ann", "command": body},
+            headers={"If-Match": f'"m{track.track_id}:{revision}"'},
+        )
+        assert answer.status_code == 200, answer.text
+    export = ended(strict, "/api/exports", {"runs": [home.run_id], "format": "cvat-video", "states": ["accepted"]})
+    assert export["state"] == "complete", export["error"]
+    version = ended(strict, "/api/models", {"exports": [export["id"]], "parts": ["online"]})
+    assert (version["state"], REFUSED in version["error"]) == ("failed", True), version["error"]
+
+
+def test_a_verdict_that_is_judged_again(
+    home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch, strict: Server
+) -> None:
+    """The process that does it is told the limit with each question."""
+    asked: list[Question] = []
+    monkeypatch.setattr(strict.context.evidence._explainer, "ask", asked.append)
+    with home.reader() as reader:
+        track = next(t for t in reader.tracks() if t.confirmed)
+    strict.client.get(f"/api/runs/{home.run_id}/tracks/{track.track_id}/explain/{track.first_frame + 5}")
+    (question,) = asked
+    assert question.max_pixels == PIXELS - 1
+    monkeypatch.setattr("app.evidence.crops.pixels_in_frame", lambda *_: None)
+    with pytest.raises(VideoError, match=REFUSED):
+        _explain(question)
+
+
+def test_a_limit_above_the_engines_own_counts_as_well(home: toy_home.ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever forgets to pass the server's limit on meets the engine's, which admits nothing here."""
+    for place in ("io.video", "recording.clip", "bundle.clip"):
+        monkeypatch.setattr(f"tsr_engine.{place}.VideoLimits", lambda: VideoLimits(max_pixels=1))
+    generous = served(home, PIXELS)
+    with generous.client:
+        run = ended(generous, f"/api/videos/{home.video_id}/runs", {"stop": 2})
+        assert run["state"] == "complete", run["error"]
+        for url, body in (
+            ("/api/exports", {"format": "yolo", "pictures": "annotated", "runs": [home.run_id]}),
+            (f"/api/runs/{home.run_id}/recordings", {"first": 50, "stop": 54}),
+            (f"/api/runs/{home.run_id}/bundles", {"first": 60, "stop": 64}),
+        ):
+            made = ended(generous, url, body)
+            assert made["state"] == "complete", made["error"]

@@ -1,0 +1,24 @@
+"""What a video may demand; in a module of its own, so that settings name it without loading a decoder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+__all__ = ["MOST_PIXELS", "VideoLimits"]
+
+MOST_PIXELS: Final = 50_000_000
+"""Largest picture that is decoded unless told otherwise, px: 8K (7680x4320) and somewhat more."""
+
+
+@dataclass(frozen=True, slots=True)
+class VideoLimits:
+    """What a video may demand of this machine.
+
+    Attributes:
+        max_pixels: largest picture, width times height.
+        max_side: largest width or height in px.
+    """
+
+    max_pixels: int = MOST_PIXELS
+    max_side: int = 16_384
