@@ -190,7 +190,10 @@ class TestReaders:
         ("text", "message"),
         [
             ("frame,track_id\n", "x1"),
-            ("frame,track_id,x1,y1,x2,y2,class_id,score,source\n0,1,a,2,3,4,5,6,detected\n", "row 1"),
+            (
+                "frame,track_id,x1,y1,x2,y2,class_id,score,source\n0,1,a,2,3,4,5,6,detected\n",
+                "line 2: x1 must be a number, got 'a'",
+            ),
             ("frame,track_id,x1,y1,x2,y2,class_id,score,source\n0,1,nan,2,3,4,5,6,detected\n", "finite"),
         ],
     )

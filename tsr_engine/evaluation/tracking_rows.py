@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -11,14 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import InputError
+from tsr_engine.evaluation.strict_rows import BadRow, read_mot_table, read_result_table, read_truth_table
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.records import FloatArray
 
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
-
-_TRUTH_COLUMNS = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
-_RESULT_COLUMNS = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "score", "source")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +103,10 @@ def read_clip_truth(path: Path) -> Truth:
     """Truth from a CSV with the columns ``frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore``.
 
     Raises:
-        InputError: no such file, missing columns, or a value that is not a number.
+        InputError: no such file, missing columns, or a row that breaks a rule of :mod:`~.strict_rows`.
     """
-    rows = _read_csv(path, _TRUTH_COLUMNS)
-    table = _numbers(path, rows, _TRUTH_COLUMNS)
+    with _named(path):
+        table = read_truth_table(_content(path))
     return Truth(
         table[:, 0].astype(np.int64),
         table[:, 1].astype(np.int64),
@@ -125,12 +123,10 @@ def read_mot_truth(path: Path) -> Truth:
     A flag of 0 marks a row to ignore.
 
     Raises:
-        InputError: no such file, or a row without nine numbers.
+        InputError: no such file, or a row that breaks a rule of :mod:`~.strict_rows`.
     """
-    names = ("frame", "id", "left", "top", "width", "height", "flag", "class_id", "visibility")
-    lines = [line for line in _text(path).splitlines() if line.strip()]
-    rows = [dict(zip(names, line.split(","), strict=False)) for line in lines]
-    table = _numbers(path, rows, names)
+    with _named(path):
+        table = read_mot_table(_content(path))
     boxes = np.concatenate([table[:, 2:4], table[:, 2:4] + table[:, 4:6]], axis=1)
     return Truth(
         table[:, 0].astype(np.int64) - 1,
@@ -146,51 +142,31 @@ def read_results(path: Path) -> Results:
     """Results from the CSV of ``tsr track`` or ``tsr replay``.
 
     Raises:
-        InputError: no such file, missing columns, or a value that is not a number.
+        InputError: no such file, missing columns, or a row that breaks a rule of :mod:`~.strict_rows`.
     """
-    rows = _read_csv(path, _RESULT_COLUMNS)
-    table = _numbers(path, rows, _RESULT_COLUMNS[:-1])
+    with _named(path):
+        table, source = read_result_table(_content(path))
     return Results(
         table[:, 0].astype(np.int64),
         table[:, 1].astype(np.int64),
         table[:, 2:6].copy(),
         table[:, 6].astype(np.int64),
         table[:, 7].copy(),
-        tuple(row["source"] for row in rows),
+        source,
     )
 
 
-def _text(path: Path) -> str:
+def _content(path: Path) -> bytes:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        got = error.strerror if isinstance(error, OSError) else "something that is no text"
-        raise InputError(f"Expected a readable text table at {path}, got: {got}. Check the path.") from None
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"Expected a readable text table at {path}, got: {error.strerror}. Check the path.") from None
 
 
-def _read_csv(path: Path, columns: Sequence[str]) -> list[dict[str, str]]:
-    reader = csv.DictReader(_text(path).splitlines())
-    missing = [name for name in columns if name not in (reader.fieldnames or ())]
-    if missing:
-        raise InputError(f"Expected the columns {','.join(columns)} in {path}, but {', '.join(missing)} is missing.")
-    return [{name: row[name] or "" for name in columns} for row in reader]
-
-
-def _numbers(path: Path, rows: list[dict[str, str]], columns: Sequence[str]) -> FloatArray:
-    table = np.zeros((len(rows), len(columns)))
-    for i, row in enumerate(rows):
-        for j, name in enumerate(columns):
-            try:
-                table[i, j] = float(row.get(name, ""))
-            except ValueError:
-                raise InputError(
-                    f"Expected a number for {name} in row {i + 1} of {path}, got {row.get(name)!r}. Correct the row."
-                ) from None
-    odd = np.argwhere(~np.isfinite(table))
-    if len(odd):
-        row, column = odd[0]
-        raise InputError(
-            f"Expected finite numbers in {path}, got {table[row, column]} for {columns[column]} in row {row + 1}. "
-            "Correct the table."
-        )
-    return table
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """A broken rule as a sentence about a file."""
+    try:
+        yield
+    except BadRow as error:
+        raise InputError(f"{path}, line {error.line}: {error.rule}. Correct the table.") from None

@@ -37,8 +37,8 @@ def test_the_clips_truth_is_taken(clips: Any) -> None:
 @pytest.mark.parametrize(
     ("text", "line", "rule"),
     [
-        ("", 1, "the header must be frame,track_id"),
-        ("frame,track_id\n", 1, "the header must be"),
+        ("", 1, "the header must name frame,track_id"),
+        ("frame,track_id\n", 1, "the header must name"),
         (HEAD + "0,1,10,20,30,40,14,1\n", 2, "9 values, got 8"),
         (HEAD + GOOD + "0,2,10,20,30,40,14,1,0,7\n", 3, "9 values, got 10"),
         (HEAD + "x,1,10,20,30,40,14,1,0\n", 2, "frame must be a number"),

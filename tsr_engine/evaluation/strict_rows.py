@@ -1,0 +1,281 @@
+"""Tables of boxes, one row a track and frame, read strictly: the first line that breaks a rule is named with the rule.
+
+A frame of 1.9, a box turned inside out or a sign twice in one frame are slips of whoever wrote the table. Figures taken
+from a reading of one's own would be wrong without anybody's noticing.
+"""
+
+from __future__ import annotations
+
+import csv
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.records import FloatArray
+
+__all__ = [
+    "MOT_COLUMNS",
+    "RESULT_COLUMNS",
+    "TRUTH_COLUMNS",
+    "BadRow",
+    "read_mot_table",
+    "read_result_table",
+    "read_truth_table",
+]
+
+TRUTH_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
+RESULT_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "score", "source")
+MOT_COLUMNS: Final = ("frame", "id", "left", "top", "width", "height", "flag", "class_id", "visibility")
+FAR: Final = 1e5
+"""px; boxes lie within."""
+_MOST_FRAMES: Final = 2**31
+_MOST_WHOLE: Final = 2**53
+"""Whole numbers below it are exact as floats."""
+
+BoolArray = NDArray[np.bool_]
+Columns = Mapping[str, FloatArray]
+Rules = Callable[[Columns], list["_Rule"]]
+
+
+class BadRow(Exception):
+    """A line that breaks a rule.
+
+    Attributes:
+        line: number of the line in the file, from 1.
+        rule: what must be, and what was got; without a full stop.
+    """
+
+    def __init__(self, line: int, rule: str) -> None:
+        super().__init__(f"line {line}: {rule}")
+        self.line, self.rule = line, rule
+
+
+@dataclass(frozen=True, slots=True)
+class _Rule:
+    """What all rows must keep.
+
+    Attributes:
+        broken: shape (n,): rows that do not.
+        text: the rule.
+        columns: whose values are told with it.
+    """
+
+    broken: BoolArray
+    text: str
+    columns: tuple[str, ...]
+
+
+def read_truth_table(content: bytes, frames: int | None = None, most: int | None = None) -> FloatArray:
+    """Ground truth.
+
+    Args:
+        content: UTF-8 text; the first line names ``TRUTH_COLUMNS``, in any order and among others.
+        frames: length of the video; unset: not known, so that no frame lies beyond it.
+        most: rows at most; unset: any number.
+
+    Returns:
+        Shape (n, 9), columns as in ``TRUTH_COLUMNS``, in the order of the file.
+
+    Raises:
+        BadRow: the first line that breaks a rule.
+    """
+
+    def rules(column: Columns) -> list[_Rule]:
+        visibility, ignore = column["visibility"], column["ignore"]
+        return [
+            *_of_box(column, frames),
+            _whole(column, "class_id", -1, CLASS_COUNT),
+            _Rule((visibility < 0) | (visibility > 1), "visibility must lie in 0 to 1", ("visibility",)),
+            _Rule((ignore != 0) & (ignore != 1), "ignore must be 0 or 1", ("ignore",)),
+        ]
+
+    return _read(content, TRUTH_COLUMNS, rules, ("frame", "track_id"), most=most)[0]
+
+
+def read_result_table(content: bytes) -> tuple[FloatArray, tuple[str, ...]]:
+    """Result rows of ``tsr track`` or ``tsr replay``, or of another tracker.
+
+    Args:
+        content: UTF-8 text; the first line names ``RESULT_COLUMNS``, in any order and among others.
+
+    Returns:
+        Shape (n, 8), the numeric columns of ``RESULT_COLUMNS``; and n times the source.
+
+    Raises:
+        BadRow: the first line that breaks a rule.
+    """
+
+    def rules(column: Columns) -> list[_Rule]:
+        return [*_of_box(column, None), _whole(column, "class_id", -1, _MOST_WHOLE)]
+
+    return _read(content, RESULT_COLUMNS, rules, ("frame", "track_id"), words="source")
+
+
+def read_mot_table(content: bytes) -> FloatArray:
+    """MOTChallenge rows, without a header; further columns are passed over.
+
+    Args:
+        content: UTF-8 text.
+
+    Returns:
+        Shape (n, 9), columns as in ``MOT_COLUMNS``, frames from 1 as they stand there.
+
+    Raises:
+        BadRow: the first line that breaks a rule.
+    """
+
+    def rules(column: Columns) -> list[_Rule]:
+        visibility, flag = column["visibility"], column["flag"]
+        far = np.max([np.abs(column[name]) for name in ("left", "top", "width", "height")], axis=0) > FAR
+        return [
+            _whole(column, "frame", 1, _MOST_FRAMES),
+            _whole(column, "id", 0, _MOST_WHOLE),
+            _Rule(
+                ~((column["width"] > 0) & (column["height"] > 0)),
+                "width and height must be above 0",
+                ("width", "height"),
+            ),
+            _Rule(far, f"the edges of a box lie within {FAR:.0f} px", ("left", "top", "width", "height")),
+            _Rule((flag != 0) & (flag != 1), "flag must be 0 or 1", ("flag",)),
+            _whole(column, "class_id", -1, _MOST_WHOLE),
+            _Rule((visibility < 0) | (visibility > 1), "visibility must lie in 0 to 1", ("visibility",)),
+        ]
+
+    return _read(content, MOT_COLUMNS, rules, ("frame", "id"), header=False)[0]
+
+
+def _of_box(column: Columns, frames: int | None) -> list[_Rule]:
+    x1, y1, x2, y2 = (column[name] for name in ("x1", "y1", "x2", "y2"))
+    corners = ("x1", "y1", "x2", "y2")
+    far = np.max(np.abs([x1, y1, x2, y2]), axis=0) > FAR
+    return [
+        _whole(column, "frame", 0, _MOST_FRAMES if frames is None else frames),
+        _whole(column, "track_id", 0, _MOST_WHOLE),
+        _Rule((x1 >= x2) | (y1 >= y2), "a box needs x1 < x2 and y1 < y2", corners),
+        _Rule(far, f"the edges of a box lie within {FAR:.0f} px", corners),
+    ]
+
+
+def _whole(column: Columns, name: str, least: int, end: int) -> _Rule:
+    values = column[name]
+    broken = (values != np.floor(values)) | (values < least) | (values >= end)
+    upper = "on" if end == _MOST_WHOLE else f"to {end - 1}"
+    return _Rule(broken, f"{name} must be a whole number from {least} {upper}", (name,))
+
+
+def _finite(column: Columns) -> list[_Rule]:
+    return [_Rule(~np.isfinite(values), f"{name} must be finite", (name,)) for name, values in column.items()]
+
+
+def _read(
+    content: bytes,
+    columns: Sequence[str],
+    rules: Rules,
+    key: tuple[str, str],
+    *,
+    header: bool = True,
+    words: str = "",
+    most: int | None = None,
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """The table and its column of words.
+
+    A line whose values are no numbers ends the reading; what stands before it is checked all the same, so that the
+    first bad line of all is the one that is named.
+    """
+    lines = _lines(content)
+    places, width = _places(lines, columns) if header else (list(range(len(columns))), None)
+    numeric = [(name, place) for name, place in zip(columns, places, strict=True) if name != words]
+    table, said, numbers = array("d"), [], array("q")
+    failure: BadRow | None = None
+    for number, line in islice(enumerate(lines, start=1), int(header), None):
+        if not line.strip():
+            continue
+        if most is not None and len(numbers) == most:
+            failure = BadRow(number, f"a file holds at most {most} rows")
+            break
+        try:
+            cells = _cells(number, line, width, len(columns))
+            table.extend([_number(number, name, cells[place]) for name, place in numeric])
+        except BadRow as error:
+            failure = error
+            break
+        if words:
+            said.append(cells[places[-1]])
+        numbers.append(number)
+    values = np.array(table).reshape(-1, len(numeric))
+    named = {name: values[:, k] for k, (name, _) in enumerate(numeric)}
+    _check(named, [*_finite(named), *rules(named)], key, np.array(numbers))
+    if failure is not None:
+        raise failure
+    return values, tuple(said)
+
+
+def _lines(content: bytes) -> list[str]:
+    try:
+        return content.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise BadRow(content[: error.start].count(b"\n") + 1, "the text must be UTF-8") from None
+
+
+def _places(lines: Sequence[str], columns: Sequence[str]) -> tuple[list[int], int]:
+    """Where each column stands, and how many there are."""
+    found = _split(1, lines[0]) if lines else []
+    missing = [name for name in columns if found.count(name) != 1]
+    if missing:
+        got = f"{lines[0][:120]!r}" if lines else "an empty file"
+        raise BadRow(1, f"the header must name {','.join(columns)}, each once, got {got}")
+    return [found.index(name) for name in columns], len(found)
+
+
+def _split(number: int, line: str) -> list[str]:
+    try:
+        return next(csv.reader([line]), [])
+    except csv.Error as error:
+        raise BadRow(number, f"a line must be values between commas ({error})") from None
+
+
+def _cells(number: int, line: str, width: int | None, least: int) -> list[str]:
+    cells = _split(number, line)
+    if len(cells) < least if width is None else len(cells) != width:
+        wanted = f"at least {least}" if width is None else str(width)
+        raise BadRow(number, f"a row has {wanted} values, got {len(cells)}")
+    return cells
+
+
+def _number(number: int, name: str, cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise BadRow(number, f"{name} must be a number, got {cell[:40]!r}") from None
+
+
+def _check(column: Columns, rules: Sequence[_Rule], key: tuple[str, str], numbers: NDArray[np.int64]) -> None:
+    """Raise for the first row that breaks a rule, with the first rule that it breaks."""
+    found = [(int(np.argmax(rule.broken)), order) for order, rule in enumerate(rules) if rule.broken.any()]
+    row, order = min(found, default=(len(numbers), 0))
+    again, before = _first_twice(column[key[0]][:row], column[key[1]][:row])
+    if again is not None:
+        raise BadRow(
+            int(numbers[again]),
+            f"a track has one box a frame; line {numbers[before]} has this frame and track already",
+        )
+    if found:
+        rule = rules[order]
+        got = ", ".join(f"{column[name][row]:.12g}" for name in rule.columns)
+        raise BadRow(int(numbers[row]), f"{rule.text}, got {got}")
+
+
+def _first_twice(frame: FloatArray, track: FloatArray) -> tuple[int | None, int]:
+    """The first row whose frame and track an earlier one has, and that one."""
+    order = np.lexsort((np.arange(len(frame)), track, frame))
+    same = (np.diff(frame[order]) == 0) & (np.diff(track[order]) == 0)
+    if not same.any():
+        return None, -1
+    again = int(order[1:][same].min())
+    return again, int(np.flatnonzero((frame == frame[again]) & (track == track[again]))[0])
