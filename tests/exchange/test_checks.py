@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
@@ -71,6 +72,21 @@ def test_boxes_over_the_edge_are_cut(intake: Intake) -> None:
         "Boxes that reached over the edge of the picture were cut there: 1; the first is f.xml, line 4.",
     )
     assert "outside of the picture; the first: f.xml, line 5, track a" in found.skipped[0].reason
+
+
+def test_boxes_outside_are_counted_and_not_kept(intake: Intake) -> None:
+    """A file of another video may have nothing else, as many as it likes."""
+    intake.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=1)
+    tracemalloc.start()
+    try:
+        for line in range(2, 20_001):
+            intake.box("a", 2, (-5, 10, -1, 20), 0, file="f.xml", line=line)
+        assert tracemalloc.get_traced_memory()[0] < 100_000, "a sentence each would be 2 MB"
+    finally:
+        tracemalloc.stop()
+    (skipped,) = intake.finish("f.xml").skipped
+    assert skipped.what == "20000 boxes"
+    assert skipped.reason == "They lie outside of the picture; the first: f.xml, line 1, track a: (-5, 10, -1, 20)."
 
 
 def test_a_second_box_in_a_frame(intake: Intake) -> None:

@@ -78,7 +78,7 @@ class Intake:
         self.matcher = LabelMatcher(target.labels, target.label_map)
         self._strict = strict
         self._boxes = 0
-        self._outside: list[str] = []
+        self._outside, self._first_outside = 0, ""
         self._tracks: dict[str, TrackRows] = {}
         self._skipped: list[Skipped] = []
         self._repaired: list[str] = []
@@ -233,7 +233,8 @@ class Intake:
         if x1 < 0 or y1 < 0 or x2 > video.width or y2 > video.height:
             cut = (max(x1, 0.0), max(y1, 0.0), min(x2, float(video.width)), min(y2, float(video.height)))
             if cut[0] >= cut[2] or cut[1] >= cut[3]:
-                self._outside.append(f"{place_of(file, line)}, track {uid}: {_text(edges)}")
+                self._outside += 1
+                self._first_outside = self._first_outside or f"{place_of(file, line)}, track {uid}: {_text(edges)}"
                 return False
             # Files with rounded numbers overshoot by half of their last digit.
             if max(cut[0] - x1, cut[1] - y1, x2 - cut[2], y2 - cut[3]) > 0.011:
@@ -301,7 +302,7 @@ class Intake:
 
     def _tell_counts(self) -> None:
         if self._outside:
-            self.skip(f"{len(self._outside)} boxes", f"They lie outside of the picture; the first: {self._outside[0]}.")
+            self.skip(f"{self._outside} boxes", f"They lie outside of the picture; the first: {self._first_outside}.")
         for what, (count, file, line) in self._counts.items():
             self._repaired.append(f"{what}: {count}; the first is {place_of(file, line)}.")
         for name, (count, file, line) in self._unknown.items():
