@@ -37,6 +37,21 @@ def test_samples_are_balanced_and_reproducible(tmp_path: Path) -> None:
     assert one.seed == 1
 
 
+@pytest.mark.timeout(60)
+def test_a_sign_that_fills_its_scene_gives_no_sample(tmp_path: Path) -> None:
+    """No window beside it exists that is of its size; the others' samples stay as they were drawn."""
+    scenes = drawn_scenes(tmp_path)
+    full = Scene("full", scenes[0].path, np.array([[0.0, 0.0, 220.0, 150.0]]), np.array([5]))
+    found = train_online([*scenes, full], 1, positives=12)
+    assert found.arrays["y"].tolist() == [1, -1] * (len(found.arrays["y"]) // 2)
+    assert 8 <= len(found.arrays["y"]) // 2 < 12
+    assert found.data["samples"] == len(found.arrays["y"])
+    shifts = [np.array([220 * x, 150 * y] * 2) for x in np.arange(-1, 1.1, 0.2) for y in np.arange(-1, 1.1, 0.2)]
+    crowded = Scene("crowded", full.path, full.boxes, full.class_ids, np.array([full.boxes[0] + s for s in shifts]))
+    with pytest.raises(InputError, match="room beside their signs, got 1 that"):
+        train_online([crowded], 1, positives=2)
+
+
 def test_scenes_without_signs_are_refused(tmp_path: Path) -> None:
     empty = Scene("a.png", tmp_path / "a.png", np.zeros((0, 4)), np.zeros(0, dtype=np.int64))
     with pytest.raises(InputError, match="Expected scenes with signs"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypedDict
+from typing import Final, TypedDict
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from tsr_engine.records import FloatArray
 
 __all__ = ["OfflineSamples", "train_online"]
 
+TRIES: Final = 1000
+"""Windows that are drawn for one negative sample before it is given up; a scene with any room needs a few."""
+
 
 class OfflineSamples(TypedDict):
     """Descriptors and labels."""
@@ -30,18 +33,19 @@ def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) ->
     """Draw balanced offline samples from annotated scenes.
 
     Signs are drawn evenly over their classes. Each gives one positive sample, its box, and one negative sample:
-    in turn a window that is shifted off the sign by 0.4 to 1 sides, or one from anywhere in the same scene.
+    in turn a window that is shifted off the sign by 0.4 to 1 sides, or one from anywhere in the same scene. A sign that
+    leaves no room for the latter, because it fills its scene, gives neither.
 
     Args:
         scenes: scenes with at least one sign among them.
         seed: of the random choices.
-        positives: number of positive samples, and of negative ones.
+        positives: number of positive samples, and of negative ones, at most.
 
     Returns:
         Component ``online`` with arrays ``X`` (2 * positives, 324) float32 and ``y`` (2 * positives,) int8.
 
     Raises:
-        InputError: no signs, or a picture that cannot be read.
+        InputError: no signs, none that leaves room for a window without it, or a picture that cannot be read.
     """
     rng = np.random.default_rng(seed)
     signs = [(s, k) for s, scene in enumerate(scenes) for k in range(len(scene.boxes))]
@@ -54,8 +58,15 @@ def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) ->
         pixels = FramePixels(read_picture(scenes[s].path))
         box = scenes[s].boxes[k]
         window = _negative(box, scenes[s].taken, pixels.width, pixels.height, number % 2 == 0, rng)
+        if window is None:
+            continue
         vectors += [describe(pixels, box), describe(pixels, window)]
         labels += [1, -1]
+    if not labels:
+        raise InputError(
+            f"Expected scenes with room beside their signs, got {len(scenes)} that are filled by them. "
+            "Name annotated scenes that show more than a sign."
+        )
     return Component(
         "online",
         {"X": np.asarray(vectors, dtype=np.float32), "y": np.asarray(labels, dtype=np.int8)},
@@ -79,10 +90,10 @@ def _balanced(classes: Sequence[int], count: int, rng: np.random.Generator) -> l
 
 def _negative(
     box: FloatArray, signs: FloatArray, width: int, height: int, near: bool, rng: np.random.Generator
-) -> FloatArray:
-    """A window of the sign's size that overlaps no sign by more than an IoU of 0.4."""
+) -> FloatArray | None:
+    """A window of the sign's size that overlaps no sign by more than an IoU of 0.4; None: there seems to be none."""
     cx, cy, w, h = to_cxcywh(box)
-    while True:
+    for _ in range(TRIES):
         if near:
             angle, distance = rng.uniform(0, 2 * np.pi), rng.uniform(0.4, 1.0)
             centre = (cx + distance * w * np.cos(angle), cy + distance * h * np.sin(angle))
@@ -91,3 +102,4 @@ def _negative(
         window = to_xyxy(np.array([*centre, w, h]))
         if float(iou(window, signs).max()) <= 0.4:
             return window
+    return None

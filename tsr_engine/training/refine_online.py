@@ -36,7 +36,8 @@ def refine_online(parent: Component, scenes: Sequence[CorrectedScene], seed: int
     positives = int((labels > 0).sum())
     count = min(int(SHARE * positives), PER_SIGN * signs)
     drawn = train_online([scene.scene for scene in scenes], seed, max(1, count))
-    kept = np.sort(np.concatenate([_kept(labels, sign, max(1, count), rng) for sign in (1, -1)]))
+    fresh = int((drawn.arrays["y"] > 0).sum())
+    kept = np.sort(np.concatenate([_kept(labels, sign, fresh, rng) for sign in (1, -1)]))
     arrays = {
         "X": np.concatenate([vectors[kept], drawn.arrays["X"]]),
         "y": np.concatenate([labels[kept], drawn.arrays["y"]]),
