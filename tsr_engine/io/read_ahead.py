@@ -13,8 +13,8 @@ T = TypeVar("T")
 def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
     """Yield what ``make()`` yields, in order, up to ``depth`` items ahead of the consumer.
 
-    The iterator is made, advanced and closed in the background thread. Its exception reaches the consumer after
-    the items before it. Leaving early (``close()``, ``break``, an error) stops the thread.
+    The iterator is made, advanced and closed in the background thread. Its exception, also that of its making, reaches
+    the consumer after the items before it. Leaving early (``close()``, ``break``, an error) stops the thread.
 
     Args:
         make: makes the iterator.
@@ -35,8 +35,9 @@ def read_ahead(make: Callable[[], Iterator[T]], depth: int) -> Iterator[T]:
         return False
 
     def produce() -> None:
-        items = make()
+        items: Iterator[T] | None = None
         try:
+            items = make()
             for item in items:
                 if not put((item,)):
                     return

@@ -1,0 +1,68 @@
+"""Work ahead of its consumer: in order, with its errors, and gone when nobody wants more."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from tsr_engine.io.read_ahead import read_ahead
+
+
+def threads() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name == "tsr-read-ahead"]
+
+
+def test_everything_comes_in_order() -> None:
+    assert list(read_ahead(lambda: iter(range(50)), 3)) == list(range(50))
+    assert not threads()
+
+
+@pytest.mark.timeout(20)
+def test_what_cannot_be_made_says_so_and_does_not_keep_its_consumer_waiting() -> None:
+    def make() -> Iterator[int]:
+        raise OSError("the file is gone")
+
+    with pytest.raises(OSError, match="the file is gone"):
+        next(read_ahead(make, 2))
+    assert not threads()
+
+
+def test_an_error_comes_after_what_came_before_it() -> None:
+    def items() -> Iterator[int]:
+        yield from (1, 2)
+        raise ValueError("damaged")
+
+    seen = []
+    with pytest.raises(ValueError, match="damaged"):
+        seen.extend(read_ahead(items, 5))
+    got = read_ahead(items, 5)
+    assert [next(got), next(got)] == [1, 2]
+    with pytest.raises(ValueError, match="damaged"):
+        next(got)
+    assert not threads()
+
+
+def test_who_leaves_early_stops_the_work() -> None:
+    closed = threading.Event()
+
+    def items() -> Iterator[int]:
+        try:
+            k = 0
+            while True:
+                yield k
+                k += 1
+        finally:
+            closed.set()
+
+    got = read_ahead(items, 2)
+    assert next(got) == 0
+    got.close()  # type: ignore[attr-defined]
+    assert closed.is_set()
+    assert not threads()
+
+
+def test_a_depth_of_nothing() -> None:
+    with pytest.raises(ValueError, match="at least 1"):
+        next(read_ahead(lambda: iter(()), 0))
