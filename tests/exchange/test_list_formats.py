@@ -228,6 +228,44 @@ def test_yolo_cuts_what_reaches_out_and_reads_polygons(tmp_path: Path) -> None:
     assert any("Polygons" in sentence for sentence in back.repaired)
 
 
+SIX = {
+    "whole numbers above 1": (("0 0.5 0.5 0.1 0.1 0.9 7", "0 0.2 0.2 0.1 0.1 0.8 1"), "boxes", "above 1"),
+    "a fraction": (("1 0.5 0.5 0.6 0.5 0.5 0.75", "1 0.1 0.2 0.3 0.4 0.2 1"), "triangles", "fraction"),
+    "other polygons": (("0 0.1 0.2 0.3 0.4 0.2 1", "1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3"), "triangles", "polygons"),
+    "the same twice": (("0 0.1 0.2 0.3 0.4 0.2 1", "0 0.5 0.6 0.7 0.8 0.6 1"), "triangles", "twice"),
+    "nothing else": (("0 0.3 0.3 0.1 0.1 0.9 0", "0 0.6 0.6 0.1 0.1 0.8 1"), "boxes", "0 or 1"),
+}
+
+
+@pytest.mark.parametrize(
+    ("case", "apart"), [*((case, False) for case in SIX), *((case, True) for case in SIX if case != "the same twice")]
+)
+def test_yolo_says_what_six_numbers_are_and_decides_over_all_files(tmp_path: Path, case: str, apart: bool) -> None:
+    """A triangle whose last corner touches the picture's edge ends in 0 or 1, as the rows of two tracks do."""
+    lines, kind, why = SIX[case]
+    if apart:
+        _yolo(tmp_path, f"{lines[1]}\n", frame=3)
+        lines = lines[:1]
+    back = _read(_yolo(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
+    (told,) = [sentence for sentence in back.repaired if "six numbers" in sentence]
+    assert told.startswith("labels/train/frame_0000")
+    assert kind in told
+    assert why in told
+    scores = np.concatenate([track.score for track in tracks_of(back).values()])
+    assert len(scores) == 2
+    assert np.isnan(scores).all() == (kind == "triangles")
+    if case == "the same twice":
+        boxes = sorted(tuple(np.round(track.boxes[0], 6)) for track in tracks_of(back).values())
+        assert boxes == [(64.0, 72.0, 192.0, 360.0), (320.0, 216.0, 448.0, 360.0)]
+
+
+def test_yolo_with_six_numbers_that_are_neither(tmp_path: Path) -> None:
+    _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.9 7\n", frame=3)
+    _yolo(tmp_path, "0 0.5 0.5 0.6 0.5 0.5 0.75\n", frame=10)
+    words = ("line 1", "three corners", "Got 7 at the end here, 0.75 in labels/train/frame_000010.txt, line 1")
+    _refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
+
+
 def test_yolo_in_another_encoding(tmp_path: Path) -> None:
     path = _yolo(tmp_path, "0 0.5 0.5 0.1 0.1\n")
     (path / "data.yaml").write_bytes("names: [Überholverbot]\n".encode("latin-1"))

@@ -1,7 +1,8 @@
 """Reads YOLO: label files, class names, tracks from ``tracks.csv`` or from a sixth column.
 
 What a sixth column is, is decided once for all files: a confidence if a number has a fraction, or if a picture has the
-same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are read too.
+same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are read too; see
+:mod:`~.yolo_shapes`.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from tsr_engine.exchange.checks import MAX_JSON_BYTES, Intake, read_text, refuse
@@ -21,25 +21,13 @@ from tsr_engine.exchange.reading import decoded
 from tsr_engine.exchange.sidecar import SideRow, read_side
 from tsr_engine.exchange.spool import Spool, content_of, names_below
 from tsr_engine.exchange.yaml_names import names_of
+from tsr_engine.exchange.yolo_shapes import YoloLine, YoloRow, boxed
 
 __all__ = ["SIDE", "SIDE_OWN", "label_files", "read_yolo"]
 
 SIDE = "tracks.csv"
 SIDE_OWN = ("file", "line", "row")
 _NO_LABELS = frozenset({"train.txt", "val.txt", "test.txt", "valid.txt", "classes.txt", "readme.txt", "labels.txt"})
-_MOST = 1.01
-"""What Ultralytics lets pass as a part of the picture."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Row:
-    file: str
-    line: int
-    frame: int
-    text: str
-    label: int
-    edges: tuple[float, float, float, float]
-    rest: tuple[float, ...]
 
 
 def label_files(path: Path, spool: Spool | None = None) -> list[str]:
@@ -65,7 +53,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, named_by = _class_names(path)
     pictures = PictureNames(path, target.video)
-    rows: list[_Row] = []
+    found: list[YoloLine] = []
     for name in files:
         last = name.rpartition("/")[2]
         frame = pictures.frame(last)
@@ -77,9 +65,10 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
         lines = decoded(content, last)
         if lines.strip():
             ordinal = intake.frame(frame, name)
-            rows += _rows(lines, name, ordinal, names, named_by, intake)
+            found += _lines(lines, name, ordinal, names, named_by, intake)
     if pictures.others:
         intake.skip(f"{pictures.others} pictures", f"They are of another video than {target.video.name}.")
+    rows = boxed(found, intake)
     if names is None and rows:
         intake.repair(f"{path.name}: names no classes (data.yaml); its numbers were taken as those of the tool.")
     loose = LooseBoxes(intake, path.name)
@@ -111,10 +100,9 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     return None, ""
 
 
-def _rows(
+def _lines(
     text: str, file: str, frame: int, names: dict[int, str] | None, named_by: str, intake: Intake
-) -> Iterator[_Row]:
-    video = intake.target.video
+) -> Iterator[YoloLine]:
     for line, content in enumerate(text.splitlines(), start=1):
         cells = content.split()
         if not cells:
@@ -135,34 +123,10 @@ def _rows(
         if names is not None and int(number) not in names:
             raise refuse(file, line, f"class {int(number)} is none of the {len(names)} classes in {named_by}. Add it.")
         label = intake.label(str(int(number)) if names is None else names[int(number)], file, line)
-        box, rest = _shape(values[1:], file, line, intake)
-        x1, y1, x2, y2 = box
-        edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
-        yield _Row(file, line, frame, content.strip(), label, edges, rest)
+        yield YoloLine(file, line, frame, content.strip(), label, tuple(values[1:]))
 
 
-def _shape(
-    values: list[float], file: str, line: int, intake: Intake
-) -> tuple[tuple[float, float, float, float], tuple[float, ...]]:
-    """Edges in parts of the picture, and the columns behind them."""
-    # Three corners have six numbers, as a box with confidence and id has; an id is a whole number.
-    polygon = len(values) > 6 or (len(values) == 6 and values[5] != int(values[5]))
-    parts = values if polygon else values[:4]
-    if polygon and len(values) % 2:
-        raise refuse(file, line, f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.")
-    for value in parts:
-        if not 0 <= value <= _MOST:
-            hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
-            raise refuse(file, line, f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}")
-    if polygon:
-        intake.count("Polygons were replaced by the upright boxes around them", file, line)
-        xs, ys = values[::2], values[1::2]
-        return (min(xs), min(ys), max(xs), max(ys)), ()
-    cx, cy, w, h = parts
-    return (cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2), tuple(values[4:])
-
-
-def _take_with_columns(rows: list[_Row], intake: Intake, loose: LooseBoxes) -> None:
+def _take_with_columns(rows: list[YoloRow], intake: Intake, loose: LooseBoxes) -> None:
     """Rows with columns behind the box: a track id, a confidence, or both."""
     asked = intake.target.switches.get("column6", "auto")
     sixth = [row for row in rows if len(row.rest) == 1]
@@ -190,7 +154,7 @@ def _take_with_columns(rows: list[_Row], intake: Intake, loose: LooseBoxes) -> N
         )
 
 
-def _what_sixth_is(rows: list[_Row]) -> tuple[str, str]:
+def _what_sixth_is(rows: list[YoloRow]) -> tuple[str, str]:
     """``track`` or ``confidence``, over all files, and why.
 
     Raises:
@@ -213,12 +177,12 @@ def _what_sixth_is(rows: list[_Row]) -> tuple[str, str]:
     return "track", "all are whole numbers"
 
 
-def _take_with_side(rows: list[_Row], path: Path, intake: Intake, loose: LooseBoxes) -> None:
+def _take_with_side(rows: list[YoloRow], path: Path, intake: Intake, loose: LooseBoxes) -> None:
     """Rows with the tracks that the side file names: by their text, else by their place in the file."""
     side: dict[str, list[SideRow]] = {}
     for named in read_side(path, SIDE_OWN):
         side.setdefault(named.own["file"], []).append(named)
-    by_file: dict[str, list[_Row]] = {}
+    by_file: dict[str, list[YoloRow]] = {}
     for row in rows:
         by_file.setdefault(row.file, []).append(row)
     for file, own in by_file.items():
@@ -244,11 +208,11 @@ def _take_with_side(rows: list[_Row], path: Path, intake: Intake, loose: LooseBo
                 entry.tell(intake, row.frame)
 
 
-def _matched(rows: list[_Row], side: list[SideRow], intake: Intake) -> list[tuple[_Row, SideRow | None]]:
+def _matched(rows: list[YoloRow], side: list[SideRow], intake: Intake) -> list[tuple[YoloRow, SideRow | None]]:
     by_text: dict[str, deque[SideRow]] = {}
     for entry in side:
         by_text.setdefault(entry.own["row"], deque()).append(entry)
-    out: list[tuple[_Row, SideRow | None]] = []
+    out: list[tuple[YoloRow, SideRow | None]] = []
     for row in rows:
         waiting = by_text.get(row.text)
         out.append((row, waiting.popleft() if waiting else None))

@@ -1,0 +1,147 @@
+"""Rows of YOLO label files as boxes: what the numbers behind the class are.
+
+Four are a box, five a box with a sixth column, more than six a polygon. Six may be a triangle or a box with confidence
+and track id; which, is decided once for all files: annotations are the one or the other throughout.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tsr_engine.exchange.checks import Intake, refuse
+
+__all__ = ["YoloLine", "YoloRow", "boxed"]
+
+_MOST = 1.01
+"""What Ultralytics lets pass as a part of the picture."""
+_EITHER = 6
+"""Numbers behind the class that may be either."""
+
+
+@dataclass(frozen=True, slots=True)
+class YoloLine:
+    """One row as it stands there.
+
+    Attributes:
+        file: label file, relative to the folder.
+        line: from 1.
+        frame: ordinal.
+        text: the row.
+        label: class number.
+        values: finite numbers behind the class, four or more.
+    """
+
+    file: str
+    line: int
+    frame: int
+    text: str
+    label: int
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class YoloRow:
+    """One box.
+
+    Attributes:
+        file: label file, relative to the folder.
+        line: from 1.
+        frame: ordinal.
+        text: the row.
+        label: class number.
+        edges: ``x1, y1, x2, y2`` in px.
+        rest: columns behind the box: none, one that is to be told, or confidence and track id.
+    """
+
+    file: str
+    line: int
+    frame: int
+    text: str
+    label: int
+    edges: tuple[float, float, float, float]
+    rest: tuple[float, ...]
+
+
+def boxed(lines: Sequence[YoloLine], intake: Intake) -> list[YoloRow]:
+    """The boxes of all rows, in their order; tells what rows of six numbers were taken as.
+
+    Raises:
+        ImportFormatError: a row is neither box nor polygon, or rows of six numbers cannot all be the same.
+    """
+    triangles = _takes_triangles(lines, intake)
+    return [_row(line, triangles, intake) for line in lines]
+
+
+def _takes_triangles(lines: Sequence[YoloLine], intake: Intake) -> bool:
+    six = [line for line in lines if len(line.values) == _EITHER]
+    if not six:
+        return False
+    triangles, why = _what_six_are(six, any(len(line.values) > _EITHER for line in lines))
+    meaning = "triangles" if triangles else "boxes with confidence and track id"
+    intake.repair(
+        f"{six[0].file}, line {six[0].line}: {len(six)} rows have six numbers behind the class; they were taken as "
+        f"{meaning}: {why}."
+    )
+    return triangles
+
+
+def _what_six_are(six: Sequence[YoloLine], longer: bool) -> tuple[bool, str]:
+    """Whether they are triangles, and why; ``longer``: other rows have more corners.
+
+    Raises:
+        ImportFormatError: they can be neither.
+    """
+    # A corner is a part of the picture and a track id a whole number: only 0 and 1 are both.
+    part = next((line for line in six if line.values[5] != int(line.values[5])), None)
+    whole = next((line for line in six if line.values[5] == int(line.values[5]) and line.values[5] > 1), None)
+    if part is not None and whole is not None:
+        raise refuse(
+            whole.file,
+            whole.line,
+            "six numbers behind the class must be three corners (parts of the picture) or a box, its confidence and a "
+            f"track id (a whole number) in all files. Got {whole.values[5]:g} at the end here, {part.values[5]:g} in "
+            f"{part.file}, line {part.line}. Correct the one or the other.",
+        )
+    if part is not None:
+        return True, "some end in a fraction, which no track id has"
+    if whole is not None:
+        return False, "some end in a whole number above 1, where no corner lies"
+    if longer:
+        return True, "all end in 0 or 1, and other rows are polygons"
+    seen = Counter((line.file, line.values[5]) for line in {(line.file, line.values): line for line in six}.values())
+    if max(seen.values()) > 1:
+        return True, "all end in 0 or 1, and one picture has the same twice, which no track has"
+    return False, "all end in 0 or 1, and no picture has the same twice"
+
+
+def _row(line: YoloLine, triangles: bool, intake: Intake) -> YoloRow:
+    values = line.values
+    polygon = len(values) > _EITHER or (len(values) == _EITHER and triangles)
+    if polygon and len(values) % 2:
+        raise refuse(
+            line.file,
+            line.line,
+            f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.",
+        )
+    for value in values if polygon else values[:4]:
+        if not 0 <= value <= _MOST:
+            hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
+            raise refuse(
+                line.file,
+                line.line,
+                f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}",
+            )
+    rest: tuple[float, ...] = ()
+    if polygon:
+        intake.count("Polygons were replaced by the upright boxes around them", line.file, line.line)
+        xs, ys = values[::2], values[1::2]
+        x1, y1, x2, y2 = min(xs), min(ys), max(xs), max(ys)
+    else:
+        cx, cy, w, h = values[:4]
+        x1, y1, x2, y2 = cx - w / 2, cy - h / 2, cx + w / 2, cy + h / 2
+        rest = values[4:]
+    video = intake.target.video
+    edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
+    return YoloRow(line.file, line.line, line.frame, line.text, line.label, edges, rest)
