@@ -10,8 +10,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.cvat import (
     SHAPES,
@@ -24,17 +22,14 @@ from tsr_engine.exchange.cvat import (
     label_lines,
     sniff_mode,
 )
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
 from tsr_engine.exchange.labels import label_name, used_labels
-from tsr_engine.exchange.names import prefixes
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureNames
-from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureNames, picture_lists, write_files
 from tsr_engine.exchange.rounding import rounded
-from tsr_engine.exchange.rows import FrameRows, rows_by_frame
-from tsr_engine.exchange.split import subset_of, subsets_of_frames
+from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
 
 __all__ = ["FORMAT"]
@@ -45,13 +40,8 @@ _DECIMALS = 2
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     labels, ignore, _ = used_labels(dataset)
     suffix = options.switches.get("image", "jpg")
-    gathered = [rows_by_frame(video, only=_chosen(video, options)) for video in dataset.videos]
-    listed = [
-        np.union1d(rows.frames, wanted_frames(video, rows.frames, options.pictures))
-        for video, rows in zip(dataset.videos, gathered, strict=True)
-    ]
-    total = sum(len(frames) for frames in listed)
-    names = prefixes(dataset.videos)
+    lists = picture_lists(dataset, options)
+    total = sum(len(part.frames) for part in lists)
     done = 0
     with out.text("annotations.xml") as file:
         single = dataset.videos[0] if len(dataset.videos) == 1 else None
@@ -65,44 +55,26 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                 video=single,
             )
         )
-        for video, rows, frames, prefix in zip(dataset.videos, gathered, listed, names, strict=True):
-            subsets, side = subsets_of_frames(video, options.split)
-            places = dict(rows.by_frame())
-            heads = _heads(rows, dataset.labels)
-            boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height).tolist() if len(rows) else []
-            for frame in frames.tolist():
-                subset = f' subset="{subsets[side[frame]]}"' if options.split else ""
+        for part in lists:
+            video, rows = part.video, part.rows
+            heads = _heads(rows)
+            boxes = rounded(rows.boxes, _DECIMALS, video.width, video.height).tolist()
+            for (frame, at), side in zip(part.listed(), part.subset, strict=True):
+                subset = f' subset="{side}"' if options.split else ""
                 file.write(
-                    f' <image id="{done}" name={quoted(f"{prefix}frame_{frame:06d}.{suffix}")}{subset} '
+                    f' <image id="{done}" name={quoted(f"{part.stem(frame)}.{suffix}")}{subset} '
                     f'width="{video.width}" height="{video.height}">\n'
                 )
-                place = places.get(frame)
-                if place is not None:
-                    file.writelines(
-                        _box(rows, k, boxes[k], heads, dataset.labels) for k in range(place.start, place.stop)
-                    )
+                file.writelines(_box(rows, k, boxes[k], heads, dataset.labels) for k in range(at.start, at.stop))
                 file.write(" </image>\n")
                 done += 1
                 options.progress(done, total)
         file.write("</annotations>\n")
-    pictures: list[WrittenPicture] = []
-    if options.pictures != "none":
-        for place_of, (video, frames, prefix) in enumerate(zip(dataset.videos, listed, names, strict=True)):
-            files = [f"images/{prefix}frame_{frame:06d}.{suffix}" for frame in frames.tolist()]
-            for picture in write_pictures(video, place_of, frames, out, files):
-                pictures.append(picture)
-                options.progress(len(pictures), total)
+    pictures = write_files(lists, out, options, lambda part, frame, _: f"images/{part.stem(frame)}.{suffix}")
     return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
 
 
-def _chosen(video: DatasetVideo, options: ExportOptions) -> set[str] | None:
-    if not options.split:
-        return None
-    uids = (track.uid for track in video.tracks())
-    return {uid for uid in uids if subset_of(video, uid, options.split) is not None}
-
-
-def _heads(rows: FrameRows, labels: tuple[str, ...]) -> list[str]:
+def _heads(rows: FrameRows) -> list[str]:
     """The attributes that all boxes of a track share."""
     return [
         attribute_line("uid", info.uid)

@@ -14,18 +14,21 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.labels import label_name, used_labels
-from tsr_engine.exchange.names import prefixes
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureNames
-from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
+from tsr_engine.exchange.picture_lists import (
+    IMAGE_SWITCH,
+    PictureList,
+    PictureNames,
+    picture_lists,
+    subsets_in,
+    write_files,
+)
 from tsr_engine.exchange.rounding import rounded
-from tsr_engine.exchange.rows import FrameRows, rows_by_frame
-from tsr_engine.exchange.split import subset_of, subsets_of_frames
 
 __all__ = ["FORMAT"]
 
@@ -38,47 +41,23 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
     labels, _, _ = used_labels(dataset)
     numbers = {name: place for place, name in enumerate(labels)}
     suffix = options.switches.get("image", "jpg")
-    gathered: list[FrameRows] = []
-    offsets: list[int] = []
-    tracks = 0
-    for video in dataset.videos:
-        uids = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) is not None}
-        gathered.append(rows_by_frame(video, thin_px=options.thin_px, rounding=0.5 * 10**-_DECIMALS, only=uids))
-        offsets.append(tracks)
-        tracks += len(gathered[-1].tracks)
-    listed = [
-        np.union1d(rows.frames, wanted_frames(video, rows.frames, options.pictures))
-        for video, rows in zip(dataset.videos, gathered, strict=True)
-    ]
-    sides = [subsets_of_frames(video, options.split) for video in dataset.videos]
-    total = sum(len(frames) for frames in listed)
-    names = prefixes(dataset.videos)
+    lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
+    total = sum(len(part.frames) for part in lists)
     done = 0
-    for subset in sides[0][0] if sides else ["default"]:
+    for subset in subsets_in(lists, options):
         with out.text(f"annotations/{subset}.json") as file:
             file.write(_head(labels))
             comma = ""
-            for place, video in enumerate(dataset.videos):
-                kinds, side = sides[place]
-                frames = listed[place][side[listed[place]] == kinds.index(subset)] if subset in kinds else []
-                items = _items(video, gathered[place], frames, names[place], suffix, offsets[place], numbers, labels)
-                for item in items:
+            for part in lists:
+                for item in _items(part, subset, suffix, numbers, labels):
                     file.write(comma + item)
                     comma = ",\n"
                     done += 1
                     options.progress(done, total)
             file.write("\n]}\n")
-    pictures: list[WrittenPicture] = []
-    if options.pictures != "none":
-        for place, video in enumerate(dataset.videos):
-            kinds, side = sides[place]
-            files = [
-                f"images/{kinds[side[frame]]}/{names[place]}frame_{frame:06d}.{suffix}"
-                for frame in listed[place].tolist()
-            ]
-            for picture in write_pictures(video, place, listed[place], out, files):
-                pictures.append(picture)
-                options.progress(len(pictures), total)
+    pictures = write_files(
+        lists, out, options, lambda part, frame, subset: f"images/{subset}/{part.stem(frame)}.{suffix}"
+    )
     return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
 
 
@@ -100,22 +79,13 @@ def _head(labels: list[str]) -> str:
     return json.dumps(head)[:-1] + ', "items": [\n'
 
 
-def _items(
-    video: DatasetVideo,
-    rows: FrameRows,
-    frames: Any,
-    prefix: str,
-    suffix: str,
-    offset: int,
-    numbers: dict[str, int],
-    labels: list[str],
-) -> Iterator[str]:
-    """The text of each item."""
-    places = dict(rows.by_frame())
+def _items(part: PictureList, subset: str, suffix: str, numbers: dict[str, int], labels: list[str]) -> Iterator[str]:
+    """The text of each item of a subset."""
+    video, rows = part.video, part.rows
     heads = [
         json.dumps(
             {
-                "track_id": offset + place + 1,
+                "track_id": part.first_track + place + 1,
                 "uid": info.uid,
                 "state": info.state,
                 "source": info.source,
@@ -128,10 +98,9 @@ def _items(
     boxes[:, 2:] = np.round(boxes[:, 2:] - boxes[:, :2], _DECIMALS)
     edges = boxes.tolist()
     truth = ("false", "true")
-    for frame in frames.tolist() if len(frames) else ():
-        name = f"{prefix}frame_{frame:06d}"
+    for frame, at in part.listed(subset):
+        name = part.stem(frame)
         out: list[str] = []
-        at = places.get(frame, slice(0, 0))
         for number, k in enumerate(range(at.start, at.stop)):
             score = float(rows.score[k])
             out.append(

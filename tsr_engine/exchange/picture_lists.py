@@ -60,12 +60,12 @@ class PictureList:
         """Name of a frame's picture, without folder and suffix."""
         return f"{self.prefix}frame_{frame:06d}"
 
-    def listed(self, subset: str) -> Iterator[tuple[int, slice]]:
-        """The listed frames of a subset and where their rows lie."""
+    def listed(self, subset: str | None = None) -> Iterator[tuple[int, slice]]:
+        """The listed frames of a subset, unset: of all, and where their rows lie."""
         places = dict(self.rows.by_frame())
         nothing = slice(0, 0)
         for frame, side in zip(self.frames.tolist(), self.subset, strict=True):
-            if side == subset:
+            if subset is None or side == subset:
                 yield frame, places.get(frame, nothing)
 
 
