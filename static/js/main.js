@@ -7,7 +7,7 @@ import { listenToKeys } from './behaviours/keyboard.js';
 import { createEditor } from './editing/editor.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
 import { createFrames } from './frames/frames.js';
-import { formatRoute, parseRoute } from './model/route.js';
+import { formatRoute, parseRoute, samePlace } from './model/route.js';
 import { allOperations } from './operations/registry.js';
 import { createLoader } from './review/loader.js';
 import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
@@ -45,8 +45,8 @@ function readRoute() {
   known = location.hash;
   const route = parseRoute(known);
   const before = store.get().route.screen;
-  // what a dialog asks belongs to the screen that it was opened on
-  store.dispatch((state) => setRoute(state.route.screen === route.screen ? state : closeDialog(state), route));
+  // what a dialog asks belongs to the screen, the video and the run that it was opened on
+  store.dispatch((state) => setRoute(samePlace(state.route, route, state.review?.run?.id ?? null) ? state : closeDialog(state), route));
   // its progress has changed by what was reviewed since it was last seen, here or by somebody else
   if (route.screen === 'library' && before !== 'library') void app.load(() => api.videos(), setVideos).catch(() => {});
   const { review } = store.get();

@@ -32,7 +32,8 @@ const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
  * @typedef {object} Editor
  * @property {(run: string) => Promise<void>} open   load a run's documents and what the outbox still holds for it
  * @property {() => void} close
- * @property {(command: Command) => boolean} edit    false: the command makes no sense; the reason is shown
+ * @property {(command: Command, of?: string|null) => boolean} edit   false: the command makes no sense, or is meant for another run
+ *   than the open one; the reason is shown
  * @property {() => Promise<void>} undo
  * @property {() => Promise<void>} redo
  * @property {(docs: TrackDoc[], op_id: string) => void} hear   documents that the event stream brings
@@ -321,9 +322,13 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     }
   }
 
-  /** @param {Command} command */
-  function edit(command) {
+  /** @param {Command} command @param {string|null} [of]   the run that it is meant for */
+  function edit(command, of = run) {
     const review = store.get().review;
+    if (of !== run) {
+      toast(`${describe(command.name)} was not possible: it was meant for the run that was open before.`, { tone: 'bad' });
+      return false;
+    }
     if (review === null || run === null) return false;
     if (!ready) {
       early = [...early, { op_id: newId(), author: author(), command }];

@@ -54,6 +54,19 @@ export function parseRoute(hash) {
 }
 
 /**
+ * Whether another address shows the same thing: the same screen, and on it the same run of the same video.
+ *
+ * @param {Route} before
+ * @param {Route} route
+ * @param {string|null} run   on the review screen, where the address before named none
+ * @returns {boolean}
+ */
+export function samePlace(before, route, run) {
+  if (before.screen !== 'review' || route.screen !== 'review') return before.screen === route.screen;
+  return before.video === route.video && (before.run === route.run || (before.run ?? run) === route.run);
+}
+
+/**
  * @param {string} query
  * @returns {Record<string, string>}
  */

@@ -65,6 +65,16 @@ test('an impossible edit is refused with its reason and nothing is sent', async 
   assert.deepEqual([server.log, review().unsaved], [[], []]);
 });
 
+test('what is meant for another run than the open one is refused in words, whatever the track is called', async () => {
+  const { editor, server, toasts, review } = await createWorld();
+  assert.equal(editor.edit(setBox('m1', 3, 20), 's'.repeat(32)), false);
+  assert.equal(toasts[0], 'Box corrected was not possible: it was meant for the run that was open before.');
+  assert.deepEqual([server.log, review().unsaved], [[], []]);
+  assert.equal(editor.edit(setBox('m1', 3, 20), RUN), true);
+  await editor.settled();
+  assert.deepEqual(server.log, ['set_box']);
+});
+
 for (const status of [0, 401, 403, 500, 503, 507]) {
   test(`after ${status || 'silence'} the edit is kept and sent again under the same name`, async () => {
     const { editor, server, review, outbox } = await createWorld();

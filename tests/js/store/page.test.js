@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
-import {formatRoute, parseRoute} from '../../../static/js/model/route.js';
+import {formatRoute, parseRoute, samePlace} from '../../../static/js/model/route.js';
 import * as actions from '../../../static/js/store/actions/page.js';
 import {initialState} from '../../../static/js/store/initial.js';
 
@@ -43,6 +43,23 @@ test('routes survive the way into the address and back', () => {
     {screen: 'models'}, {screen: 'files'},
   ])) assert.deepEqual(parseRoute(formatRoute(route)), route);
   for (const hash of ['', '#', '#/review/xyz', '#/compare?a=run:1', '#/review/%', '#/compare?a=%E0%A4%A', '#/nothing', '#/models/x']) assert.deepEqual(parseRoute(hash), {screen: 'library'}, hash);
+});
+
+test('another video or run is another place, another frame or track of it is not', () => {
+  const [video, run, other] = ['a'.repeat(64), 'b'.repeat(32), 'c'.repeat(32)];
+  const at = parseRoute(`#/review/${video}/${run}?frame=3&track=m1`);
+  /** @param {string} hash @param {string|null} [shown] @param {import('../../../static/js/state-types.js').Route} [before] */
+  const same = (hash, shown = run, before = at) => samePlace(before, parseRoute(hash), shown);
+  assert.ok(same(`#/review/${video}/${run}?frame=9&track=m2`));
+  assert.ok(!same(`#/review/${'d'.repeat(64)}/${run}`));
+  assert.ok(!same(`#/review/${video}/${other}`));
+  assert.ok(!same(`#/review/${video}/-`), 'the newest may be another one');
+  const newest = parseRoute(`#/review/${video}/-`);
+  assert.ok(same(`#/review/${video}/-`, run, newest));
+  assert.ok(same(`#/review/${video}/${run}`, run, newest), 'the address only says by now which one is shown');
+  assert.ok(!same(`#/review/${video}/${other}`, run, newest));
+  assert.ok(!same('#/files'));
+  assert.ok(same('#/files', null, parseRoute('#/files')));
 });
 
 test('files and versions take their place, and leave it', () => {

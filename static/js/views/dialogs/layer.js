@@ -100,7 +100,9 @@ export function createDialogs(app) {
     // Another one may have been asked for already that is not drawn yet: this one's end must not close it.
     const close = () => app.store.dispatch((state) => (state.dialog === dialog ? closeDialog(state) : state));
     const ended = new AbortController();
-    const content = KINDS[dialog.kind]({app, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
+    // What it edits is the run that it was opened on, also where another one has come to the screen behind it.
+    const run = app.store.get().review?.run?.id ?? null;
+    const content = KINDS[dialog.kind]({app: {...app, edit: (command) => app.edit(command, run)}, data: dialog.data ?? {}, close, signal: AbortSignal.any([ended.signal, app.signal])});
     const node = h('dialog', {class: `dialog dialog-${content.size ?? 'middle'} dialog-${dialog.kind} ${content.side ? `dialog-${content.side}` : ''}`, 'aria-labelledby': 'dialog-title'},
       h('form', {class: 'dialog-form', method: 'dialog', novalidate: true, onsubmit: (/** @type {Event} */ event) => {
         event.preventDefault();

@@ -1,0 +1,91 @@
+"""What a person does by mistake, in a real browser: it must not land where it was not meant to, nor be lost."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, expect, sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import Desk, saved, state, tracked, wait
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+FRAMES = 120
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    roots = tmp_path_factory.mktemp("clips")
+    shutil.copyfile(SHIPPED[0].video, roots / "one.mp4")
+    home = tmp_path_factory.mktemp("slips")
+    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
+        video = str(server.add_video(roots / "one.mp4")["id"])
+        run = tracked(server, video, {"stop": FRAMES, "name": "First"})
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Desk(server, browser, video, run)
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def other(desk: Desk) -> str:
+    """Another run of the same video: its tracks have the same names."""
+    return tracked(desk.server, desk.video, {"stop": FRAMES, "name": "Second"})
+
+
+@pytest.fixture
+def page(desk: Desk) -> Iterator[Page]:
+    page = desk.page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    page.context.close()
+    assert errors == []
+
+
+def select(page: Page, place: int) -> str:
+    """Select a track and go to where it is clearest; its key."""
+    key = "m" + str(state(page)["tracks"]["id"][place])
+    page.evaluate(
+        """async (key) => { const { openTrack } = await import('/static/js/operations/navigate.js');
+           openTrack({ store: tsr.store }, key); }""",
+        key,
+    )
+    wait(page, lambda s: s["selected"] == key and s["shown"] == s["frame"] and s["overlay"])
+    return key
+
+
+def test_a_dialog_does_not_outlive_the_run_that_it_asks_about(desk: Desk, other: str, page: Page) -> None:
+    before = desk.documents()
+    page.evaluate("(hash) => { location.hash = hash }", f"#/review/{desk.video}/{other}?frame=0")
+    wait(page, lambda s: s["run"] == other and s["tracks"] is not None and s["shown"] == s["frame"])
+    select(page, 0)
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    page.go_back()
+    wait(page, lambda s: s["run"] == desk.run and s["tracks"] is not None)
+    expect(page.locator("dialog")).to_have_count(0)
+    page.keyboard.type("give")
+    page.keyboard.press("Enter")
+    saved(page)
+    assert desk.documents() == before
+
+
+def test_a_dialog_stays_where_only_the_frame_changes(page: Page) -> None:
+    key = select(page, 0)
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    page.evaluate("() => { location.hash = location.hash.replace(/frame=[0-9]+/, 'frame=1') }")
+    wait(page, lambda s: s["frame"] == 1 and s["selected"] == key)
+    expect(page.locator("dialog[open]")).to_have_count(1)
