@@ -89,3 +89,24 @@ def test_a_dialog_stays_where_only_the_frame_changes(page: Page) -> None:
     page.evaluate("() => { location.hash = location.hash.replace(/frame=[0-9]+/, 'frame=1') }")
     wait(page, lambda s: s["frame"] == 1 and s["selected"] == key)
     expect(page.locator("dialog[open]")).to_have_count(1)
+
+
+@pytest.mark.parametrize("field", ["Search tracks", "Frame"])
+def test_undo_in_a_field_takes_back_what_was_typed_not_what_was_corrected(page: Page, field: str) -> None:
+    key = select(page, 0)
+    page.keyboard.press("w")
+    saved(page)
+    made = wait(page, lambda s: (s["undo"] or {}).get("keys") == [key])["undo"]["op_id"]
+    text = page.get_by_role("searchbox" if field.startswith("Search") else "textbox", name=field, exact=True)
+    text.focus()
+    page.keyboard.type("12")
+    for keys in ("Control+y", "Control+Shift+z", "Control+z"):
+        page.keyboard.press(keys)
+    page.keyboard.press("Control+s")  # no text: the page's own
+    expect(page.get_by_text("Everything is saved.")).to_be_visible()
+    now = saved(page)
+    assert now["undo"]["op_id"] == made
+    assert now["docs"][key]["review"] == "needs_work"
+    page.locator(".picture-stage").focus()
+    page.keyboard.press("Control+z")
+    wait(page, lambda s: s["unsaved"] == 0 and s["docs"][key]["review"] == "open")

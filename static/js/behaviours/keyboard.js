@@ -8,6 +8,10 @@ import { runOperation } from '../operations/registry.js';
 
 /** Keys that mean something else inside these. */
 const FIELDS = 'input, textarea, select, [contenteditable], dialog';
+/** Where one writes: there the browser's own Ctrl+Z takes back letters, not corrections. */
+const WRITTEN = 'input:not([type="checkbox"], [type="radio"], [type="range"], [type="file"]), textarea, [contenteditable]';
+/** The keys that a field leaves to the page. */
+const NEVER_TEXT = new Set(['F1', 'Ctrl+S']);
 /** What the space bar presses. A list does nothing with it, nor does a tab that is open already. */
 const PRESSED = 'button:not([aria-selected="true"]), a, summary, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
 /** Keys that a focused control uses itself. */
@@ -44,7 +48,8 @@ export function listenToKeys(app, refuse) {
     if (!operation || event.defaultPrevented) return;
     const target = event.target instanceof Element ? event.target : null;
     if (document.querySelector('dialog[open]')) return;
-    if (target?.closest(FIELDS) && !event.ctrlKey && name !== 'F1') return;
+    if (target?.closest(WRITTEN) && !NEVER_TEXT.has(name)) return;
+    if (target?.closest(FIELDS) && !name.startsWith('Ctrl+') && name !== 'F1') return;
     // Tab, arrows and the like belong to the picture only while it has the focus
     const onPicture = target?.closest('[data-keys="picture"]') != null;
     if (CONTROL_KEYS.has(name) || name.includes('Arrow')) {
