@@ -16,6 +16,7 @@ import { initialState } from './store/initial.js';
 import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
+import { createNoteDrafts } from './views/note_drafts.js';
 import { recall, rememberedLayers, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
 import { toast } from './views/toasts.js';
@@ -35,7 +36,7 @@ const editor = createEditor({
   author: () => recall('author') || store.get().session?.author || 'someone',
 });
 /** @type {App} */
-const app = { store, api, ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, loader: /** @type {any} */ (null) };
+const app = { store, api, ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null) };
 app.loader = createLoader(app, { opened: (run) => void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }))), closed: () => editor.close() });
 
 /** The address as it was last read or written here. */

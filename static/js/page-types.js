@@ -28,6 +28,7 @@
  * @property {import('./review/loader.js').Loader} loader
  * @property {import('./store/catch_up.js').CatchUp['hear']} hear   what the server tells, into the store
  * @property {import('./store/catch_up.js').CatchUp['load']} load   what the server is asked, into the store, never older than what was heard
+ * @property {import('./views/note_drafts.js').NoteDrafts} notes   those that are half written
  * @property {AbortSignal} signal      ends with the page
  */
 

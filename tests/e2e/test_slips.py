@@ -110,3 +110,38 @@ def test_undo_in_a_field_takes_back_what_was_typed_not_what_was_corrected(page: 
     page.locator(".picture-stage").focus()
     page.keyboard.press("Control+z")
     wait(page, lambda s: s["unsaved"] == 0 and s["docs"][key]["review"] == "open")
+
+
+def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> None:
+    page.on("dialog", lambda dialog: dialog.accept())
+    page.get_by_role("tab", name="Inspector").click()
+    first = select(page, 0)
+    note = page.get_by_role("textbox", name="Note on the current frame")
+    note.fill("of the first")
+    second = select(page, 1)
+    expect(note).to_have_value("")
+    note.fill("of the second")
+    pin = page.get_by_role("button", name="Pin to track")
+    expect(pin).to_contain_text(f"#{second[1:]}, frame {state(page)['frame']}")
+    page.locator(".picture-stage").focus()
+    select(page, 0)
+    expect(note).to_have_value("of the first")
+    page.reload()
+    wait(page, lambda s: s["selected"] == first and s["tracks"] is not None and s["shown"] == s["frame"])
+    expect(note).to_have_value("of the first")
+    # the dialog goes on with it, and Escape loses nothing
+    page.keyboard.press("p")
+    asked = page.locator("dialog textarea")
+    expect(asked).to_have_value("of the first")
+    asked.press("End")
+    page.keyboard.type(" one")
+    page.keyboard.press("Escape")
+    expect(page.locator("dialog")).to_have_count(0)
+    expect(note).to_have_value("of the first one")
+    pin.click()
+    now = wait(page, lambda s: s["unsaved"] == 0 and first in s["docs"])
+    assert [one["text"] for one in now["docs"][first]["notes"]] == ["of the first one"]
+    expect(note).to_have_value("")
+    select(page, 1)
+    expect(note).to_have_value("of the second")
+    assert desk.documents().get(second, {"notes": []})["notes"] == []

@@ -8,7 +8,9 @@
  * @typedef {object} ViewApp
  * @property {{get: () => State, dispatch: (action: (state: State) => State) => void}} store
  * @property {import('../api/client.js').Api} api
- * @property {(command: Command) => void} edit   apply at once, send, keep until the server has it
+ * @property {(command: Command, of?: string|null) => boolean} edit   apply at once, send, keep until the server has it;
+ *   `of`: the run that it is meant for
+ * @property {import('./note_drafts.js').NoteDrafts} notes   those that are half written
  */
 import { openDialog } from '../store/actions/page.js';
 import * as actions from '../store/actions/review.js';
@@ -62,8 +64,10 @@ export function dialog(app, dialog) {
  * @param {ViewApp} app
  * @param {string} key
  * @param {Partial<Command> & {name: Command['name']}} fields
+ * @param {string|null} [of]   the run that it is meant for, where another one may be open by now
+ * @returns {boolean} whether it is done
  */
-export function edit(app, key, fields) {
+export function edit(app, key, fields, of) {
   const review = app.store.get().review;
-  if (review !== null) app.edit({ frame: review.frame, key, ...fields });
+  return review !== null && app.edit({ frame: review.frame, key, ...fields }, of);
 }

@@ -15,8 +15,16 @@ export function noteDialog({app, data, close}) {
   const review = app.store.get().review;
   const key = data.key ?? review?.selected ?? null;
   const frame = data.frame ?? review?.frame ?? 0;
-  const text = h('textarea', {class: 'textarea', rows: 4, maxlength: LONGEST, id: 'note-text', value: data.text ?? '', 'aria-describedby': 'note-hint note-error'});
+  const run = review?.run?.id ?? '';
+  // a new note is the one that is half written in the inspector, if any
+  const draft = key !== null && !data.note_id;
+  const text = h('textarea', {class: 'textarea', rows: 4, maxlength: LONGEST, id: 'note-text', value: data.text ?? (draft ? app.notes.of(run, key) : ''), 'aria-describedby': 'note-hint note-error'});
   const error = h('p', {class: 'field-error', id: 'note-error', role: 'alert', hidden: true});
+  /** @param {string} value */
+  const keep = (value) => {
+    if (draft) app.notes.keep(run, key, value);
+  };
+  text.addEventListener('input', () => keep(text.value));
   text.addEventListener('keydown', (event) => {
     if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) submit();
   });
@@ -29,14 +37,17 @@ export function noteDialog({app, data, close}) {
       text.focus();
       return;
     }
-    edit(app, key, data.note_id ? {name: 'edit_note', note_id: data.note_id, text: value, frame} : {name: 'add_note', note_id: crypto.randomUUID(), text: value, frame});
+    if (edit(app, key, data.note_id ? {name: 'edit_note', note_id: data.note_id, text: value, frame} : {name: 'add_note', note_id: crypto.randomUUID(), text: value, frame})) keep('');
     close();
   }
 
   return {
     title: data.note_id ? 'Change the note' : key ? `Note on track ${trackName(key, review?.docs[key])}, frame ${frame}` : 'Note', size: 'narrow', focus: text, submit,
     body: h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'note-text'}, 'Text'), text,
-      h('span', {class: 'field-hint', id: 'note-hint'}, 'Ctrl+Enter saves.'), error),
-    footer: [h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save')],
+      h('span', {class: 'field-hint', id: 'note-hint'}, draft ? 'Ctrl+Enter saves; after Escape the text is still here.' : 'Ctrl+Enter saves.'), error),
+    footer: [h('button', {class: 'btn', type: 'button', onclick: () => {
+      keep('');
+      close();
+    }}, 'Cancel'), h('button', {class: 'btn btn-primary', type: 'submit'}, 'Save')],
   };
 }

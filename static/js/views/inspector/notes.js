@@ -1,6 +1,7 @@
 // @ts-check
 /** Notes pinned to frames of the track. */
 
+import { trackName } from '../../model/track_name.js';
 import { edit, seek } from '../app.js';
 import { fill, h, reconcile, setText } from '../dom.js';
 import { moment } from '../format.js';
@@ -12,14 +13,26 @@ export function createNotes(app, signal) {
   const text = h('textarea', { class: 'textarea', rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
   const add = h('button', { class: 'btn btn-small', type: 'submit' }, icon('note'), h('span'));
   const form = h('form', { class: 'notes-form' }, text, add);
+  /** What the section is about. */
+  let run = '';
   let key = '';
+  /** Ends the change of a note that is under way. */
+  let finish = () => {};
   form.addEventListener('submit', (event) => {
     event.preventDefault();
     const words = text.value.trim();
-    if (words === '') return;
-    edit(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words });
+    if (words === '' || !edit(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: words }, run)) return;
     text.value = '';
+    app.notes.keep(run, key, '');
   }, { signal });
+  text.addEventListener('input', () => app.notes.keep(run, key, text.value), { signal });
+  // the dialog of P writes the same one
+  app.notes.onKept(() => document.activeElement === text || showDraft(), signal);
+
+  function showDraft() {
+    const draft = app.notes.of(run, key);
+    if (text.value !== draft) text.value = draft;
+  }
   // Keys of the review screen are letters; here they are text.
   form.addEventListener('keydown', (event) => {
     event.stopPropagation();
@@ -39,13 +52,16 @@ export function createNotes(app, signal) {
 
   /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
   function change(item, note) {
+    const about = { run, key };
     const field = h('textarea', { class: 'textarea', rows: '2', 'aria-label': 'Text of the note', value: note.text });
     const done = () => {
       const words = field.value.trim();
       item.dataset.text = '';
       show(item, note);
-      if (words !== '' && words !== note.text) edit(app, key, { name: 'edit_note', note_id: note.id, text: words });
+      if (words !== '' && words !== note.text) edit(app, about.key, { name: 'edit_note', note_id: note.id, text: words }, about.run);
+      finish = () => {};
     };
+    finish = () => field.blur();
     field.addEventListener('keydown', (event) => {
       event.stopPropagation();
       if (event.key === 'Escape') field.value = note.text;
@@ -63,9 +79,14 @@ export function createNotes(app, signal) {
     element: h('div', { class: 'inspector-section' }, h('h3', null, 'Notes'), list, form),
     /** @param {import('./index.js').Inspected} inspected */
     update({ entry, doc, review }) {
+      const here = review.run?.id ?? '';
+      const other = here !== run || entry.key !== key;
+      if (other) finish();
+      run = here;
       key = entry.key;
+      if (other) showDraft();
       reconcile(list, doc?.notes ?? [], (note) => note.id, () => h('li', { class: 'note' }), show);
-      setText(add.children[1], `Pin to frame ${review.frame}`);
+      setText(add.children[1], `Pin to track ${trackName(key, doc ?? undefined)}, frame ${review.frame}`);
     },
   };
 }

@@ -1,0 +1,47 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { createNoteDrafts } from '../../../static/js/views/note_drafts.js';
+
+function memory() {
+  /** @type {Map<string, string>} */
+  const held = new Map();
+  const storage = { getItem: (/** @type {string} */ name) => held.get(name) ?? null, setItem: (/** @type {string} */ name, /** @type {string} */ value) => void held.set(name, value), removeItem: (/** @type {string} */ name) => void held.delete(name) };
+  return { held, storage };
+}
+
+test('each track of each run has a note of its own, and a reload finds it', () => {
+  const { storage } = memory();
+  const drafts = createNoteDrafts(() => storage);
+  drafts.keep('r', 'm1', 'first ');
+  drafts.keep('r', 'm2', 'second');
+  assert.deepEqual([drafts.of('r', 'm1'), drafts.of('r', 'm2'), drafts.of('s', 'm1')], ['first ', 'second', '']);
+  assert.equal(createNoteDrafts(() => storage).of('r', 'm1'), 'first ');
+});
+
+test('who shows a note hears of every change, until it ends', () => {
+  const { storage } = memory();
+  const drafts = createNoteDrafts(() => storage);
+  const life = new AbortController();
+  let heard = 0;
+  drafts.onKept(() => void (heard += 1), life.signal);
+  drafts.keep('r', 'm1', 'x');
+  life.abort();
+  drafts.keep('r', 'm1', 'y');
+  assert.equal(heard, 1);
+});
+
+test('a note without words leaves nothing behind', () => {
+  const { held, storage } = memory();
+  const drafts = createNoteDrafts(() => storage);
+  drafts.keep('r', 'm1', 'x');
+  drafts.keep('r', 'm1', ' \n');
+  assert.deepEqual([drafts.of('r', 'm1'), held.size], ['', 0]);
+});
+
+test('without storage it is kept as long as the page', () => {
+  const drafts = createNoteDrafts(() => { throw new Error('refused'); });
+  assert.equal(drafts.of('r', 'm1'), '');
+  drafts.keep('r', 'm1', 'x');
+  assert.equal(drafts.of('r', 'm1'), 'x');
+});
