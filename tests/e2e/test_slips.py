@@ -145,3 +145,21 @@ def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> Non
     select(page, 1)
     expect(note).to_have_value("of the second")
     assert desk.documents().get(second, {"notes": []})["notes"] == []
+
+
+def test_what_m_marks_is_named(page: Page) -> None:
+    first = select(page, 0)
+    hint = page.locator(".picture-hint")
+    page.keyboard.press("m")
+    expect(hint).to_contain_text(f"Track #{first[1:]} is marked")
+    row = page.locator(f"#queue-{first}")
+    expect(row).to_contain_text("to merge")
+    row.click()  # marked already: no longer
+    expect(hint).to_have_text("Click the tracks to merge, then press M. Escape ends.")
+    expect(row).not_to_contain_text("to merge")
+    row.click()
+    other = page.locator(".queue-row:not(.queue-marked)").first
+    second = str(other.get_attribute("data-key"))
+    other.click()
+    expect(hint).to_contain_text(f"Tracks #{first[1:]}, #{second[1:]} are marked")
+    page.keyboard.press("Escape")

@@ -5,6 +5,7 @@ import { docOf } from '../editing/revisions.js';
 import { deletedTracks } from '../model/deleted.js';
 import { keyFramesOf } from '../model/documents.js';
 import { nudged, settled } from '../model/geometry.js';
+import { without } from '../model/join.js';
 import { framesInBoth } from '../model/shown_runs.js';
 import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
@@ -55,19 +56,31 @@ function around(state) {
 }
 
 /**
- * What a merge hides: tracks of one sign have no box in the same frame, so who merges two signs is told.
+ * What a merge hides: tracks of one sign have no box in the same frame, so who merges two signs is told. What was added
+ * before counts as well as the first one.
  *
  * @param {import('../state-types.js').ReviewState} review
  * @param {string} key
- * @param {readonly string[]} others   that become part of it
+ * @param {readonly string[]} others   that become part of it, in this order
  * @returns {string} empty: nothing
  */
 export function mergeWords(review, key, others) {
   const runs = new Map(trackEntries(review.tracks, review.docs).map((entry) => [entry.key, entry.runs]));
-  /** @param {string} one */
-  const nameOf = (one) => trackName(one, review.docs[one]);
-  const hidden = others.map((other) => ({ other, frames: framesInBoth(runs.get(key) ?? [], runs.get(other) ?? []) })).filter(({ frames }) => frames > 0);
-  return hidden.map(({ other, frames }) => `Track ${nameOf(other)} has boxes in ${plural(frames, 'frame')} in which ${nameOf(key)} has one too; there ${nameOf(key)} counts.`).join(' ');
+  const words = [];
+  const joined = [key];
+  /** Frames that have a box by now. @type {import('../model/join.js').Span[]} */
+  let covered = [...runs.get(key) ?? []];
+  for (const other of others) {
+    const own = [...runs.get(other) ?? []];
+    const frames = framesInBoth(covered, own);
+    if (frames > 0) {
+      const before = joined.filter((one) => framesInBoth(runs.get(one) ?? [], own) > 0).map((one) => trackName(one, review.docs[one]));
+      words.push(`Track ${trackName(other, review.docs[other])} has boxes in ${plural(frames, 'frame')} in which ${before.join(' or ')} has one too; there ${before.length > 1 ? 'what was marked first' : before[0]} counts.`);
+    }
+    covered = [...covered, ...without(own, covered)];
+    joined.push(other);
+  }
+  return words.join(' ');
 }
 
 /** @param {App} app */

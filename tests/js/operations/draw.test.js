@@ -81,5 +81,6 @@ test('who merges two signs that are seen at once is told what is hidden', () => 
   const review = /** @type {any} */ ({ tracks: null, docs });
   assert.equal(mergeWords(review, 'h00000001', ['h00000003']), '');
   assert.equal(mergeWords(review, 'h00000001', ['h00000003', 'h00000002', 'h00000004']),
-    'Track drawn at 19 has boxes in 2 frames in which drawn at 10 has one too; there drawn at 10 counts. Track drawn at 20 has boxes in 1 frame in which drawn at 10 has one too; there drawn at 10 counts.');
+    'Track drawn at 19 has boxes in 2 frames in which drawn at 10 has one too; there drawn at 10 counts. Track drawn at 20 has boxes in 3 frames in which drawn at 10 or drawn at 19 has one too; there what was marked first counts.');
+  assert.equal(mergeWords(review, 'h00000003', ['h00000001', 'h00000004']), 'Track drawn at 20 has boxes in 1 frame in which drawn at 10 has one too; there drawn at 10 counts.', 'two that were added, not the first one');
 });

@@ -68,7 +68,11 @@ export function paintTracks(ctx, index, view, palette, label) {
   paintEdges(ctx, index, view, palette, wide);
   paintKeys(ctx, index, view, palette, shown);
   paintLabels(ctx, index, view, palette, wide, label);
-  if (chosen >= 0) paintChosen(ctx, index, view, palette, chosen);
+  for (const key of view.marked) {
+    const b = index.barOf.get(key) ?? -1;
+    if (b >= 0 && b !== chosen) paintFrame(ctx, index, view, palette, b);
+  }
+  if (chosen >= 0) paintFrame(ctx, index, view, palette, chosen);
 }
 
 /** What is visible of a bar, px. @param {import('../../model/lanes_lod.js').LaneIndex} index @param {TracksFrame['span']} span @param {number} scale @param {number} b */
@@ -119,21 +123,21 @@ function paintEdges(ctx, index, view, palette, bars) {
 }
 
 /**
- * The frame of the selected track.
+ * The frame of the selected track, and of those that are to be merged.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../../model/lanes_lod.js').LaneIndex} index
  * @param {TracksFrame} view
  * @param {import('./palette.js').Palette} palette
- * @param {number} chosen   its bar
+ * @param {number} bar
  */
-function paintChosen(ctx, index, view, palette, chosen) {
+function paintFrame(ctx, index, view, palette, bar) {
   const { width, scroll, rowHeight, span } = view;
   const scale = width / (span.last - span.first);
   const pad = Math.max(1, Math.round(2 * palette.unit));
-  const from = (index.first[chosen] - span.first) * scale;
-  const to = Math.max(from + 3, (index.last[chosen] + 1 - span.first) * scale);
+  const from = (index.first[bar] - span.first) * scale;
+  const to = Math.max(from + 3, (index.last[bar] + 1 - span.first) * scale);
   ctx.strokeStyle = palette.colour.accent;
   ctx.lineWidth = 2 * palette.unit;
-  ctx.strokeRect(from, index.row[chosen] * rowHeight - scroll + pad - 0.5, to - from, rowHeight - 2 * pad + 1);
+  ctx.strokeRect(from, index.row[bar] * rowHeight - scroll + pad - 0.5, to - from, rowHeight - 2 * pad + 1);
 }

@@ -4,7 +4,7 @@
 import { fit, revealed, toScreen } from '../../model/geometry.js';
 import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
-import { trackName } from '../../model/track_name.js';
+import { listed, trackName } from '../../model/track_name.js';
 import { LAYER_NAMES, SHORT_NAMES } from '../../operations/view.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport, toggleLayer } from '../../store/actions/review.js';
@@ -156,7 +156,7 @@ export function createPicture(app) {
     const text = {
       select: absent && review.selected ? whyNoBox(review.selected, review.docs[review.selected]) : review.selected ? '' : review.run ? 'Click a box to select its track' : NO_RUN,
       draw: 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
-      merge: `Click the tracks to merge (${review.marked.length} marked), then press M. Escape ends.`,
+      merge: mergeHint(review),
       note: 'Click where the note belongs',
     }[review.mode];
     if (review.playing) {
@@ -233,6 +233,17 @@ export function createPicture(app) {
       element.remove();
     },
   };
+}
+
+/**
+ * What a merge takes so far. M marks the selected track by itself, so the marked ones are named.
+ * @param {NonNullable<State['review']>} review
+ */
+function mergeHint({ marked, docs }) {
+  const names = listed(marked.map((key) => trackName(key, docs[key])), 5);
+  if (marked.length === 0) return 'Click the tracks to merge, then press M. Escape ends.';
+  if (marked.length === 1) return `Track ${names} is marked: click the others, then press M. Escape ends.`;
+  return `Tracks ${names} are marked: press M to merge them into the first, or click more. Escape ends.`;
 }
 
 /**

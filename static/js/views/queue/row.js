@@ -46,7 +46,7 @@ export function createRow(key) {
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       if (!label) picture.removeAttribute('src');
       setText(name, entry.not_a_sign ? 'Not a sign' : (label?.name ?? 'No class yet'));
-      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes > 0 ? ` · ${entry.notes} ✎` : ''}`);
+      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes > 0 ? ` · ${entry.notes} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
       const [first = 'Nothing speaks against it.', ...others] = entry.reasons;
