@@ -90,7 +90,8 @@
  * @property {number|null} tracks             confirmed tracks
  * @property {string} engine_version
  * @property {Record<string, string>} models
- * @property {Record<string, any>} summary        of a complete run; `focus`: its camera's focus of expansion, null or {x, y: shares of the picture, named: by a person}
+ * @property {Record<string, any>} summary        of a complete run; `focus`: its camera's focus of expansion, null or {x, y: shares of the picture, named: by a person}; of a what-if: `identical_frames`, `missing_pixels` in
+ *   `missing_frames` that the evidence lacks, `difference`
  * @property {string} created
  * @property {string|null} finished
  */

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Iterator
 from typing import Any
@@ -163,3 +164,24 @@ def test_what_m_marks_is_named(page: Page) -> None:
     other.click()
     expect(hint).to_contain_text(f"Tracks #{first[1:]}, #{second[1:]} are marked")
     page.keyboard.press("Escape")
+
+
+def test_a_replay_that_lacks_pixels_says_so_before_and_after(page: Page) -> None:
+    page.keyboard.press("Shift+w")
+    dialog = page.locator("dialog[open]")
+    dialog.get_by_label("Search parameters").fill("search_radius")
+    field = dialog.get_by_label("search_radius", exact=True)
+    field.fill("40")
+    expect(dialog.get_by_text("not exact")).to_have_count(0)
+    field.fill("100")
+    expect(dialog.locator("[id$=search_radius-warning]")).to_contain_text("kept pixels up to 40 px")
+    dialog.get_by_role("button", name="Replay").click()
+    told = re.compile(r"Not exact: [\d,]+ pixels? in \d+ frames?")
+    expect(dialog.locator(".whatif-result")).to_contain_text(told)
+    dialog.get_by_role("link", name="Compare in figures").click()
+    expect(page.get_by_role("region", name="Candidate")).to_contain_text(told)
+    expect(page.get_by_role("region", name="Reference")).not_to_contain_text(told)
+    page.go_back()
+    page.get_by_role("button", name="Runs").click()
+    item = page.locator("dialog[open] .run-item").filter(has_text="search_radius = 100")
+    expect(item).to_contain_text(told)

@@ -11,6 +11,7 @@ import {emptyState, waiting} from './empty.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
 import {modelsOf} from './model-words.js';
+import {runInexact} from './run-words.js';
 import {openDialog} from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -49,7 +50,7 @@ export function createCompare(app) {
       const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels({signal: both});
       if (both.aborted) return;
       show(found, a, b, labels);
-      tellModels(app.store.get());
+      tellRuns(app.store.get());
       if (!app.store.get().runs[found.video_id]) {
         await app.load(() => app.api.runs(found.video_id, {signal: both}), (state, runs) => setRuns(state, found.video_id, runs));
       }
@@ -90,14 +91,15 @@ export function createCompare(app) {
     if (last?.sides === `${a} ${b}`) places.show(last.places);
   }
 
-  /** Which models made the runs of both sides; runs and versions may come later than the figures. @param {import('../state-types.js').State} state */
-  function tellModels(state) {
+  /** Which models made the runs of both sides, and which of them are not exact; runs and versions may come later than the figures. @param {import('../state-types.js').State} state */
+  function tellRuns(state) {
     if (open === null) return;
     for (const [at, side] of [open.found.reference, open.found.candidate].entries()) {
       const run = state.runs[open.found.video_id]?.find(({id}) => id === runOf(side));
       const words = /** @type {HTMLElement} */ (open.cards[at].querySelector('.side-models'));
       setText(words, run ? modelsOf(run, state.models) : '');
       words.hidden = !words.textContent;
+      setText(/** @type {HTMLElement} */ (open.cards[at].querySelector('.side-inexact')), run ? runInexact(run) : '');
     }
   }
 
@@ -105,7 +107,7 @@ export function createCompare(app) {
     element,
     update(state) {
       if (state.route.screen !== 'compare') return;
-      tellModels(state);
+      tellRuns(state);
       const next = `${state.route.a} ${state.route.b}`;
       if (next === key) return;
       key = next;
@@ -132,5 +134,6 @@ function sideCard(role, side) {
     h('span', {class: 'muted small'}, `${role} · ${KINDS[side.kind] ?? side.kind}`),
     h('strong', {class: 'truncate', title: side.name}, side.name),
     h('span', {class: 'muted small'}, `${plural(side.tracks, 'track')}, ${plural(side.boxes, 'box', 'boxes')}`),
-    h('span', {class: 'side-models muted small', hidden: true}));
+    h('span', {class: 'side-models muted small', hidden: true}),
+    h('span', {class: 'side-inexact field-warning'}));
 }

@@ -71,6 +71,7 @@ export function findParameters(parameters, text) {
  * @param {(parameter: Parameter) => unknown} options.base   value without a change
  * @param {Record<string, unknown>} [options.initial]        changes to begin with, by name
  * @param {(changed: number, invalid: number) => void} [options.onChange]
+ * @param {(name: string, value: unknown) => string} [options.warn]   what a changed value is good for, but not wholly; empty: nothing
  * @returns {{element: HTMLElement, changes: () => Record<string, unknown>, invalid: () => number, rebase: (base: (parameter: Parameter) => unknown) => void, focus: HTMLElement}}
  */
 export function createParameters(options) {
@@ -115,13 +116,14 @@ export function createParameters(options) {
     const standard = shown(base(parameter));
     const text = typed.get(parameter.name) ?? standard;
     const error = h('span', {class: 'field-error', id: `${id}-error`, role: 'alert'});
+    const warning = h('span', {class: 'field-warning', id: `${id}-warning`, role: 'status'});
     const reset = h('button', {class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': `Reset ${parameter.name} to ${standard}`, title: `Reset to ${standard || 'nothing'}`, onclick: () => {
       write(standard);
       input.value = standard;
       input.focus();
     }}, icon('undo'));
     const range = parameter.type === 'number' || parameter.type === 'integer' ? rangeText(parameter) : '';
-    const attributes = {id, value: text, 'aria-describedby': `${id}-text ${id}-error`, oninput: () => write(input.value)};
+    const attributes = {id, value: text, 'aria-describedby': `${id}-text ${id}-error ${id}-warning`, oninput: () => write(input.value)};
     const choices = parameter.type === 'boolean' ? ['true', 'false'] : parameter.type === 'choice' ? parameter.choices ?? [] : null;
     const input = choices
       ? h('select', {class: 'select', ...attributes}, ...choices.map((choice) => h('option', {value: choice, selected: choice === text}, choice === 'true' ? 'yes' : choice === 'false' ? 'no' : choice)))
@@ -129,7 +131,7 @@ export function createParameters(options) {
     const element = h('div', {class: 'parameter'},
       h('label', {class: 'parameter-name mono', for: id}, parameter.name),
       h('div', {class: 'parameter-input row'}, input, reset),
-      h('p', {class: 'parameter-text muted small', id: `${id}-text`}, [parameter.description, range].filter(Boolean).join(' · ')), error);
+      h('p', {class: 'parameter-text muted small', id: `${id}-text`}, [parameter.description, range].filter(Boolean).join(' · ')), error, warning);
 
     /** @param {string} value */
     function write(value) {
@@ -142,6 +144,7 @@ export function createParameters(options) {
       const result = typed.has(parameter.name) ? parseValue(parameter, typed.get(parameter.name) ?? '') : null;
       const wrong = result && 'error' in result;
       setText(error, wrong ? result.error : '');
+      setText(warning, result && 'value' in result ? options.warn?.(parameter.name, result.value) ?? '' : '');
       input.setAttribute('aria-invalid', String(Boolean(wrong)));
       element.classList.toggle('parameter-changed', typed.has(parameter.name));
       reset.hidden = !typed.has(parameter.name);

@@ -13,7 +13,7 @@ const TONES = {queued: '', running: 'badge-accent', complete: 'badge-good', fail
 
 /** @param {Run} run @returns {string} one line for lists */
 export function runTitle(run) {
-  const state = run.state === 'complete' ? '' : run.state === 'running' ? ` (${runPercent(run)})` : ` (${STATES[run.state]})`;
+  const state = run.state === 'complete' ? (runInexact(run) ? ' (not exact)' : '') : run.state === 'running' ? ` (${runPercent(run)})` : ` (${STATES[run.state]})`;
   return `${runName(run)}${state}`;
 }
 
@@ -60,6 +60,26 @@ export function runProgress(run) {
   if (run.state === 'failed') return run.error ?? 'The run failed without saying why; the terminal of the server has more.';
   if (run.state === 'cancelled') return `Cancelled after ${count(run.frames_done)} frames. It can go on from there.`;
   return `Interrupted after ${count(run.frames_done)} frames. It can go on from there.`;
+}
+
+/** What a replay had to do without: its results may differ from a run with these parameters. @param {Run} run @returns {string} empty: nothing */
+export function runInexact({summary}) {
+  const {missing_pixels: pixels = 0, missing_frames: frames = 0} = summary ?? {};
+  if (!pixels) return '';
+  return `Not exact: ${plural(pixels, 'pixel')} in ${plural(frames, 'frame')} ${pixels === 1 ? 'is' : 'are'} not in the evidence; the nearest stored ones stood in. A new run with a larger keep_radius is exact.`;
+}
+
+/**
+ * What to say of a parameter of a what-if before it is replayed.
+ *
+ * @param {string} name
+ * @param {unknown} value
+ * @param {unknown} kept   keep_radius of the run, px
+ * @returns {string} empty: nothing
+ */
+export function replayWarning(name, value, kept) {
+  if (name !== 'search_radius' || typeof value !== 'number' || typeof kept !== 'number' || value <= kept) return '';
+  return `The run has kept pixels up to ${count(kept)} px around each prediction (keep_radius): farther out the nearest stored ones stand in, so the result is not exact.`;
 }
 
 /** @param {Run} run @returns {string} `tau = 25, n = 3` */

@@ -9,7 +9,7 @@ import {moment, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {modelsOf} from '../model-words.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {runChanges, runKind, runName, runPart, runProgress, runState, runTone} from '../run-words.js';
+import {runChanges, runInexact, runKind, runName, runPart, runProgress, runState, runTone} from '../run-words.js';
 import {toast} from '../toasts.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -59,7 +59,7 @@ export function runDialog(setup) {
 function runItem({app, close, signal}, run) {
   return h('li', {class: 'run-item'},
     h('div', {class: 'row'}, h('strong', {class: 'run-name truncate'}), h('span', {class: 'badge run-badge'}), h('span', {class: 'grow'}), h('span', {class: 'muted small'}, moment(run.created))),
-    h('p', {class: 'run-changes muted small'}), h('p', {class: 'run-progress small'}),
+    h('p', {class: 'run-changes muted small'}), h('p', {class: 'run-progress small'}), h('p', {class: 'run-inexact field-warning'}),
     h('span', {class: 'meter run-meter', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span')),
     h('div', {class: 'row run-actions'},
       h('a', {class: 'btn btn-small run-open', href: formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: null, track: null}), onclick: close}, 'Open'),
@@ -90,6 +90,7 @@ function showRun({app}, item, run) {
   setText(part('changes'), [run.name ? runKind(run) : '', range, runChanges(run), modelsOf(run, app.store.get().models)].filter(Boolean).join(' · '));
   part('changes').hidden = !part('changes').textContent;
   setText(part('progress'), runProgress(run));
+  setText(part('inexact'), runInexact(run));
   part('progress').classList.toggle('field-error', run.state === 'failed');
   part('meter').hidden = !open;
   part('meter').style.setProperty('--part', `${runPart(run) * 100}%`);

@@ -8,7 +8,7 @@ import {fill, h, setText} from '../dom.js';
 import {plural} from '../format.js';
 import {icon} from '../icons.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {runChanges, runPart, runProgress} from '../run-words.js';
+import {replayWarning, runChanges, runInexact, runPart, runProgress} from '../run-words.js';
 import {changeList} from '../whatif.js';
 
 /** @typedef {import('../../types.js').Run} Run */
@@ -22,10 +22,14 @@ export function whatIfDialog({app, data, close, signal}) {
   const state = store.get();
   const known = [...(state.review?.run ? [state.review.run] : []), ...Object.values(state.runs).flat()];
   const parent = known.find(({id}) => id === (data.run ?? state.review?.run?.id));
+  /** What the run was made with. @param {import('../../types.js').Parameter} parameter */
+  const base = (parameter) => parent && Object.hasOwn(parent.parameters, parameter.name) ? parent.parameters[parameter.name] : presetValue(parameter, parent?.preset ?? 'default');
+  const keep = state.parameters.find(({name}) => name === 'keep_radius');
   const fields = createParameters({
     parameters: state.parameters.filter(({replayable}) => replayable),
     initial: data.initial ?? (state.review?.tau !== null && state.review?.tau !== undefined ? {tau: state.review.tau} : {}),
-    base: (parameter) => parent && Object.hasOwn(parent.parameters, parameter.name) ? parent.parameters[parameter.name] : presetValue(parameter, parent?.preset ?? 'default'),
+    base,
+    warn: (name, value) => replayWarning(name, value, keep && base(keep)),
     onChange: check,
   });
   const error = h('p', {class: 'field-error grow', role: 'alert'});
@@ -82,6 +86,7 @@ export function whatIfDialog({app, data, close, signal}) {
     if (run.state === 'complete') {
       fill(result, h('div', {class: 'row'}, h('h3', {class: 'grow'}, runChanges(run)),
         h('a', {class: 'btn btn-small', href: `${formatRoute({screen: 'compare', a: `run:${run.parent_id}`, b: `run:${run.id}`})}`, onclick: close}, icon('compare'), 'Compare in figures')),
+      runInexact(run) && h('p', {class: 'field-warning'}, runInexact(run)),
       changeList(app, run, {close}));
     } else if (run.state === 'queued' || run.state === 'running') {
       fill(result, h('p', null, run.state === 'queued' ? 'The replay waits for a free worker.' : runProgress(run)),

@@ -4,6 +4,7 @@
 import { fill, h } from '../dom.js';
 import { focusWords } from '../../model/focus.js';
 import { moment } from '../format.js';
+import { runInexact } from '../run-words.js';
 
 export function createRunFacts() {
   const table = h('dl', { class: 'facts' });
@@ -19,6 +20,7 @@ export function createRunFacts() {
       if (run === null) return;
       const rows = [['Preset', run.preset], ['Engine', run.engine_version], ['Made', moment(run.created)],
         ...Object.entries(run.parameters).map(([name, value]) => [name, typeof value === 'string' ? value : JSON.stringify(value)]),
+        ...[runInexact(run)].filter((text) => text !== '').map((text) => ['Replay', text]),
         ...[focusWords(run)].filter((text) => text !== null).map((text) => ['Focus of expansion', text]),
         ...Object.entries(run.models).map(([name, hash]) => [`Model ${name}`, hash])];
       fill(table, rows.flatMap(([name, value]) => [h('dt', null, name), h('dd', { class: 'mono', title: value }, value)]));
