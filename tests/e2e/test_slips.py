@@ -185,3 +185,18 @@ def test_a_replay_that_lacks_pixels_says_so_before_and_after(page: Page) -> None
     page.get_by_role("button", name="Runs").click()
     item = page.locator("dialog[open] .run-item").filter(has_text="search_radius = 100")
     expect(item).to_contain_text(told)
+
+
+def test_an_empty_review_says_what_became_of_its_run(page: Page) -> None:
+    shown = """([state, error]) => tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: null, docs: {},
+        tracks: {...s.review.tracks, id: []}, run: {...s.review.run, state, error}}}))"""
+    places = page.locator(".no-tracks")
+    page.evaluate(shown, ["complete", None])
+    expect(places).to_have_text(["The run has found no sign. N draws a track by hand."] * 2, use_inner_text=True)
+    page.evaluate(shown, ["failed", "Frame 7 cannot be decoded."])
+    expect(places).to_contain_text(["The run failed: Frame 7 cannot be decoded."] * 2)
+    asked: list[str] = []
+    page.route("**/resume", lambda route: (asked.append(route.request.url), route.abort()))
+    page.get_by_role("button", name="Go on with the run").last.click()
+    page.wait_for_timeout(300)
+    assert [url.split("/")[-2] for url in asked] == [state(page)["run"]]

@@ -11,12 +11,29 @@ export const NO_RUN = 'No run yet: start one with “Runs”';
 /**
  * @param {ReviewState} review
  * @param {number} total  tracks, those that people have drawn among them
- * @returns {string} a sentence; empty: there are tracks
+ * @returns {string} a sentence or two; empty: there are tracks
  */
 export function whyNoTracks(review, total) {
   if (total > 0) return '';
-  if (review.tracks !== null) return 'No track yet.';
-  if (review.run?.state === 'queued') return 'The run is waiting for its turn.';
-  if (review.run !== null || review.timebase === null) return 'Loading the tracks…';
-  return `${NO_RUN}.`;
+  const { run, tracks } = review;
+  if (run === null) return review.timebase === null ? 'Loading the tracks…' : `${NO_RUN}.`;
+  if (run.state === 'queued') return 'The run is waiting for its turn.';
+  if (run.state === 'failed') return `The run failed: ${run.error ?? 'the terminal of the server says why.'}`;
+  if (tracks === null) return 'Loading the tracks…';
+  if (tracks.id.length > 0) return 'Every track is deleted.';
+  if (run.state === 'running') return `The run has found no sign yet; ${partOf(run)} of its frames are done.`;
+  if (run.state === 'complete') return 'The run has found no sign. N draws a track by hand.';
+  return `The run was ${run.state} after ${run.frames_done} frames, and has found no sign in them.`;
 }
+
+/**
+ * Whether the run has stopped early, where that is why there are no tracks: it can go on.
+ * @param {ReviewState} review
+ * @param {number} total
+ */
+export function canGoOn({ run }, total) {
+  return total === 0 && run?.kind === 'engine' && ['failed', 'cancelled', 'interrupted'].includes(run.state);
+}
+
+/** @param {import('../types.js').Run} run @returns {string} `42 %` */
+const partOf = ({ frames_done, frames_total }) => `${frames_total ? Math.floor((100 * Math.min(frames_done, frames_total)) / frames_total) : 0} %`;

@@ -2,6 +2,7 @@
 /** The three views on synthetic state: `?frames=132400&tracks=5000`. For looking at and for measuring. */
 import { createInspector } from '../../../static/js/views/inspector/index.js';
 import { createLanes } from '../../../static/js/views/lanes/index.js';
+import { createNoteDrafts } from '../../../static/js/views/note_drafts.js';
 import { createQueue } from '../../../static/js/views/queue/index.js';
 import { drive, laneOf } from './synthetic.js';
 
@@ -37,7 +38,8 @@ const app = {
     pending ||= requestAnimationFrame(() => { pending = 0; for (const view of views) view.update(state); });
   } },
   api: { cropUrl: (/** @type {string} */ _, /** @type {number} */ __, /** @type {number} */ frame) => sign(frame % 100), explain: async () => ({ symmetry: { axis: [32, 2, 32, 62], matches: [[12, 20, 52, 20, 1], [18, 40, 46, 41, 0.6], [10, 32, 54, 33, 0.3]], magnitude: 0.42, size: [64, 64] }, hash: { crop: 'f0e1d2c3b4a59687', mean: 'f0e1d0c3b5a59617', distance: 4 }, l_positive: 12, tau: 15 }) },
-  edit: (/** @type {any} */ command) => { edits.push(command); },
+  edit: (/** @type {any} */ command) => { edits.push(command); return true; },
+  notes: createNoteDrafts(() => sessionStorage),
 };
 Reflect.set(globalThis, 'harness', { app, lane, frames, edits });
 views.push(createQueue(app), createLanes(app), createInspector(app));

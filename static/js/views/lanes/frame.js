@@ -28,7 +28,6 @@ export function createFrame() {
     detailName: h('span', { class: 'lanes-detail-name truncate' }),
     flips: h('span', { class: 'lanes-flips small' }),
     legend: h('ul', { class: 'lanes-votes-legend' }),
-    empty: h('p', { class: 'lanes-empty muted' }),
     zoomOut: button('zoom_out', 'Zoom out (wheel)'),
     zoomIn: button('zoom_in', 'Zoom in (wheel)'),
     fit: button('fit', 'Show the whole drive'),
@@ -59,7 +58,7 @@ export function createFrame() {
   const body = h('div', { class: 'lanes-body' },
     h('div', { class: 'lanes-strip lanes-overview' }, h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Drive')), overviewPlot),
     h('div', { class: 'lanes-strip lanes-axis' }, h('div', { class: 'lanes-gutter' }, parts.count), axisPlot),
-    tracksPane, detailHead, detailPane, h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead), parts.empty);
+    tracksPane, detailHead, detailPane, h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead));
   const element = h('section', { class: 'lanes panel', 'aria-label': 'Why lanes' }, head, body);
   return { ...parts, element, body, values, overviewPlot, axisPlot, tracksPlot, tracksPane, detailPlot, detailPane, detailHead };
 }

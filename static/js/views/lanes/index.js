@@ -7,7 +7,6 @@
 import { countFlips } from '../../model/gate_lane.js';
 import { detailColumns, placeAt } from '../../model/detail_columns.js';
 import { NOT_A_SIGN, NO_CLASS, barAt, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
-import { whyNoTracks } from '../../model/no_tracks.js';
 import { short } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
@@ -17,6 +16,7 @@ import { framesOf } from '../../store/actions/review.js';
 import { dialog, mark, seek, select, setTau, show } from '../app.js';
 import { setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
+import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
 import { SUB_LANES, detailHeight, paintDetail } from './detail_painter.js';
 import { createDriveFlips } from './drive_flips.js';
@@ -35,6 +35,8 @@ const ROW = 20;
 /** @param {import('../app.js').ViewApp} app */
 export function createLanes(app) {
   const parts = createFrame();
+  const empty = createNoTracks(app, 'lanes-empty');
+  parts.body.append(empty.element);
   const life = new AbortController();
   const { signal } = life;
   const slider = createTauSlider((tau) => setTau(app, tau), signal);
@@ -268,10 +270,7 @@ export function createLanes(app) {
     parts.spacer.style.setProperty('height', `${index.rows * rowHeight()}px`);
     setText(parts.count, plural(index.count, 'track'));
     dirty.overview = dirty.tracks = true;
-    const none = whyNoTracks(r, index.count);
-    const text = r.tracks === null || none === '' ? none : `${none} A run finds them; N draws one by hand.`;
-    setText(parts.empty, text);
-    parts.empty.hidden = text === '';
+    empty.update(r, index.count);
   }
 
   /** @param {ReviewState} r */

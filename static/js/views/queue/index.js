@@ -2,12 +2,12 @@
 /** The queue: doubtful tracks first, filtered and counted. A virtual listbox: only the rows on screen exist. */
 
 import { deletedTracks } from '../../model/deleted.js';
-import { whyNoTracks } from '../../model/no_tracks.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
 import { dialog, mark, seek, select } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
+import { createNoTracks } from '../no_tracks.js';
 import { createFilters } from './filters.js';
 import { createRow } from './row.js';
 
@@ -29,11 +29,11 @@ export function createQueue(app) {
   const bar = h('span');
   const meter = h('div', { class: 'meter meter-good', role: 'progressbar', 'aria-label': 'Reviewed', 'aria-valuemin': '0', 'aria-valuemax': '100' }, bar);
   const list = h('div', { class: 'queue-rows' });
-  const empty = h('p', { class: 'queue-empty muted' });
+  const empty = createNoTracks(app, 'queue-empty');
   const scroller = h('div', { class: 'queue-list', role: 'listbox', tabindex: '0', 'aria-label': 'Tracks by doubt' }, list);
   const element = h('section', { class: 'queue panel', 'aria-label': 'Queue' },
     h('div', { class: 'panel-head' }, h('h2', { class: 'queue-title' }, 'Queue'), left, h('span', { class: 'grow' }), deleted, judge, shown),
-    meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty));
+    meter, filters.element, h('div', { class: 'queue-body' }, scroller, empty.element));
 
   /** @type {State|null} */ let state = null;
   /** @type {readonly TrackEntry[]} */ let entries = [];
@@ -143,9 +143,7 @@ export function createQueue(app) {
         meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} rejected, ${count(counts.needs_work)} need work`;
         setAttribute(meter, 'aria-valuenow', Math.round(done * 100));
         filters.update(review.filter, entries, next.labels);
-        const text = whyNoTracks(review, counts.total) || (order.length === 0 ? 'No track passes these filters.' : '');
-        setText(empty, text);
-        empty.hidden = text === '';
+        empty.update(review, counts.total, order.length === 0 ? 'No track passes these filters.' : '');
         list.style.setProperty('height', `${order.length * rowHeight}px`);
       }
       if (before?.selected !== review.selected) wanting = true;

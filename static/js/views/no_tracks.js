@@ -1,0 +1,44 @@
+// @ts-check
+/** Why there are no tracks, in their place, with a button where the run can go on. */
+
+import { sentence } from '../api/errors.js';
+import { canGoOn, whyNoTracks } from '../model/no_tracks.js';
+import { putRun } from '../store/actions/page.js';
+import { h, setText } from './dom.js';
+import { icon } from './icons.js';
+import { toast } from './toasts.js';
+
+/**
+ * @param {import('./app.js').ViewApp} app
+ * @param {string} className
+ */
+export function createNoTracks(app, className) {
+  const text = h('p');
+  const resume = h('button', { class: 'btn btn-small', type: 'button', hidden: true, onclick: goOn }, icon('run'), 'Go on with the run');
+  const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resume);
+
+  async function goOn() {
+    const run = app.store.get().review?.run;
+    if (!run) return;
+    resume.disabled = true;
+    try {
+      const now = await app.api.resumeRun(run.id);
+      app.store.dispatch((state) => putRun(state, now));
+    } catch (thrown) {
+      toast(sentence(thrown), { tone: 'bad' });
+    } finally {
+      resume.disabled = false;
+    }
+  }
+
+  return {
+    element,
+    /** @param {import('../state-types.js').ReviewState} review @param {number} total   tracks @param {string} [otherwise]   what is said where there are some */
+    update(review, total, otherwise = '') {
+      const why = whyNoTracks(review, total) || otherwise;
+      setText(text, why);
+      element.hidden = why === '';
+      resume.hidden = !canGoOn(review, total);
+    },
+  };
+}
