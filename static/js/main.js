@@ -19,7 +19,7 @@ import { startLive } from './views/live.js';
 import { createNoteDrafts } from './views/note_drafts.js';
 import { recall, rememberedLayers, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
-import { toast } from './views/toasts.js';
+import { endToasts, toast } from './views/toasts.js';
 
 /** @typedef {import('./page-types.js').App} App */
 
@@ -33,6 +33,7 @@ const editor = createEditor({
   outbox: globalThis.indexedDB ? createOutbox() : createMemoryOutbox(),
   signal: ended.signal,
   toast,
+  edited: endToasts,
   author: () => recall('author') || store.get().session?.author || 'someone',
 });
 /** @type {App} */

@@ -200,3 +200,41 @@ def test_an_empty_review_says_what_became_of_its_run(page: Page) -> None:
     page.get_by_role("button", name="Go on with the run").last.click()
     page.wait_for_timeout(300)
     assert [url.split("/")[-2] for url in asked] == [state(page)["run"]]
+
+
+def test_a_deleted_track_comes_back_by_its_notice_which_goes_with_the_next_edit(page: Page) -> None:
+    first = select(page, 0)
+    page.keyboard.press("Shift+Delete")
+    notice = page.locator(".toast").filter(has_text=f"Track #{first[1:]} is deleted")
+    box, picture = notice.bounding_box(), page.locator(".picture-stage").bounding_box()
+    assert box is not None
+    assert picture is not None
+    for low, size in (("x", "width"), ("y", "height")):
+        assert picture[low] <= box[low]
+        assert box[low] + box[size] <= picture[low] + picture[size]
+    notice.get_by_role("button", name="Undo").click()
+    wait(page, lambda s: s["unsaved"] == 0 and not s["docs"][first]["gone"])
+    expect(notice).to_have_count(0)
+    undone = page.locator(".toast").filter(has_text="Undone: track deleted")
+    expect(undone).to_be_visible()
+    select(page, 1)
+    expect(undone).to_be_visible()  # to look elsewhere is no edit
+    page.keyboard.press("w")
+    expect(undone).to_have_count(0, timeout=2_000)
+    saved(page)
+    page.keyboard.press("Control+z")
+
+
+def test_a_notice_does_not_follow_to_another_screen_but_a_failure_does(page: Page) -> None:
+    say = """async ([text, tone]) => { const { toast } = await import('/static/js/views/toasts.js');
+        toast(text, {tone}); }"""
+    page.evaluate(say, ["Just done.", "good"])
+    page.evaluate(say, ["It went wrong.", "bad"])
+    expect(page.locator(".toast")).to_have_count(2)
+    page.get_by_role("link", name="Library", exact=True).click()
+    expect(page.locator(".toast")).to_have_text(["It went wrong."])
+    page.evaluate(say, ["The run was removed.", "good"])
+    bar, notice = page.locator(".topbar").bounding_box(), page.locator(".toast").first.bounding_box()
+    assert bar is not None
+    assert notice is not None
+    assert notice["y"] < bar["y"] + bar["height"]

@@ -51,11 +51,12 @@ const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
  * @param {AbortSignal} parts.signal
  * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
  * @param {() => string} parts.author
+ * @param {() => void} [parts.edited]   called with each edit, before it is shown
  * @param {(ms: number) => Promise<void>} [parts.pause]
  * @param {() => string} [parts.newId]
  * @returns {Editor}
  */
-export function createEditor({ store, api, outbox, signal, toast, author, pause, newId = () => crypto.randomUUID() }) {
+export function createEditor({ store, api, outbox, signal, toast, author, edited = () => {}, pause, newId = () => crypto.randomUUID() }) {
   /** @type {string|null} */
   let run = null;
   let ready = false;
@@ -117,6 +118,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     const review = store.get().review;
     if (run === null || review === null) return;
     const made = { op_id: newId(), run, author: author(), command, seen: revisionsSeen(review, confirmed, command) };
+    edited();
     pending = [...pending, made];
     show();
     keep(made);
@@ -216,7 +218,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     if (less === null) forget(next);
     else replace(less);
     const names = listed(current.map(({ key }) => trackName(key, confirmed[key])), NAMED);
-    toast(`No verdict on ${current.length === 1 ? 'track' : 'tracks'} ${names}: somebody else was first.`);
+    toast(`No verdict on ${current.length === 1 ? 'track' : 'tracks'} ${names}: somebody else was first.`, { stays: true });
     return true;
   }
 
@@ -331,6 +333,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
     }
     if (review === null || run === null) return false;
     if (!ready) {
+      edited();
       early = [...early, { op_id: newId(), author: author(), command }];
       show();
       return true;
@@ -387,7 +390,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, pause,
       confirm(docs);
       show();
       const doc = there ? leaveGone() : null;
-      if (doc) toast(`Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`);
+      if (doc) toast(`Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`, { stays: true });
     },
     refresh,
     settled,

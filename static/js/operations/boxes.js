@@ -210,8 +210,12 @@ export const boxes = [
   operation({
     id: 'delete-track', label: 'Delete the whole track', keys: ['Shift+Del'], icon: 'delete', group: GROUP, disabled: needsTrack,
     run: (app) => {
-      editSelected(app, { name: 'delete_track' });
+      const { review } = app.store.get();
+      const key = review?.selected ?? '';
+      const name = trackName(key, review?.docs[key]);
+      if (!editSelected(app, { name: 'delete_track' })) return;
       app.store.dispatch((state) => select(state, null));
+      toast(`Track ${name} is deleted, with all its boxes.`, { topic: 'undo', action: { label: 'Undo', run: () => void app.editor.undo() } });
     },
   }),
   operation({

@@ -37,7 +37,7 @@ export function tellWhenMade(app, id, say = ({text, ...options}) => toast(text, 
     const action = words.offers === 'download'
       ? {label: 'Download', run: () => location.assign(app.api.downloadUrl(id))}
       : {label: 'Files', run: () => location.assign('#/files')};
-    say({text: words.text, tone: words.tone, action, topic: `made-${id}`});
+    say({text: words.text, tone: words.tone, action, topic: `made-${id}`, stays: true});
   });
   app.signal.addEventListener('abort', stop, {once: true});
 }

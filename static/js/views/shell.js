@@ -82,6 +82,7 @@ export function createShell(app) {
       banners.update(state);
       showScreen(state);
       dialogs.update(state);
+      toasts.update(state);
     },
     destroy() {
       system.removeEventListener('change', follow);

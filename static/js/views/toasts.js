@@ -1,8 +1,15 @@
 // @ts-check
-/** Short notices at the lower edge, told to screen readers politely. They hold no decision: what needs one is a banner. */
+/**
+ * Short notices, told to screen readers politely. They hold no decision: what needs one is a banner. They lie over the
+ * road in the picture or, on other screens, over the top bar, and go with the next edit or the next screen: what they
+ * tell is old by then, and their button would take back something else.
+ */
 
+import {parseRoute, samePlace} from '../model/route.js';
 import {h} from './dom.js';
 import {icon} from './icons.js';
+
+/** @typedef {import('../state-types.js').Route} Route */
 
 /** ms */
 const STAY = 6000;
@@ -12,6 +19,7 @@ const STAY = 6000;
  * @property {'info'|'good'|'bad'} [tone]
  * @property {{label: string, run: () => void}} [action]
  * @property {string} [topic]   a notice takes the place of an older one on the same
+ * @property {boolean} [stays]  it is not about what was just done here: neither an edit nor another screen ends it. Usual for `bad`
  */
 
 /** The event that carries a toast; it bubbles from any element of the page. */
@@ -27,18 +35,43 @@ export function toast(text, options = {}) {
   document.dispatchEvent(new CustomEvent(TOAST, {detail: {text, ...options}}));
 }
 
+/** The event that ends those about what was done last. */
+const OVER = 'tsr-toast-over';
+
+/** Something else has been done: what is told of the last thing goes. */
+export function endToasts() {
+  document.dispatchEvent(new CustomEvent(OVER));
+}
+
 /**
  * @param {{signal: AbortSignal}} app
- * @returns {{element: HTMLElement, destroy: () => void}}
+ * @returns {import('../page-types.js').View}
  */
 export function createToasts(app) {
   const element = h('div', {class: 'toasts', role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices'});
   const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  /** Those that end with the next edit or screen: where they were shown, and what ends them. @type {Map<HTMLElement, {place: Route, close: () => void}>} */
+  const passing = new Map();
+  /** @type {Route|null} */
+  let route = null;
+
+  /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay in sight. */
+  function place() {
+    const stage = document.querySelector('.picture-stage')?.getBoundingClientRect();
+    const over = stage !== undefined && stage.width > 0;
+    element.classList.toggle('toasts-over-picture', over);
+    if (!over) return;
+    element.style.setProperty('--middle', `${stage.left + stage.width / 2}px`);
+    element.style.setProperty('--below', `${innerHeight - stage.bottom}px`);
+    element.style.setProperty('--room', `${stage.width}px`);
+  }
 
   /** @param {ToastOptions & {text: string}} detail */
-  function show({text, tone = 'info', action, topic}) {
+  function show({text, tone = 'info', action, topic, stays = tone === 'bad'}) {
     const close = () => {
       clearTimeout(timer);
+      passing.delete(item);
       item.remove();
     };
     const item = h('div', {class: `toast toast-${tone}`},
@@ -56,11 +89,24 @@ export function createToasts(app) {
       timer = setTimeout(close, STAY);
     });
     item.dataset.topic = topic ?? text;
+    if (!stays) passing.set(item, {place: parseRoute(location.hash), close});
     for (const older of element.querySelectorAll('.toast')) if (/** @type {HTMLElement} */ (older).dataset.topic === item.dataset.topic) older.remove();
+    place();
     element.append(item);
     while (element.childElementCount > 4) element.firstElementChild?.remove();
   }
 
-  document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), {signal: AbortSignal.any([ended.signal, app.signal])});
-  return {element, destroy: () => ended.abort()};
+  document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), {signal});
+  document.addEventListener(OVER, () => [...passing.values()].forEach(({close}) => close()), {signal});
+  addEventListener('resize', place, {signal});
+  return {
+    element,
+    update(state) {
+      if (state.route === route) return;
+      route = state.route;
+      if (element.childElementCount > 0) place();
+      for (const shown of [...passing.values()]) if (!samePlace(shown.place, state.route, state.review?.run?.id ?? null)) shown.close();
+    },
+    destroy: () => ended.abort(),
+  };
 }

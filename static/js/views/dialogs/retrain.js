@@ -65,9 +65,9 @@ export function retrainDialog({app, data, close, signal}) {
         name: name.value.trim(), parts: parts.filter(({input}) => input.checked).map(({input}) => input.value), exports: chosen(), folders, seed: Number(seed.value), parent: parent.value || null,
       }, {signal});
       store.dispatch((state) => putModel(state, version));
-      toast(`${version.name} is being made. Its card shows how far it is.`, {tone: 'good'});
       close();
       location.hash = '#/models';
+      toast(`${version.name} is being made. Its card shows how far it is.`, {tone: 'good'}); // there
     } catch (thrown) {
       if (signal.aborted) return;
       const where = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
