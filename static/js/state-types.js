@@ -52,7 +52,7 @@
 /** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}}} Banner */
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'judge'
- *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'settings', data?: any}} Dialog */
+ *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState

@@ -240,6 +240,7 @@ SCENES = (
     Scene("note", _over("note", lambda facts: {"key": facts["track"], "frame": facts["frame"]})),
     Scene("what-if", _over("whatif", lambda facts: {"run": facts["run"], "initial": {"tau": 5}})),
     Scene("compare-choose", _over("compare", lambda facts: {"video": facts["video"], "run": facts["run"]})),
+    Scene("second-run", _over("second", lambda _: {})),
     Scene("conflict", _over("conflict", _conflict)),
     Scene("help", _over("help", lambda _: {})),
     Scene("export", _dealt),

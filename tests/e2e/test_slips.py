@@ -238,3 +238,25 @@ def test_a_notice_does_not_follow_to_another_screen_but_a_failure_does(page: Pag
     assert bar is not None
     assert notice is not None
     assert notice["y"] < bar["y"] + bar["height"]
+
+
+def test_the_layer_of_the_second_run_asks_which_one(other: str, page: Page) -> None:
+    layer = "() => tsr.store.get().review.layers.second"
+    page.keyboard.press("8")
+    dialog = page.locator("dialog[open]")
+    dialog.get_by_role("radio", name="Second ·").check()
+    page.keyboard.press("Enter")
+    expect(dialog).to_have_count(0)
+    wait(page, lambda s: s["second"] == other)
+    assert page.evaluate(layer) is True
+    chip = page.locator(".legend-item").last
+    expect(chip).to_have_attribute("title", re.compile(r"^Second run: Second · .* \(8\)$"))
+    expect(chip).to_contain_text(re.compile(r"[1-9]$"))
+    page.locator(".picture-stage").focus()
+    page.keyboard.press("8")  # now there is something to hide
+    expect(dialog).to_have_count(0)
+    assert page.evaluate(layer) is False
+    page.get_by_role("button", name="Choose the second run").click()
+    dialog.get_by_role("radio", name="None").check()
+    dialog.get_by_role("button", name="Show").click()
+    wait(page, lambda s: s["second"] is None)

@@ -36,6 +36,14 @@ export const SHORT_NAMES = /** @type {const} */ ({
   second: 'Second run',
 });
 
+/**
+ * Show a layer or hide it. That of the second run has nothing to show until somebody has said which.
+ * @param {import('../state-types.js').State} state
+ * @param {import('../state-types.js').LayerName} name
+ */
+export const switchLayer = (state, name) =>
+  (name === 'second' && state.review !== null && state.review.second === null ? openDialog(state, { kind: 'second' }) : toggleLayer(state, name));
+
 /** @type {import('../page-types.js').Operation[]} */
 export const view = [
   operation({
@@ -67,8 +75,12 @@ export const view = [
   ...LAYERS.map((name, at) =>
     operation({
       id: `layer-${name}`, label: LAYER_NAMES[name], keys: [String(at + 1)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${at + 1})`,
-      run: (app) => app.store.dispatch((state) => toggleLayer(state, name)),
+      run: (app) => app.store.dispatch((state) => switchLayer(state, name)),
     })),
+  operation({
+    id: 'second-run', label: 'Choose the second run …', keys: ['Shift+8'], group: 'Layers', disabled: needsRun,
+    run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
+  }),
   operation({
     id: 'fit', label: 'Whole picture', keys: ['0'], icon: 'fit', group: 'Picture',
     run: (app) => app.store.dispatch((state) => setViewport(state, { zoom: 0, x: 0, y: 0 })),

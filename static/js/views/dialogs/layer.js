@@ -11,7 +11,7 @@
  * - conflict: a `Plan` of editing/keeping.js with `{others, keepMine, takeTheirs}`: who saved, and what the two buttons do
  * - adopted: `{from, to}`: runs
  * - export: `{runs?}`; import: `{video, file?, as?}`; truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
- * - record, bundle, settings: nothing
+ * - record, bundle, second, settings: nothing
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?}`
  */
 
@@ -35,6 +35,7 @@ import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
 import {retrainDialog} from './retrain.js';
 import {runDialog} from './run.js';
+import {secondDialog} from './second.js';
 import {settingsDialog} from './settings.js';
 import {truthsDialog} from './truths.js';
 import {whatIfDialog} from './whatif.js';
@@ -81,6 +82,7 @@ const KINDS = {
   relabel: relabelDialog,
   retrain: retrainDialog,
   run: runDialog,
+  second: secondDialog,
   settings: settingsDialog,
   truths: truthsDialog,
   whatif: whatIfDialog,

@@ -5,12 +5,15 @@ import { fit, revealed, toScreen } from '../../model/geometry.js';
 import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
 import { listed, trackName } from '../../model/track_name.js';
-import { LAYER_NAMES, SHORT_NAMES } from '../../operations/view.js';
+import { LAYER_NAMES, SHORT_NAMES, switchLayer } from '../../operations/view.js';
 import { shownTrack } from '../../review/shown_tracks.js';
-import { draftOf, seek, setPlaying, setViewport, toggleLayer } from '../../store/actions/review.js';
+import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
+import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';
 import { h, leaveKeysToPicture, setText } from '../dom.js';
 import { clock } from '../format.js';
+import { icon } from '../icons.js';
+import { runName } from '../run-words.js';
 import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
 
@@ -139,7 +142,7 @@ export function createPicture(app) {
     // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
     const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'no class' : names.get(id) ?? String(id)));
-    legend.update(review.layers, counts, review.truthName);
+    legend.update(review, counts);
   }
 
   /** @param {NonNullable<State['review']>} review */
@@ -260,7 +263,7 @@ function settledAt({ frame, shown, overlays, run }) {
  * @param {App} app
  */
 function createLegend(app) {
-  /** @type {Map<string, {button: HTMLElement, count: HTMLElement}>} */
+  /** @type {Map<import('../../state-types.js').LayerName, {button: HTMLElement, count: HTMLElement}>} */
   const rows = new Map();
   const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
   LAYERS.forEach((name, at) => {
@@ -270,23 +273,37 @@ function createLegend(app) {
     swatch.dataset.dash = STYLES[name].dash.length ? 'dashed' : 'solid';
     const button = h('button', {
       class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${at + 1})`,
-      onclick: () => app.store.dispatch((state) => toggleLayer(state, name)),
+      onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
     }, swatch, h('span', { class: 'legend-name' }, SHORT_NAMES[name]), count);
     rows.set(name, { button, count });
     element.append(button);
+    if (name === 'second') {
+      element.append(h('button', {
+        class: 'legend-choose', type: 'button', title: 'Choose the second run … (Shift+8)', 'aria-label': 'Choose the second run', 'data-operation': 'second-run',
+        onclick: () => app.store.dispatch((state) => openDialog(state, { kind: 'second' })),
+      }, icon('down')));
+    }
   });
+
+  /** Whose boxes a layer shows. @param {'truth'|'second'} name @param {string|null} whose */
+  function entitle(name, whose) {
+    const title = `${LAYER_NAMES[name]}${whose === null ? '' : `: ${whose}`} (${LAYERS.indexOf(name) + 1})`;
+    const button = rows.get(name)?.button;
+    if (button && button.title !== title) button.title = title;
+  }
+
   return {
     element,
-    /** @param {Record<string, boolean>} on @param {Record<string, number>} counts @param {string|null} truth   name of the ground truth */
-    update(on, counts, truth) {
-      const title = `${LAYER_NAMES.truth}${truth === null ? '' : `: ${truth}`} (${LAYERS.indexOf('truth') + 1})`;
-      const named = rows.get('truth')?.button;
-      if (named && named.title !== title) named.title = title;
+    /** @param {NonNullable<State['review']>} review @param {Record<string, number>} counts */
+    update({ layers: on, truthName, second, video }, counts) {
+      const over = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
+      entitle('truth', truthName);
+      entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
       for (const [name, { button, count }] of rows) {
         const pressed = String(on[name]);
         if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
-        // ground truth is fetched only while it is shown: 0 would say that there is none
-        const unknown = name === 'truth' && !on.truth && counts.truth === 0;
+        // ground truth is fetched only while it is shown, and no second run has no boxes: 0 would say that there are none
+        const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
         setText(count, unknown ? '' : String(counts[name]));
       }
     },
