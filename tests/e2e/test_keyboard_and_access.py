@@ -178,6 +178,24 @@ def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
         assert page.evaluate(FOCUSED)["stage"]  # back to where one was
 
 
+def test_every_key_stands_in_the_tooltip_of_something_in_sight(page: Page) -> None:
+    """Tab, Enter and the arrows are the mouse in the picture: a click selects and marks, a drag moves and resizes."""
+    wait(page, lambda s: s["shown"] == s["frame"])
+    missing = page.evaluate(
+        """async () => {
+          const { allOperations } = await import('/static/js/operations/registry.js');
+          const titles = [...document.querySelectorAll('button[title], input[title]')].filter((one) => {
+            const place = one.getBoundingClientRect();
+            const top = document.elementFromPoint(place.x + place.width / 2, place.y + place.height / 2);
+            return top !== null && (one === top || one.contains(top));
+          }).map((one) => one.title);
+          return allOperations().filter(({keys}) => keys.length > 0 && !/^(Shift\\+)?Tab$|^Enter$|Arrow/.test(keys[0]))
+            .filter(({keys}) => !titles.some((title) => title.includes(`(${keys[0]})`))).map(({id, keys}) => `${id} (${keys[0]})`);
+        }"""
+    )
+    assert missing == []
+
+
 def test_a_mouse_on_the_toolbar_leaves_the_keys_to_the_picture(page: Page) -> None:
     at = wait(page, lambda s: s["shown"] == s["frame"])["frame"]
     for button in (page.locator("[data-operation=next-frame]"), page.locator(".legend-item").first):

@@ -231,7 +231,7 @@ export const boxes = [
     operation({ id: `grow-${name.toLowerCase()}`, label: `Resize the box ${arrow}`, keys: [`Alt+Arrow${name}`], group: 'Box by keyboard', disabled: needsBox, run: (app) => grow(app, dx, dy) }),
   ]),
   operation({
-    id: 'new-box', label: 'New track in the middle of the view', keys: ['Shift+N'], group: 'Box by keyboard', disabled: needsRun,
+    id: 'new-box', label: 'New track in the middle of the view', keys: ['Shift+N'], icon: 'new_box', group: 'Box by keyboard', disabled: needsRun,
     run: (app) => {
       const { review } = app.store.get();
       if (!review) return;

@@ -9,16 +9,16 @@ import { toast } from './toasts.js';
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../page-types.js').Operation} Operation */
 
-/** Groups and what of them stands in the bar; everything else has its button in the menu or on F1. */
+/** Groups and what of them stands in the bar; the rest has its button where it belongs: layers, queue, top bar. */
 const BAR = [
-  ['back-10', 'previous-frame', 'play', 'next-frame', 'on-10'],
+  ['first-frame', 'back-10', 'previous-frame', 'play', 'next-frame', 'on-10', 'last-frame'],
   ['previous-key', 'next-key'],
   ['undo', 'redo'],
-  ['select-mode', 'draw', 'merge', 'split', 'key-frame', 'interpolate'],
+  ['select-mode', 'draw', 'new-box', 'merge', 'split', 'key-frame', 'interpolate'],
   ['occluded', 'outside', 'delete-from', 'delete-track'],
   ['relabel', 'not-a-sign', 'note'],
   ['accept', 'reject', 'needs-work'],
-  ['previous-in-queue', 'next-in-queue'],
+  ['previous-in-queue', 'next-in-queue', 'to-track'],
   ['fit', 'actual-size', 'zoom-track', 'what-if'],
   ['export', 'import', 'truths', 'record', 'report-bug'],
   ['recording-view', 'space-view'],

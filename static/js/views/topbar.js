@@ -4,10 +4,12 @@
 import {formatRoute} from '../model/route.js';
 import {openDialog, setTheme} from '../store/actions/page.js';
 import {isActive} from './artefact-words.js';
-import {fill, h, setAttribute, setText} from './dom.js';
+import {runOperation} from '../operations/registry.js';
+import {fill, h, leaveKeysToPicture, setAttribute, setText} from './dom.js';
 import {icon} from './icons.js';
 import {modelsTag} from './model-words.js';
 import {runTitle} from './run-words.js';
+import {toast} from './toasts.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -36,7 +38,11 @@ export function createTopBar(app) {
     if (route.screen === 'review') store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: route.video, run: review?.run?.id ?? route.run}}));
   }}, icon('compare'), 'Compare');
   const chooser = h('div', {class: 'topbar-chooser row', hidden: true}, videos, runs, manage, compare);
-  const saved = h('span', {class: 'saved', role: 'status'});
+  const save = app.operations.find(({id}) => id === 'save');
+  const saved = h('button', {class: 'btn btn-quiet saved', type: 'button', title: save?.tooltip, onclick: () => save && runOperation(app, save, (reason) => toast(reason))});
+  leaveKeysToPicture(saved);
+  // what stands in a button is not told when it changes
+  const spoken = h('span', {class: 'visually-hidden', role: 'status'});
   const theme = h('button', {class: 'btn btn-quiet btn-icon', type: 'button', onclick: () => store.dispatch((state) => setTheme(state, THEMES[state.theme][0]))});
   const help = h('button', {
     class: 'btn btn-quiet btn-icon', type: 'button', 'aria-label': 'Help and keys (F1)', title: 'Help and keys (F1)',
@@ -57,7 +63,7 @@ export function createTopBar(app) {
       h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', null, 'tsr review')),
     h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, ...links),
     chooser,
-    h('div', {class: 'grow'}), saved, theme, settings, help);
+    h('div', {class: 'grow'}), saved, spoken, theme, settings, help);
   /** @type {Partial<State>} */
   let last = {};
 
@@ -68,7 +74,7 @@ export function createTopBar(app) {
         showChooser(state, chooser, videos, runs);
         for (const link of links) setAttribute(link, 'aria-current', link.dataset.screen === state.route.screen ? 'page' : null);
       }
-      if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.route !== last.route) showSaved(state, saved);
+      if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.route !== last.route) showSaved(state, saved, spoken);
       if (state.artefacts !== last.artefacts) {
         const busy = (state.artefacts ?? []).filter(isActive).length;
         making.hidden = busy === 0;
@@ -119,14 +125,16 @@ function options(select, pairs, chosen, absent) {
 /**
  * @param {State} state
  * @param {HTMLElement} saved
+ * @param {HTMLElement} spoken
  */
-function showSaved(state, saved) {
+function showSaved(state, saved, spoken) {
   const unsaved = state.review?.unsaved.length ?? 0;
   const held = state.review?.unsaved.filter((one) => one.held).length ?? 0;
   const offline = state.connection === 'offline';
   const kind = offline ? 'offline' : held ? 'held' : unsaved ? 'unsaved' : 'saved';
   saved.hidden = state.route.screen !== 'review' && !offline;
   const text = savedWords(offline, unsaved, held);
+  setText(spoken, saved.hidden ? '' : text);
   if (saved.dataset.kind === kind && saved.textContent === text) return;
   saved.dataset.kind = kind;
   fill(saved, icon(ICONS[kind]), h('span', null, text));

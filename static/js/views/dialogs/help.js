@@ -73,7 +73,7 @@ export function helpDialog({app, close}) {
   return {
     title: 'Help and keys', size: 'wide', focus: search,
     body: h('div', {class: 'stack'},
-      h('p', {class: 'muted'}, 'Every action also has a button; its key stands in the tooltip. Keys work where no text field has the focus.'),
+      h('p', {class: 'muted'}, 'Every action also has a button with its key in the tooltip; what Tab, Enter and the arrows do to boxes, the mouse does in the picture. Keys work where no text field has the focus.'),
       h('div', {class: 'input-with-icon'}, icon('search'), search), found, list,
       h('p', {class: 'muted small'}, `tsr ${app.store.get().session?.version ?? ''}`)),
     footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Close')],
