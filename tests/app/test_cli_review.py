@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import signal
@@ -16,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.serve import ReviewServer, serve
+from app.settings import Settings
 from tests.patience import within
 
 COMMAND = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", "review", "--no-browser"]
@@ -176,3 +179,21 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
         assert done.returncode in (2, 3, 6), done.stderr
         assert words in done.stderr
         assert "Traceback" not in done.stderr
+
+
+def test_the_end_is_not_held_up_by_what_the_interpreter_would_look_through(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Measured with a page and two workers: 2.5 s from Ctrl-C to the prompt with it, 1.3 s without."""
+    ran = []
+    monkeypatch.setattr(ReviewServer, "run", lambda self, sockets: ran.append(self) or [one.close() for one in sockets])
+    gc.unfreeze()
+    try:
+        serve(Settings(home=tmp_path, port=0, sample=False, workers=0), None, browser=False)
+        assert gc.get_freeze_count() > 10_000
+    finally:
+        gc.unfreeze()
+        for server in ran:
+            server.started = True  # whoever waits to tell the link ends
+            server.config.app.state.context.close()
+    assert not (tmp_path / "server.json").exists()
