@@ -158,6 +158,7 @@ def test_what_m_marks_is_named(page: Page) -> None:
     expect(hint).to_have_text("Click the tracks to merge, then press M. Escape ends.")
     expect(row).not_to_contain_text("to merge")
     row.click()
+    expect(page.locator(".queue-marked")).to_have_count(1)
     other = page.locator(".queue-row:not(.queue-marked)").first
     second = str(other.get_attribute("data-key"))
     other.click()
