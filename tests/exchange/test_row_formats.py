@@ -257,6 +257,36 @@ def test_tables_of_somebody_else(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("header", "row", "frame"),
+    [
+        ("frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z", "1,1,100,50,60,40,0.9,-1,-1,-1", 0),
+        ("frame,id,bb_left,bb_top,bb_width,bb_height,conf,x,y,z", "1,1,100,50,60,40,-1,-1,-1,-1", 0),
+        ("frame,x,y,left,top,width,height", "1,7,8,100,50,60,40", 1),
+        ("frame,left,top,x,y,w,h", "1,7,8,100,50,60,40", 1),
+        ("frame,bb_left,bb_top,w,h", "1,100,50,60,40", 1),
+        ("width,height,frame,xmin,ymin,xmax,ymax", "640,480,1,100,50,160,90", 1),
+    ],
+)
+def test_the_box_columns_that_belong_together_count(tmp_path: Path, header: str, row: str, frame: int) -> None:
+    frame = 0 if "bb_left" in header else frame
+    (track,) = tracks_of(_read(_file(tmp_path, "rows.csv", f"{header}\n{row}\n"), "tracks-csv")).values()
+    assert (track.frames.tolist(), track.boxes.tolist()) == ([frame], [[100, 50, 160, 90]])
+    assert (track.score is not None and track.score.tolist() == [0.9]) == (",0.9," in row)
+
+
+def test_frames_of_mots_names_can_be_said_otherwise(tmp_path: Path) -> None:
+    path = _file(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
+    (track,) = tracks_of(_read(path, "tracks-csv", first_frame="0")).values()
+    assert track.frames.tolist() == [1]
+
+
+@pytest.mark.parametrize("header", ["frame,x,y,w,h,left,top,width,height", "frame,x,y,bb_left,bb_top,width,height,z,s"])
+def test_two_sets_of_box_columns_are_refused(tmp_path: Path, header: str) -> None:
+    path = _file(tmp_path, "rows.csv", f"{header}\n1,1,1,1,1,1,1,1,1\n")
+    _refused(path, "tracks-csv", "rows.csv, line 1", "more than one set", "Keep one")
+
+
+@pytest.mark.parametrize(
     ("row", "words"),
     [
         ("0,1,10,20,nan,40,14", ("line 2", "x2", "finite")),

@@ -134,7 +134,7 @@ FORMAT = Format(
         Switch("formulas", ("plain", "quoted"), "Quote cells that a spreadsheet would take for formulas."),
     ),
     import_switches=(
-        Switch("first_frame", ("0", "1"), "Number of the first frame in the file."),
+        Switch("first_frame", ("auto", "0", "1"), "Number of the first frame; auto: 1 with MOT's bb_left, else 0."),
         LINK_SWITCH,
     ),
     docs="tracks-csv.md",

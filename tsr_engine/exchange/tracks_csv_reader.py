@@ -30,10 +30,6 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "y1": ("y1", "ymin", "top", "ytl"),
     "x2": ("x2", "xmax", "right", "xbr"),
     "y2": ("y2", "ymax", "bottom", "ybr"),
-    "x": ("x", "bb_left"),
-    "y": ("y", "bb_top"),
-    "w": ("w", "width", "bb_width"),
-    "h": ("h", "height", "bb_height"),
     "class": ("class_id", "category_id"),
     "label": ("label", "class", "class_name", "category"),
     "score": ("score", "confidence", "conf"),
@@ -45,10 +41,18 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "state": ("state",),
     "note": ("note",),
 }
+_MOT = ("bb_left", "bb_top", "bb_width", "bb_height")
+"""As MOTChallenge calls them; its ``x,y,z`` beside them are positions in space."""
+_SIZED = (("x", "y", "w", "h"), ("left", "top", "width", "height"))
+"""Names that belong together."""
+_CORNERS = (("x", "y"), ("bb_left", "bb_top"), *zip(_NAMES["x1"], _NAMES["y1"], strict=True))
+_SIZES = (("w", "h"), ("width", "height"), ("bb_width", "bb_height"))
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
 _LOG_ODDS = frozenset(get_args(Source))
 """What a row of ``tsr track --csv`` may have as its source."""
 _TEXT = frozenset({"uid", "note"})
+_NO_SCORE = frozenset({"-1", "-1.0"})
+"""As MOTChallenge says that there is none."""
 _OCCLUDED = 0.5
 
 
@@ -85,16 +89,21 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
     files = own_files(path, target.video, ".csv") if path.is_dir() else [path]
     guarded = told_by_manifest(path if path.is_dir() else path.parent, "formulas") == "quoted"
-    origin = int(target.switches.get("first_frame", "0"))
+    said_origin = target.switches.get("first_frame", "auto")
     loose = LooseBoxes(intake, files[0].name)
     for file in files:
         columns: dict[str, str] | None = None
+        mot, origin = False, 0
         for line, cells in read_rows(file, (), delimiter=_delimiter(file)):
             if columns is None:
                 columns = _columns(cells, file.name)
+                mot = columns.get("x") == _MOT[0]
+                origin = int(mot) if said_origin == "auto" else int(said_origin)
             said = {name: cells[column] if name in _TEXT else cells[column].strip() for name, column in columns.items()}
             if guarded:
                 said = {name: cell.removeprefix("'") for name, cell in said.items()}
+            if mot and said.get("score") in _NO_SCORE:
+                said["score"] = ""
             _take(said, file.name, line, origin, intake, loose)
     loose.settle()
     return intake.finish(files[0].name)
@@ -114,17 +123,28 @@ def _columns(cells: Mapping[str, str], file: str) -> dict[str, str]:
         if column is not None:
             found[name] = column
     edges = {"x1", "y1", "x2", "y2"} <= set(found)
-    # left and top with width and height are common too.
-    found.setdefault("x", found.get("x1", ""))
-    found.setdefault("y", found.get("y1", ""))
-    sized = all(found.get(name) for name in ("x", "y", "w", "h"))
+    sized: tuple[str, ...] | None = _MOT if cells.keys() >= set(_MOT) else None
+    if sized is None and not edges:
+        sized = _sized(cells, file)
     if "frame" not in found or not (edges or sized):
         raise refuse(
             file, 1, f"the header must have frame and x1,y1,x2,y2 or x,y,w,h. Got {','.join(cells)[:120]}. Add them."
         )
-    for name in ("x", "y", "w", "h") if edges else ("x1", "y1", "x2", "y2"):
-        found.pop(name, None)
+    if sized is not None:
+        for name in ("x1", "y1", "x2", "y2"):
+            found.pop(name, None)
+        found.update(zip("xywh", sized, strict=True))
     return found
+
+
+def _sized(cells: Mapping[str, str], file: str) -> tuple[str, ...] | None:
+    """The columns of a corner, a width and a height that belong together; None: there are none."""
+    alike = [names for names in _SIZED if cells.keys() >= set(names)]
+    found = alike or [(*corner, *size) for corner in _CORNERS for size in _SIZES if cells.keys() >= {*corner, *size}]
+    if len(found) > 1:
+        sets = " or ".join(",".join(names) for names in found[:3])
+        raise refuse(file, 1, f"the header has more than one set of box columns: {sets}. Keep one.")
+    return found[0] if found else None
 
 
 def _take(said: Mapping[str, str], file: str, line: int, origin: int, intake: Intake, loose: LooseBoxes) -> None:
@@ -237,6 +257,6 @@ def sniff_tracks_csv(path: Path) -> bool:
             cell.strip().lower()
             for cell in start.decode("utf-8-sig", "replace").replace(";", ",").replace("\t", ",").split(",")
         }
-        if names & set(_NAMES["frame"]) and names & {*_NAMES["x1"], *_NAMES["x"]}:
+        if names & set(_NAMES["frame"]) and names & {corner[0] for corner in _CORNERS}:
             return True
     return False
