@@ -97,8 +97,7 @@ def test_loosened_boxes_are_tightened_back_by_the_detector() -> None:
 
 
 def _raw(model: AcfModel, scenes: list[CorrectedScene]) -> np.ndarray:
-    samples = [look_at(model, read_picture(s.scene), loosened(s.scene.boxes))[0] for s in scenes]
-    return np.concatenate([sample.raw(model) for sample in samples])
+    return np.concatenate([look_at(model, read_picture(s.scene), loosened(s.scene.boxes)).raw(model) for s in scenes])
 
 
 def test_a_detector_learns_a_look_and_keeps_its_level_of_false_alarms(

@@ -27,7 +27,7 @@ from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
 from tsr_engine.detection.second_look import SecondLook
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
-from tsr_engine.geometry.boxes import clip, to_cxcywh, to_xyxy
+from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side, to_cxcywh, to_xyxy
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, FloatArray, Picture
@@ -180,7 +180,7 @@ class AcfDetector:
         likely = raw >= self.params.keep_score
         refined = self._tightened(self.model.outline.refine(picture, refined[likely]))
         refined, raw = clip(refined, width, height), raw[likely]
-        sane = np.minimum(*(refined[:, 2:] - refined[:, :2]).T) >= 4
+        sane = shorter_side(refined) >= LEAST_SIDE
         refined, raw = refined[sane], raw[sane]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(refined, width, height)
         final = with_prior(raw, prior, self.prior_weight)

@@ -73,16 +73,12 @@ class Likeness:
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays from which :meth:`from_arrays` makes the same machines; matrices as float16."""
-        features = self.machines.features
         weights, bias = self.machines.weights, self.machines.bias
         if self.common is not None:
             weights = np.column_stack([weights, self.common[:-1]])
             bias = np.append(bias, self.common[-1])
         return {
-            "likeness_filters": features.filters.astype(np.float16),
-            "likeness_filter_bias": features.filter_bias,
-            "likeness_hidden": features.hidden.astype(np.float16),
-            "likeness_hidden_bias": features.hidden_bias,
+            **self.machines.features.to_arrays("likeness_"),
             "likeness_weights": weights.astype(np.float16),
             "likeness_bias": bias,
         }

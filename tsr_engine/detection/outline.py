@@ -16,18 +16,15 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.recognition.descriptor import MARGIN, SIDE, describe_patches
-from tsr_engine.recognition.features import FeatureMap
+from tsr_engine.recognition.features import FeatureMap, linear
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["ARRAYS", "Outline", "cut_box", "move_edges", "steps_between"]
+__all__ = ["Outline", "cut_box", "move_edges", "steps_between"]
 
-ARRAYS: Final = ("filters", "filter_bias", "hidden", "hidden_bias", "weights", "bias")
-"""Names under which models store the map and the answers, behind ``outline_``."""
 _SIGN: Final = SIDE / (1 + 2 * MARGIN)
 """Side that the box has in its patch, px: the border is that of a classifier's crop, which is all that GTSRB shows."""
 _FARTHEST: Final = 0.3
 """Largest step: what is farther off is no matter of edges."""
-_HALF = ("filters", "hidden", "weights")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +62,7 @@ class Outline:
 
     def answers(self, features: NDArray[np.float32]) -> FloatArray:
         """Steps (n, 4) for features (n, h); a row does not depend on the others."""
-        out = np.empty((len(features), 4))
-        for row, feature in zip(out, features, strict=True):
-            row[:] = np.dot(feature, self.weights) + self.bias
-        return out
+        return linear(features, self.weights, self.bias).astype(np.float64)
 
     def refine(self, picture: Picture, boxes: FloatArray) -> FloatArray:
         """Boxes (n, 4) moved onto their sign's edges; those that reach beyond the picture stay as they are."""
@@ -87,17 +81,16 @@ class Outline:
             KeyError: an array is missing.
             ValueError: shapes do not fit together.
         """
-        own = (np.ascontiguousarray(arrays[f"outline_{name}"], dtype=np.float32) for name in ARRAYS)
-        filters, filter_bias, hidden, hidden_bias, weights, bias = own
-        return cls(FeatureMap(filters, filter_bias, hidden, hidden_bias), weights, bias)
+        names = ("outline_weights", "outline_bias")
+        weights, bias = (np.ascontiguousarray(arrays[name], dtype=np.float32) for name in names)
+        return cls(FeatureMap.from_arrays(arrays, "outline_"), weights, bias)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays from which :meth:`from_arrays` makes the same regression; matrices as float16."""
-        mapped = self.features
-        values = (mapped.filters, mapped.filter_bias, mapped.hidden, mapped.hidden_bias, self.weights, self.bias)
         return {
-            f"outline_{name}": value.astype(np.float16) if name in _HALF else value
-            for name, value in zip(ARRAYS, values, strict=True)
+            **self.features.to_arrays("outline_"),
+            "outline_weights": self.weights.astype(np.float16),
+            "outline_bias": self.bias,
         }
 
 

@@ -21,8 +21,8 @@ _EITHER = 6
 
 
 @dataclass(frozen=True, slots=True)
-class YoloLine:
-    """One row as it stands there.
+class _Place:
+    """Where a row stands, and what needs no telling of it.
 
     Attributes:
         file: label file, relative to the folder.
@@ -30,7 +30,6 @@ class YoloLine:
         frame: ordinal.
         text: the row.
         label: class number.
-        values: finite numbers behind the class, four or more.
     """
 
     file: str
@@ -38,28 +37,28 @@ class YoloLine:
     frame: int
     text: str
     label: int
+
+
+@dataclass(frozen=True, slots=True)
+class YoloLine(_Place):
+    """One row as it stands there.
+
+    Attributes:
+        values: finite numbers behind the class, four or more.
+    """
+
     values: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class YoloRow:
+class YoloRow(_Place):
     """One box.
 
     Attributes:
-        file: label file, relative to the folder.
-        line: from 1.
-        frame: ordinal.
-        text: the row.
-        label: class number.
         edges: ``x1, y1, x2, y2`` in px.
         rest: columns behind the box: none, one that is to be told, or confidence and track id.
     """
 
-    file: str
-    line: int
-    frame: int
-    text: str
-    label: int
     edges: tuple[float, float, float, float]
     rest: tuple[float, ...]
 

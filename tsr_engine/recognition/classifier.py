@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import ModelError
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, describe, describe_patches, resize_crops
-from tsr_engine.recognition.features import FeatureMap
+from tsr_engine.recognition.features import FeatureMap, linear
 from tsr_engine.recognition.views import diagonal_pairs
 from tsr_engine.records import Picture
 
@@ -72,11 +72,7 @@ class SignClassifier:
 
     def margins_of(self, features: Array) -> Array:
         """Decision values of the 43 hyperplanes, shape (n, 43), for features (n, h)."""
-        out = np.empty((len(features), CLASS_COUNT), dtype=np.float32)
-        for row, feature in zip(out, features, strict=True):
-            np.dot(feature, self.weights, out=row)
-        out += self.bias
-        return out
+        return linear(features, self.weights, self.bias)
 
     def read(self, crops: Sequence[Picture]) -> Array:
         """Features of crops, shape (n, h).
@@ -112,10 +108,8 @@ class SignClassifier:
             KeyError: an array is missing.
             ValueError: shapes do not fit together, or the temperature is not positive.
         """
-        filters, filter_bias, hidden, hidden_bias, weights, bias = (
-            np.ascontiguousarray(arrays[name], dtype=np.float32) for name in ARRAYS
-        )
-        return cls(FeatureMap(filters, filter_bias, hidden, hidden_bias), weights, bias, temperature, paired=paired)
+        weights, bias = (np.ascontiguousarray(arrays[name], dtype=np.float32) for name in ("weights", "bias"))
+        return cls(FeatureMap.from_arrays(arrays), weights, bias, temperature, paired=paired)
 
     @classmethod
     def from_component(cls, component: Any) -> SignClassifier:

@@ -8,7 +8,9 @@ support vector machines).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numba as nb
 import numpy as np
@@ -22,6 +24,8 @@ STRIDE = 2
 """Distance between windows, cells."""
 POSITIONS = ((GRID - WINDOW) // STRIDE + 1) ** 2
 WINDOW_LENGTH = WINDOW * WINDOW * CHANNELS
+
+_ARRAYS = ("filters", "filter_bias", "hidden", "hidden_bias")
 
 Array = NDArray[np.float32]
 
@@ -56,6 +60,21 @@ class FeatureMap:
         """Number of features."""
         return int(self.hidden.shape[1])
 
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], prefix: str = "") -> FeatureMap:
+        """From arrays named as the attributes behind a prefix, of any float type.
+
+        Raises:
+            KeyError: an array is missing.
+            ValueError: shapes do not fit together.
+        """
+        return cls(*(np.ascontiguousarray(arrays[prefix + name], dtype=np.float32) for name in _ARRAYS))
+
+    def to_arrays(self, prefix: str = "") -> dict[str, NDArray[Any]]:
+        """Arrays from which :meth:`from_arrays` makes a map; matrices as float16, in which learned ones are kept."""
+        arrays = {prefix + name: getattr(self, name) for name in _ARRAYS}
+        return {name: array.astype(np.float16) if array.ndim == 2 else array for name, array in arrays.items()}
+
     def __call__(self, descriptors: Array, together: int = 1) -> Array:
         """Features, shape (n, 4320) -> (n, h), all >= 0.
 
@@ -71,6 +90,15 @@ class FeatureMap:
             found += self.filter_bias
             _combine(found.reshape(together, -1), self.hidden, self.hidden_bias, out[rows])
         return out
+
+
+def linear(features: Array, weights: Array, bias: Array) -> Array:
+    """``features @ weights + bias``, shapes (n, h), (h, k), (k,) -> (n, k); a row does not depend on the others."""
+    out = np.empty((len(features), weights.shape[1]), dtype=np.float32)
+    for row, feature in zip(out, features, strict=True):
+        np.dot(feature, weights, out=row)
+    out += bias
+    return out
 
 
 def windows(descriptors: Array) -> Array:

@@ -31,7 +31,7 @@ from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plai
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import PATCH, jitter, window_features
 
-__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "look_at", "stacked"]
+__all__ = ["COMPONENT", "Samples", "build_memory", "cascade_scores", "look_at", "refined_at", "stacked"]
 
 COMPONENT: Final = "memory"
 SIGNS: Final = 360
@@ -107,10 +107,15 @@ def cascade_scores(model: AcfModel, picture: Picture, boxes: FloatArray) -> Floa
     return model.cascade.scores(np.stack(cut)) / UNIT if cut else np.zeros(0)
 
 
-def look_at(
+def look_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None) -> Samples:
+    """Samples of candidate boxes (n, 4), moved by the first step as in use."""
+    return refined_at(model, picture, boxes, cascade)[0]
+
+
+def refined_at(
     model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None
 ) -> tuple[Samples, FloatArray]:
-    """Samples of candidate boxes (n, 4), moved by the first step as in use, and their refined boxes (n, 4)."""
+    """The same, and the boxes as the second look has refined them, shape (n, 4)."""
     scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
     moved = model.second_look.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
@@ -164,12 +169,12 @@ def _windows(
         progress("scenes to remember", number, len(scenes))
         picture = read_picture(scene)
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
-            signs.append(look_at(model, picture, jitter(box, rng, 0.08, 0.08)[None])[0])
+            signs.append(look_at(model, picture, jitter(box, rng, 0.08, 0.08)[None]))
             weights.append(float(frequency[class_id]) ** -0.5)
         boxes, scores = detector.candidates(picture)
         clear = np.flatnonzero(away_from_signs(boxes, scene.taken))[:4]
         if len(clear):
-            others.append(look_at(model, picture, boxes[clear], scores[clear])[0])
+            others.append(look_at(model, picture, boxes[clear], scores[clear]))
     every, wrong = stacked(signs), stacked(others)
     share = np.array(weights) / np.sum(weights)
     return (

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tsr_engine.detection.outline import ARRAYS, Outline, cut_box, move_edges, steps_between
+from tsr_engine.detection.outline import Outline, cut_box, move_edges, steps_between
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.descriptor import MARGIN, describe_patches
 from tsr_engine.records import FloatArray, Picture
@@ -98,7 +98,7 @@ def train_outline(
     )
     network = Network(plan.network, int(rng.integers(2**31)))
     arrays = descend(network, views, plan.steps, progress, "outline")
-    outline = Outline.from_arrays({f"outline_{name}": arrays[name] for name in ARRAYS})
+    outline = Outline.from_arrays({f"outline_{name}": array for name, array in arrays.items()})
     return _centred(outline, scene_signs, plan, rng)
 
 
@@ -106,9 +106,9 @@ def _centred(
     outline: Outline, scene_signs: Sequence[LoadedCrop], plan: OutlinePlan, rng: np.random.Generator
 ) -> Outline:
     """The outline with the bias under which its answers on scenes' signs are right in the median."""
-    calm, wrong = replace(plan, strength=0.0), []
+    wrong = []
     for crop in scene_signs:
-        shown = [outline_view(crop, rng, calm, 0.0, cut=False) for _ in range(plan.centring)]
+        shown = [outline_view(crop, rng, plan, 0.0, cut=False) for _ in range(plan.centring)]
         answers = outline.answers(outline.features(describe_patches(np.stack([patch for patch, _ in shown]))))
         wrong.append(np.stack([steps for _, steps in shown]) - answers)
     bias = outline.bias + np.median(np.concatenate(wrong), axis=0).astype(np.float32)

@@ -19,7 +19,7 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.memory import Samples, look_at, stacked
+from tsr_engine.training.memory import Samples, look_at, refined_at, stacked
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import jitter
 from tsr_engine.training.refinement import RefinementPlan, square_about
@@ -125,7 +125,7 @@ def cut_windows(
         taken = np.concatenate([scene.scene.taken, scene.rejected])
         clear = np.flatnonzero(away_from_signs(boxes, taken))[: settings.background]
         if len(clear):
-            others.append(look_at(model, picture, boxes[clear], scores[clear])[0])
+            others.append(look_at(model, picture, boxes[clear], scores[clear]))
             other_weights.append(np.ones(len(clear)))
             video_of_other += [here] * len(clear)
         if len(scene.rejected):
@@ -134,7 +134,7 @@ def cut_windows(
             wrong = wrong[away_from_signs(wrong, scene.scene.taken)]
             rejected += len(scene.rejected)
             if len(wrong):
-                others.append(look_at(model, picture, wrong)[0])
+                others.append(look_at(model, picture, wrong))
                 other_weights.append(np.full(len(wrong), REJECTED_WEIGHT))
                 video_of_other += [here] * len(wrong)
     return Material(
@@ -168,7 +168,7 @@ def _looks(
         if k and rng.random() < 0.3:
             view = soften(view, rng)
         starts = np.stack([jitter(square, rng, STARTS.shift, STARTS.log_scale) for _ in range(settings.starts)])
-        samples, refined = look_at(model, view, starts)
+        samples, refined = refined_at(model, view, starts)
         found.append(samples)
         steps.append(steps_between(refined, np.repeat(target[None], len(refined), 0)))
     return stacked(found), np.concatenate(steps)
