@@ -23,8 +23,9 @@ from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.gtsrb import read_items
+from tsr_engine.params.detector import DetectorParams
 from tsr_engine.training.detector import DetectorPlan, fit_detector
-from tsr_engine.training.offline import calibrate_model, detect_scenes, detection_figures, split_scenes
+from tsr_engine.training.offline import AS_ANNOTATED, calibrate_model, detect_scenes, detection_figures, split_scenes
 
 ANY_SCORE = 1000.0
 """False detections a picture at which nothing is refused."""
@@ -75,7 +76,12 @@ def _replaced(plan: Any, path: Sequence[str], value: Any, name: str) -> Any:
 
 
 def figures(
-    train: Sequence[Scene], held: Sequence[Scene], gtsrb: Path | None, plan: DetectorPlan, seed: int
+    train: Sequence[Scene],
+    held: Sequence[Scene],
+    gtsrb: Path | None,
+    plan: DetectorPlan,
+    seed: int,
+    params: DetectorParams = AS_ANNOTATED,
 ) -> dict[str, Any]:
     """AP, recalls, and how many signs no detection lies on at any score, of one part."""
     tell = _Tell()
@@ -84,7 +90,7 @@ def figures(
     found = []
     for own, other in (halves, halves[::-1]):
         calibrated = replace(model, calibration=calibrate_model(model, other, tell))
-        found += detect_scenes(calibrated, own, tell)
+        found += detect_scenes(calibrated, own, tell, params)
     score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
     lost = round(score.signs * (1 - score.recall_at(ANY_SCORE)))
     return {**detection_figures(found), "lost": lost}
@@ -111,16 +117,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--parts", type=int, default=3)
     parser.add_argument("--part", type=int, help="unset: all, one after the other")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--passes", type=int, help="how often the outline moves a box; unset: as the detector does")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="option of the training")
     args = parser.parse_args(argv)
     try:
         plan = plan_with(args.set)
         if args.parts < 2 or (args.part is not None and not 0 <= args.part < args.parts):
             raise UsageError(f"There must be two parts or more, and --part one of them. Got {args.parts}, {args.part}.")
+        passes = AS_ANNOTATED.outline_passes if args.passes is None else args.passes
+        try:
+            params = DetectorParams.model_validate(AS_ANNOTATED.model_dump() | {"outline_passes": passes})
+        except ValidationError as error:
+            raise UsageError(f"--passes cannot be {args.passes}: {error.errors()[0]['msg']}") from None
         cut = parts(read_gtsdb(args.gtsdb), args.parts, args.seed)
         for part in range(args.parts) if args.part is None else [args.part]:
             train, held = cut[part]
-            row = figures(train, held, args.gtsrb, plan, args.seed)
+            row = figures(train, held, args.gtsrb, plan, args.seed, params)
             print(json.dumps({"part": part, "set": args.set, **row}), flush=True)
     except TsrError as error:
         sys.stderr.write(f"detector_choice: {error}\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params import Params
 from tsr_engine.params.gate import GateParams
 from tsr_engine.pipeline import FrameInput, Parts, TrackingCore
-from tsr_engine.protocols import PixelSource
+from tsr_engine.protocols import PixelSource, Sighting
 from tsr_engine.records import Detections, FloatArray, FrameEvidence, GateVerdict, Picture, Relocalisation, Sample
 
 WIDTH, HEIGHT = 200, 160
@@ -194,6 +194,40 @@ def test_the_size_of_a_window_that_was_sought_may_count_for_less_than_its_place(
         assert np.array_equal(change(None, moved, grown), change(2.0, moved, grown))
     assert change(None, 0.0, 4.0)[2] > 5 * change(16.0, 0.0, 4.0)[2] > 0
     assert change(16.0, 6.0, 0.0)[0] > 0.8 * change(None, 6.0, 0.0)[0]
+
+
+def test_a_closer_look_at_a_window_that_was_sought_tells_the_sign_s_size() -> None:
+    """Where it takes what is there for a sign, the more exactly the surer; else the window counts as it is."""
+    edges = np.array([70.0, 46, 108, 84])
+
+    def box_of(seen: Sighting | None, **settings: object) -> tuple[FloatArray, str]:
+        bench = Bench(relocalise_after=1, **({"closer_noise": 0.01} | settings))
+        asked = []
+
+        def look(pixels: PixelSource, box: FloatArray) -> Sighting | None:
+            asked.append(box)
+            return seen
+
+        bench.core._parts = replace(bench.core._parts, look=look)
+        frame = bench.step(NONE)
+        (track,) = frame.tracks
+        assert track.source == "relocalised"
+        assert track.relocalisation is not None
+        assert len(asked) == (1 if bench.core.params.pipeline.closer_look else 0)
+        assert all(np.array_equal(box, track.relocalisation.box) for box in asked)
+        (event,) = [event for event in frame.events if event.kind == "relocalised"]
+        return track.box, event.text
+
+    found, text = box_of(Sighting(edges, 5.0))
+    np.testing.assert_allclose(found, edges, atol=1.5)  # the filter is linearised at 30 px
+    assert text.endswith("a window like it is 6 px left, where a closer look sees a sign with score 5.0.")
+    as_it_is, text = box_of(None)
+    assert to_cxcywh(as_it_is)[2] < 33
+    assert text.endswith("a window like it is 6 px left.")
+    assert np.array_equal(as_it_is, box_of(Sighting(edges, 1.9))[0]), "too unlike a sign to be measured"
+    assert np.array_equal(as_it_is, box_of(Sighting(edges, 5.0), closer_look=False)[0])
+    sure, doubtful = (box_of(Sighting(edges, score), closer_noise=1.0)[0] for score in (9.0, 3.0))
+    assert to_cxcywh(sure)[2] > to_cxcywh(doubtful)[2] > to_cxcywh(as_it_is)[2]
 
 
 def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> None:

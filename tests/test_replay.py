@@ -182,10 +182,10 @@ def test_a_stream_that_is_left_early_releases_the_store(run: Path) -> None:
 def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that does not name a parameter was made before there was one, not with the default of today."""
     younger = {
-        "detector": {"beyond_edge"},
+        "detector": {"beyond_edge", "outline_passes"},
         "gate": {"position_offset"},
-        "tracking": {"result_noise", "level_frames", "sure_hits", "sure_score", "open_edges"},
-        "pipeline": {"relocalise_after", "sought_sigmas", "sought_size_noise"},
+        "tracking": {"noise_score", "result_noise", "level_frames", "sure_hits", "sure_score", "open_edges"},
+        "pipeline": {"relocalise_after", "closer_look", "sought_sigmas", "sought_size_noise"},
         "online": {"learn_undetected"},
     }
     with EvidenceReader(run) as reader:
@@ -200,6 +200,11 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
     assert (params.tracking.sure_score, params.tracking.open_edges) == (None, False)
     assert (params.pipeline.relocalise_after, params.pipeline.sought_sigmas) == (None, None)
     assert params.pipeline.sought_size_noise is None
+    assert (params.pipeline.closer_look, params.tracking.noise_score, params.detector.outline_passes) == (
+        False,
+        0.0,
+        1,
+    )
     assert params.online.learn_undetected
     assert params.detector.beyond_edge == 0.08
     assert params.gate.tau == toys.PARAMS.gate.tau

@@ -52,6 +52,19 @@ class TrainedPart(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class Sighting:
+    """What a closer look at one place saw.
+
+    Attributes:
+        box: on the sign's edges, drawn as a detection is; shape (4,).
+        score: log-odds that there is a sign, as a detection's raw score.
+    """
+
+    box: FloatArray
+    score: float
+
+
+@dataclass(frozen=True, slots=True)
 class MotionState:
     """A track's motion state: mean and covariance in the motion model's own coordinates."""
 

@@ -27,7 +27,8 @@ class Departure:
 DEPARTURES = (
     Departure("boxes as the training scenes draw them", ("tight_width", "tight_height", "tight_rise")),
     Departure("motion as in the paper", ("motion",)),
-    Departure("detections' noise 0.07 of the centre", ("noise_centre",)),
+    Departure("detections' noise 0.07 of the centre, 0.14 of the size", ("noise_centre", "noise_size")),
+    Departure("a doubtful detection as exact as a sure one", ("noise_score",)),
     Departure("the result is the filter's state", ("result_noise",)),
     Departure("edges that the picture cuts off measured", ("open_edges",)),
     Departure("only sure sights start tracks", ("birth_score",)),
@@ -44,6 +45,7 @@ DEPARTURES = (
     Departure("gate's distance with the camera's shift", ("position_camera",)),
     Departure("rejected: the online window replaces the detection", ("rejected_measurement",)),
     Departure("without a detection the gate alone decides", ("relocalise_after",)),
+    Departure("sought windows not looked at closer", ("closer_look",)),
     Departure("windows far from the prediction taken", ("sought_sigmas",)),
     Departure("predictions without a detection learned as the sign", ("learn_undetected",)),
     Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),

@@ -16,10 +16,11 @@ import numpy as np
 
 from benchmarks.experiments.remembered import Memory
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame, look, pictures
+from tsr_engine.detection.tightness import Tightness
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
 from tsr_engine.evaluation.tracking_rows import Results, Truth
 from tsr_engine.evidence import FramePixels, ResultRow
-from tsr_engine.geometry.boxes import clip, to_cxcywh, to_xyxy
+from tsr_engine.geometry.boxes import clip
 from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
@@ -198,14 +199,8 @@ def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: 
         width: of the picture, px.
         height: of the picture, px.
     """
-    old, new = before.detector, now.detector
-    b = to_cxcywh(boxes)
-    b[:, 2] /= old.tight_width
-    b[:, 3] /= old.tight_height
-    b[:, 1] += (old.tight_rise - new.tight_rise) * b[:, 3]
-    b[:, 2] *= new.tight_width
-    b[:, 3] *= new.tight_height
-    return clip(to_xyxy(b), width, height)
+    drawn = Tightness.of(now.detector).apply(Tightness.of(before.detector).undo(boxes))
+    return clip(drawn, width, height)
 
 
 def results_of(rows: list[ResultRow]) -> Results:

@@ -18,7 +18,8 @@ SMALL = (
     "rounds=[24, 48]", "mining_share=[1.0]", "feature_share=0.25", "jittered=8", "per_scene=30", "likeness.steps=80",
     "likeness.batch=48", "likeness.network.filters=8", "likeness.network.hidden=24", "likeness.network.warm_up=10",
     "refinement.views=1", "refinement.starts=4", "refinement.candidates=20", "refinement.boosting.trees=32",
-    "refinement.boosting.depth=3", "refinement.boosting.feature_share=0.125",
+    "refinement.boosting.depth=3", "refinement.boosting.feature_share=0.125", "outline.steps=40", "outline.batch=32",
+    "outline.network.filters=8", "outline.network.hidden=16", "outline.network.warm_up=10",
 )  # fmt: skip
 
 
@@ -80,3 +81,15 @@ def test_a_part_is_trained_and_told(folder: Path, capsys: pytest.CaptureFixture[
     assert (row["pictures"], row["signs"]) == (len(held), sum(len(s.boxes) for s in held))
     assert 0.5 < row["ap50"] <= 1
     assert 0 <= row["lost"] <= 0.4 * row["signs"]
+
+
+def test_the_outline_is_asked_as_often_as_wanted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    small = [word for setting in SMALL for word in ("--set", setting)]
+    call = ["--gtsdb", str(folder), "--parts", "2", "--part", "1", "--seed", "3", *small, "--passes"]
+    errors = []
+    for passes in ("0", "2"):
+        assert main([*call, passes]) == 0
+        errors.append(json.loads(capsys.readouterr().out)["mean_eq7"])
+    assert errors[0] != errors[1]
+    assert main([*call, "9"]) == UsageError.exit_code
+    assert "--passes cannot be 9" in capsys.readouterr().err

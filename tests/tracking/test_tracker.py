@@ -93,6 +93,25 @@ def test_the_result_follows_the_detection_more_closely_than_the_state_does() -> 
     assert after[0.35] == pytest.approx(after[1.0], abs=0)
 
 
+def test_a_doubtful_detection_moves_a_track_less() -> None:
+    """By as much as its score lies below that of a clear one, and not at all where the paper knows no such thing."""
+
+    def moved(score: float, **changed: float) -> float:
+        tracker = Tracker(PARAMS.model_copy(update=changed), WIDTH, HEIGHT)
+        for f in range(4):
+            tracker.step(f, detections(approach(f, score=9.0)))
+        x1, y1, x2, y2, _ = approach(4)
+        (track,) = tracker.step(4, detections((x1 + 3, y1, x2 + 3, y2, score))).tracks
+        assert track.prediction is not None
+        return float(track.box[0] - track.prediction.box[0])
+
+    clear = moved(PARAMS.clear_score)
+    assert moved(PARAMS.clear_score + 5) == clear
+    assert clear > moved(4.0) > moved(0.0) > 0
+    assert moved(0.0, noise_score=0.0) == pytest.approx(clear)
+    assert PARAMS.doubt(PARAMS.clear_score - 1) == pytest.approx(np.exp(PARAMS.noise_score))
+
+
 def test_a_single_false_detection_is_forgotten() -> None:
     out = run(Tracker(PARAMS, WIDTH, HEIGHT), {0: detections(approach(0))}, 8)
     assert "died" in [k for f in out for k in kinds(f)]
@@ -184,7 +203,7 @@ def test_a_car_that_stops_at_a_sign_keeps_it(height: float, slowing: float) -> N
         middle = np.array([WIDTH / 2 + 620.0 * 3.0 / away, HEIGHT / 2 - 620.0 * height / away])
         whole = np.concatenate([middle - side / 2, middle + side / 2])
         seen = (whole + rng.normal(0.0, 0.01 * side, 4)).clip(0, [WIDTH, HEIGHT, WIDTH, HEIGHT])
-        tracked = tracker.step(frame, detections((*seen, 4.0)), shift=(1e-9, 1e-9))
+        tracked = tracker.step(frame, detections((*seen, 8.0)), shift=(1e-9, 1e-9))
         ids |= {t.track_id for t in tracked.tracks}
         if away - stop <= speed**2 / (2 * slowing):
             speed = max(speed - slowing / 30, 0.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.detection.outline import Outline, cut_box, move_edges, steps_between
+from tsr_engine.detection.tightness import Tightness
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.training.classifier_jitter import LoadedCrop, surrounded_crop
 from tsr_engine.training.classifier_network import NetworkSettings, _huber
@@ -63,6 +64,28 @@ def test_boxes_come_nearer_to_signs_that_were_not_learned(trained: Outline) -> N
         before.append(iou(start, box[None])[0, 0])
         after.append(iou(trained.refine(picture, start), box[None])[0, 0])
     assert 1 - np.mean(after) < 0.65 * (1 - np.mean(before))
+
+
+def test_a_second_pass_goes_most_of_what_the_first_left(trained: Outline) -> None:
+    rng = np.random.default_rng(10)
+    left: list[list[float]] = []
+    for _ in range(60):
+        picture, box = sign(rng)
+        start = off(box, rng)[None]
+        left.append([1 - iou(trained.refine(picture, start, passes), box[None])[0, 0] for passes in (0, 1, 2)])
+        np.testing.assert_array_equal(trained.refine(picture, start, 0), start)
+        np.testing.assert_array_equal(
+            trained.refine(picture, start, 2), trained.refine(picture, trained.refine(picture, start))
+        )
+    none, one, two = np.mean(left, axis=0)
+    assert two < one < none
+
+
+def test_tightness_is_undone_as_it_was_applied() -> None:
+    boxes = np.array([[10.0, 20, 50, 70], [3, 4, 30, 28]])
+    tight = Tightness(0.9, 0.8, 0.1)
+    np.testing.assert_allclose(tight.apply(boxes), [[12, 20, 48, 60], [4.35, 4, 28.65, 23.2]])
+    np.testing.assert_allclose(tight.undo(tight.apply(boxes)), boxes)
 
 
 def test_a_box_s_answer_does_not_depend_on_the_others(trained: Outline) -> None:

@@ -12,6 +12,7 @@ from tests.training.corrected_toys import corrected
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.prior import parzen
+from tsr_engine.detection.tightness import Tightness
 from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
 from tsr_engine.io.models import SHIPPED, Component, load_component
 from tsr_engine.params.detector import DetectorParams
@@ -89,11 +90,7 @@ class TestBoosting:
 
 def test_loosened_boxes_are_tightened_back_by_the_detector() -> None:
     boxes = np.array([[10.0, 20, 50, 70], [3, 4, 30, 28]])
-    b, p = to_cxcywh(loosened(boxes)), DetectorParams()
-    b[:, 1] -= p.tight_rise * b[:, 3]
-    b[:, 2] *= p.tight_width
-    b[:, 3] *= p.tight_height
-    np.testing.assert_allclose(b, to_cxcywh(boxes))
+    np.testing.assert_allclose(Tightness.of(DetectorParams()).apply(loosened(boxes)), boxes)
 
 
 def _raw(model: AcfModel, scenes: list[CorrectedScene]) -> np.ndarray:

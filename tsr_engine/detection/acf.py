@@ -25,9 +25,10 @@ from tsr_engine.detection.outline import Outline
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
 from tsr_engine.detection.second_look import SecondLook
+from tsr_engine.detection.tightness import Tightness
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
-from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side, to_cxcywh, to_xyxy
+from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, FloatArray, Picture
@@ -85,6 +86,11 @@ class AcfModel:
         likeness, outline = Likeness.from_arrays(arrays), Outline.from_arrays(arrays)
         return cls(window, plan, cascade, look, likeness, outline, calibration)
 
+    def look(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Candidates (n, 4) and their cascade scores (n,) -> refined boxes (n, 4) and log-odds of being a sign (n,)."""
+        refined, verified = self.second_look.look(picture, boxes)
+        return refined, self.calibration.of(verified, cascade, self.likeness.scores(picture, refined))
+
     def to_arrays(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         """Arrays and JSON settings from which :meth:`from_arrays` makes the same model."""
         arrays: dict[str, NDArray[Any]] = {
@@ -140,6 +146,7 @@ class AcfDetector:
         self.prior = prior
         self.params = params or DetectorParams()
         self.prior_params = prior_params or PriorParams()
+        self.tightness = Tightness.of(self.params)
         self.window = model.window.reaching(self.params.beyond_edge)
         self._prepared: dict[tuple[int, int, int], ScanNodes] = {}
         self._own = local()
@@ -174,11 +181,10 @@ class AcfDetector:
         ``raw_scores`` are log-odds of being a sign; those below ``keep_score`` are left out.
         """
         height, width = picture.shape[:2]
-        boxes, scores = self.candidates(picture)
-        refined, verified = self.model.second_look.look(picture, boxes)
-        raw = self.model.calibration.of(verified, scores, self.model.likeness.scores(picture, refined))
+        refined, raw = self.model.look(picture, *self.candidates(picture))
         likely = raw >= self.params.keep_score
-        refined = self._tightened(self.model.outline.refine(picture, refined[likely]))
+        refined = self.model.outline.refine(picture, refined[likely], self.params.outline_passes)
+        refined = self.tightness.apply(refined)
         refined, raw = clip(refined, width, height), raw[likely]
         sane = shorter_side(refined) >= LEAST_SIDE
         refined, raw = refined[sane], raw[sane]
@@ -186,14 +192,6 @@ class AcfDetector:
         final = with_prior(raw, prior, self.prior_weight)
         kept = suppress(refined, final, self.params.final_overlap)
         return Detections(refined[kept], raw[kept], prior[kept], final[kept])
-
-    def _tightened(self, boxes: FloatArray) -> FloatArray:
-        """Boxes (n, 4) without the margin that annotators of the training scenes left."""
-        b = to_cxcywh(boxes)
-        b[:, 1] -= self.params.tight_rise * b[:, 3]
-        b[:, 2] *= self.params.tight_width
-        b[:, 3] *= self.params.tight_height
-        return to_xyxy(b)
 
     def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
         """Boxes (n, 4) and scores (n,) that the cascade leaves, best first; see :func:`merging.merge`."""

@@ -24,6 +24,9 @@ class DetectorParams(Section):
     far_share: float = Field(0.045, ge=0, le=1, description="signs narrower than this share of the height are far away")
     far_top: float = Field(0.2, ge=0, le=1, description="far signs are searched below this share of the height")
     far_bottom: float = Field(0.84, ge=0, le=1, description="far signs are searched above this share of the height")
+    outline_passes: int = Field(
+        2, ge=0, le=8, description="how often the outline moves a detection's edges onto its sign's (0: never)"
+    )
     tight_width: float = Field(
         0.96, ge=0.5, le=2, description="factor on the width of boxes: the training scenes leave a margin around signs"
     )

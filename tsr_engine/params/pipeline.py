@@ -43,6 +43,15 @@ class PipelineParams(Section):
         description="noise of such a window's width and height, relative to a detection's: few sizes are searched, so "
         "it says little of the sign's (none: as that of its centre)",
     )
+    closer_look: bool = Field(
+        True,
+        description="the offline detector takes a closer look at such a window: what it takes for a sign there is "
+        "measured as a detection of that score would be, edges and all",
+    )
+    closer_score: float = Field(2.0, description="least score, before the prior, from which that is taken for a sign")
+    closer_noise: float = Field(
+        1.0, gt=0, le=100, description="noise of what a closer look sees, relative to a detection of that score"
+    )
     sought_sigmas: float | None = Field(
         3.0,
         gt=0,

@@ -19,6 +19,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "motion": "paper",
                 "noise_centre": 0.07,
                 "noise_size": 0.14,
+                "noise_score": 0.0,
                 "result_noise": 1.0,
                 "open_edges": False,
                 "birth_score": 0.0,
@@ -38,6 +39,7 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "position_camera": False,
                 "rejected_measurement": "relocalised",
                 "relocalise_after": None,
+                "closer_look": False,
                 "sought_sigmas": None,
                 "learn_undetected": True,
             }

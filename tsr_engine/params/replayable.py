@@ -20,12 +20,15 @@ FIXED = (
 ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
     {
         "detector.beyond_edge": 0.08,
+        "detector.outline_passes": 1,
+        "tracking.noise_score": 0.0,
         "tracking.result_noise": 1.0,
         "tracking.level_frames": 0,
         "tracking.open_edges": False,
         "tracking.sure_score": None,
         "gate.position_offset": 0.0,
         "pipeline.relocalise_after": None,
+        "pipeline.closer_look": False,
         "pipeline.sought_sigmas": None,
         "pipeline.sought_size_noise": None,
         "online.learn_undetected": True,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import Field
@@ -18,10 +19,18 @@ class TrackingParams(Section):
     motion: Literal["paper", "constant_velocity", "looming"] = Field("looming", description="motion model")
 
     # Measurement noise, common to all motion models.
-    noise_centre: float = Field(0.04, gt=0, le=1, description="std of a detection's centre, share of its size")
-    noise_size: float = Field(0.14, gt=0, le=1, description="std of a detection's width and height, share of its size")
+    noise_centre: float = Field(0.03, gt=0, le=1, description="std of a detection's centre, share of its size")
+    noise_size: float = Field(0.12, gt=0, le=1, description="std of a detection's width and height, share of its size")
+    noise_score: float = Field(
+        0.15,
+        ge=0,
+        le=1,
+        description="how much that noise grows with each unit that a detection's score lies below clear_score, natural "
+        "logarithm (0: a doubtful detection is as exact as a sure one)",
+    )
+    clear_score: float = Field(8.0, description="score from which on a detection is as exact as it gets")
     result_noise: float = Field(
-        0.5,
+        0.35,
         gt=0,
         le=1,
         description="factor on that noise for the result box alone: below 1 the box follows the detection more closely "
@@ -118,3 +127,10 @@ class TrackingParams(Section):
     score_decay: float = Field(
         0.9, gt=0, le=1, description="factor on a track's score margin per frame without detection"
     )
+
+    def doubt(self, score: float) -> float:
+        """Factor on the noise of a detection with this score, >= 1.
+
+        What is far, blurred, turned away or partly covered scores lower, and its box lies less exactly.
+        """
+        return math.exp(self.noise_score * max(0.0, self.clear_score - score))

@@ -7,11 +7,11 @@ from typing import Protocol
 
 from tsr_engine.gating.perceptual_hash import HashMemory
 from tsr_engine.params import Params
-from tsr_engine.protocols import CropClassifier, PixelSource
+from tsr_engine.protocols import CropClassifier, PixelSource, Sighting
 from tsr_engine.recognition.fusion import Fusion
 from tsr_engine.records import FloatArray, Recognition, Relocalisation, Sample
 
-__all__ = ["Companion", "OnlineLearner", "OnlineMaker", "Parts"]
+__all__ = ["Companion", "Looker", "OnlineLearner", "OnlineMaker", "Parts"]
 
 
 class OnlineLearner(Protocol):
@@ -34,6 +34,14 @@ class OnlineMaker(Protocol):
         ...
 
 
+class Looker(Protocol):
+    """Takes a closer look at a place that the offline detector's scan has not found."""
+
+    def __call__(self, pixels: PixelSource, box: FloatArray) -> Sighting | None:
+        """What is seen at a box, shape (4,); None where nothing can be told."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Parts:
     """The trained parts that decisions rest on.
@@ -41,10 +49,12 @@ class Parts:
     Attributes:
         classifier: class probabilities of crops.
         make_online: makes the online detector of a new track.
+        look: a closer look at the windows that it finds.
     """
 
     classifier: CropClassifier
     make_online: OnlineMaker | None = None
+    look: Looker | None = None
 
 
 @dataclass(slots=True)

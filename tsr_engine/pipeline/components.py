@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from tsr_engine.detection.acf import AcfDetector
+from tsr_engine.detection.closer_look import CloserLook
 from tsr_engine.detection.onnx import Layout, OnnxDetector
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import ModelError
@@ -80,7 +81,10 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     else:
         detector, digest = load_network(network, params, found.get("prior"))
         models[f"onnx {network.size[0]}x{network.size[1]} {network.layout}"] = digest
-    parts = Parts(SignClassifier.from_component(found["classifier"]), _online(params, found.get("online")))
+    look = None
+    if isinstance(detector, AcfDetector):
+        look = CloserLook(detector.model, detector.tightness, params.detector.outline_passes)
+    parts = Parts(SignClassifier.from_component(found["classifier"]), _online(params, found.get("online")), look)
     learned = 0.0 if detector.prior is None else detector.prior.weight
     return Components(detector, parts, models, learned)
 

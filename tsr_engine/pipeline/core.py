@@ -23,7 +23,7 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline.companion import Companion, Parts
 from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.sentences import astray, rejected, relabelled, relocalised, sought
-from tsr_engine.protocols import PixelSource, Sight
+from tsr_engine.protocols import DETECTION, PixelSource, Sight
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import (
@@ -170,7 +170,8 @@ class TrackingCore:
         sure = found is not None and found.probability >= self.params.pipeline.sure_probability
         if verdict.confident:
             if found is not None and found.probability >= self.params.pipeline.sought_probability:
-                events.append(self._take(track_id, alone, prediction, found))
+                with _timed(seconds, "relocalise"):
+                    events.append(self._take(frame.pixels, track_id, alone, prediction, found))
         elif found is None or found.probability < self.params.pipeline.relocalise_probability:
             events.append(rejected(track_id, verdict, self.params.gate, "no window around it looks like the sign"))
             if detected is not None:
@@ -180,7 +181,9 @@ class TrackingCore:
             events.append(relocalised(track_id, verdict, self.params.gate, prediction.box, found))
         return _Note(verdict, found, samples)
 
-    def _take(self, track_id: int, alone: int, prediction: Prediction, found: Relocalisation) -> Event:
+    def _take(
+        self, pixels: PixelSource, track_id: int, alone: int, prediction: Prediction, found: Relocalisation
+    ) -> Event:
         """Correct a prediction that looks like the sign by a window that was sought, unless that lies too far off.
 
         What covers a sign looks somewhat like it to a detector that has learned a few of its views: a window that
@@ -192,9 +195,13 @@ class TrackingCore:
         if p.sought_sigmas is not None and sigmas > p.sought_sigmas:
             return astray(track_id, alone, prediction.box, found, sigmas)
         sure = found.probability >= p.sure_probability
-        sight = Sight(p.sought_noise, p.sought_noise if p.sought_size_noise is None else p.sought_size_noise)
-        self._tracker.correct(track_id, found.box, source="relocalised", sight=sight, confident=sure)
-        return sought(track_id, alone, prediction.box, found)
+        seen = self._parts.look(pixels, found.box) if p.closer_look and self._parts.look is not None else None
+        if seen is None or seen.score < p.closer_score:
+            seen, box, sight = None, found.box, Sight(p.sought_noise, p.sought_size_noise or p.sought_noise)
+        else:
+            box, sight = seen.box, DETECTION.times(p.closer_noise * self.params.tracking.doubt(seen.score))
+        self._tracker.correct(track_id, box, source="relocalised", sight=sight, confident=sure)
+        return sought(track_id, alone, prediction.box, found, seen)
 
     def _judge(self, frame: FrameInput, box: FloatArray, companion: Companion) -> GateVerdict:
         centre, before = to_cxcywh(box), to_cxcywh(companion.box)

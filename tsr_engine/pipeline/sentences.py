@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params.gate import GateParams
+from tsr_engine.protocols import Sighting
 from tsr_engine.records import Event, FloatArray, GateVerdict, Relocalisation
 
 __all__ = ["astray", "rejected", "relabelled", "relocalised", "sought"]
@@ -31,12 +32,22 @@ def relocalised(
     return Event("relocalised", track_id, text, values)
 
 
-def sought(track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation) -> Event:
-    """The online detector has found a sign that the offline detector has not seen for some frames."""
+def sought(
+    track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation, seen: Sighting | None
+) -> Event:
+    """The online detector has found a sign that the offline detector has not seen for some frames.
+
+    ``seen``: what a closer look took for a sign there; None: nothing, or none was taken.
+    """
     dx, dy = _displacement(prediction, found)
-    text = f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}."
-    values = {"undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability}
-    return Event("relocalised", track_id, text, values)
+    text = f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}"
+    values: dict[str, float | int | str] = {
+        "undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability,
+    }  # fmt: skip
+    if seen is None:
+        return Event("relocalised", track_id, f"{text}.", values)
+    text += f", where a closer look sees a sign with score {seen.score:.1f}."
+    return Event("relocalised", track_id, text, values | {"score": seen.score})
 
 
 def astray(track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation, sigmas: float) -> Event:

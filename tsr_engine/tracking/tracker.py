@@ -197,6 +197,8 @@ class Tracker:
         expected = to_xyxy(self._motion.box_of(before))
         whole, cut = _completed(box, expected, self._cut_off(box, expected))
         measured, seen = to_cxcywh(whole), replace(sight, cut=cut)
+        if source == "detected":
+            seen = seen.times(self._params.doubt(track.score))
         track.motion = self._motion.update(before, measured, seen)
         if result is not None:
             track.box = np.array(result, dtype=np.float64)

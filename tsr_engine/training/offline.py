@@ -115,10 +115,10 @@ def calibrate_model(model: AcfModel, scenes: Sequence[Scene], progress: Progress
 
 
 def detect_scenes(
-    model: AcfModel, scenes: Sequence[Scene], progress: Progress
+    model: AcfModel, scenes: Sequence[Scene], progress: Progress, params: DetectorParams = AS_ANNOTATED
 ) -> list[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]:
     """Per scene: boxes (n, 4), raw scores (n,), truth (m, 4), and the picture's (width, height)."""
-    detector = AcfDetector(model, params=AS_ANNOTATED)
+    detector = AcfDetector(model, params=params)
     found = []
     for number, scene in enumerate(scenes):
         progress("detecting", number, len(scenes))

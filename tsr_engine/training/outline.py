@@ -46,13 +46,13 @@ class OutlinePlan:
         network: size and regularisation.
     """
 
-    steps: int = 8000
+    steps: int = 16000
     batch: int = 128
     showings: int = 2
     scene_signs: float = 0.2
-    shift: float = 0.03
-    log_scale: float = 0.05
-    log_aspect: float = 0.03
+    shift: float = 0.05
+    log_scale: float = 0.08
+    log_aspect: float = 0.04
     strength: float = 0.6
     centring: int = 8
     network: NetworkSettings = field(

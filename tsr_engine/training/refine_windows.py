@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.outline import steps_between
-from tsr_engine.geometry.boxes import iou, to_cxcywh, to_xyxy
+from tsr_engine.detection.tightness import Tightness
+from tsr_engine.geometry.boxes import iou
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
@@ -80,12 +81,7 @@ class Material:
 
 def loosened(boxes: FloatArray, params: DetectorParams | None = None) -> FloatArray:
     """Tight boxes (n, 4) with the margin that the detector's training scenes have: what it takes off again."""
-    params = params or DetectorParams()
-    b = to_cxcywh(boxes)
-    b[:, 2] /= params.tight_width
-    b[:, 3] /= params.tight_height
-    b[:, 1] += params.tight_rise * b[:, 3]
-    return to_xyxy(b)
+    return Tightness.of(params or DetectorParams()).undo(boxes)
 
 
 def cut_windows(
