@@ -5,6 +5,8 @@
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  */
 
+import { resumable, runPercent } from './run_progress.js';
+
 /** What to do where a video has no run. */
 export const NO_RUN = 'No run yet: start one with “Runs”';
 
@@ -21,7 +23,7 @@ export function whyNoTracks(review, total) {
   if (run.state === 'failed') return `The run failed: ${run.error ?? 'the terminal of the server says why.'}`;
   if (tracks === null) return 'Loading the tracks…';
   if (tracks.id.length > 0) return 'Every track is deleted.';
-  if (run.state === 'running') return `The run has found no sign yet; ${partOf(run)} of its frames are done.`;
+  if (run.state === 'running') return `The run has found no sign yet; ${runPercent(run)} of its frames are done.`;
   if (run.state === 'complete') return 'The run has found no sign. N draws a track by hand.';
   return `The run was ${run.state} after ${run.frames_done} frames, and has found no sign in them.`;
 }
@@ -32,8 +34,5 @@ export function whyNoTracks(review, total) {
  * @param {number} total
  */
 export function canGoOn({ run }, total) {
-  return total === 0 && run?.kind === 'engine' && ['failed', 'cancelled', 'interrupted'].includes(run.state);
+  return total === 0 && run !== null && resumable(run);
 }
-
-/** @param {import('../types.js').Run} run @returns {string} `42 %` */
-const partOf = ({ frames_done, frames_total }) => `${frames_total ? Math.floor((100 * Math.min(frames_done, frames_total)) / frames_total) : 0} %`;

@@ -4,12 +4,13 @@
 import {sentence} from '../api/errors.js';
 import {isVideoFile} from '../model/exchange.js';
 import {formatRoute} from '../model/route.js';
+import {runPart} from '../model/run_progress.js';
 import {dropVideo, openDialog, putVideo} from '../store/actions/page.js';
 import {fill, h, setText} from './dom.js';
 import {acceptDrops} from './drops.js';
 import {bytes, clock, count, figure, plural} from './format.js';
 import {icon} from './icons.js';
-import {runPart, runProgress} from './run-words.js';
+import {runProgress} from './run-words.js';
 import {toast} from './toasts.js';
 
 /** @typedef {import('../page-types.js').App} App */

@@ -2,11 +2,12 @@
 /** What a new user sees first: the sample drive, how far it is, and three hints. */
 
 import {formatRoute} from '../model/route.js';
+import {runPart} from '../model/run_progress.js';
 import {openDialog} from '../store/actions/page.js';
 import {fill, h} from './dom.js';
 import {icon} from './icons.js';
 import {recall, remember} from './preferences.js';
-import {runPart, runProgress} from './run-words.js';
+import {runProgress} from './run-words.js';
 
 /** @typedef {import('../state-types.js').State} State */
 

@@ -1,12 +1,10 @@
 // @ts-check
 /** Why there are no tracks, in their place, with a button where the run can go on. */
 
-import { sentence } from '../api/errors.js';
 import { canGoOn, whyNoTracks } from '../model/no_tracks.js';
-import { putRun } from '../store/actions/page.js';
+import { changeRun } from './change_run.js';
 import { h, setText } from './dom.js';
 import { icon } from './icons.js';
-import { toast } from './toasts.js';
 
 /**
  * @param {import('./app.js').ViewApp} app
@@ -21,14 +19,8 @@ export function createNoTracks(app, className) {
     const run = app.store.get().review?.run;
     if (!run) return;
     resume.disabled = true;
-    try {
-      const now = await app.api.resumeRun(run.id);
-      app.store.dispatch((state) => putRun(state, now));
-    } catch (thrown) {
-      toast(sentence(thrown), { tone: 'bad' });
-    } finally {
-      resume.disabled = false;
-    }
+    await changeRun(app, () => app.api.resumeRun(run.id));
+    resume.disabled = false;
   }
 
   return {

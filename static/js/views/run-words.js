@@ -1,6 +1,7 @@
 // @ts-check
 /** Runs in words. Pure functions. */
 
+import {runPercent} from '../model/run_progress.js';
 import {count, figure, moment, plural, timeLeft} from './format.js';
 
 /** @typedef {import('../types.js').Run} Run */
@@ -35,17 +36,6 @@ export function runState(run) {
 /** @param {Run} run @returns {string} class of a badge */
 export function runTone(run) {
   return TONES[run.state];
-}
-
-/** @param {Run} run @returns {number} 0..1 */
-export function runPart(run) {
-  if (run.state === 'complete') return 1;
-  return run.frames_total ? Math.min(1, run.frames_done / run.frames_total) : 0;
-}
-
-/** @param {Run} run @returns {string} `42 %` */
-export function runPercent(run) {
-  return `${Math.floor(runPart(run) * 100)} %`;
 }
 
 /** @param {Run} run @returns {string} what a person waits for */

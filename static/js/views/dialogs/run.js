@@ -3,13 +3,15 @@
 
 import {ApiError, sentence} from '../../api/errors.js';
 import {formatRoute} from '../../model/route.js';
+import {resumable, runPart} from '../../model/run_progress.js';
 import {dropRun, openDialog, putRun, setModels, setRuns} from '../../store/actions/page.js';
+import {changeRun} from '../change_run.js';
 import {fill, h, reconcile, setText} from '../dom.js';
 import {moment, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {modelsOf} from '../model-words.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {runChanges, runInexact, runKind, runName, runPart, runProgress, runState, runTone} from '../run-words.js';
+import {runChanges, runInexact, runKind, runName, runProgress, runState, runTone} from '../run-words.js';
 import {toast} from '../toasts.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -63,8 +65,8 @@ function runItem({app, close, signal}, run) {
     h('span', {class: 'meter run-meter', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span')),
     h('div', {class: 'row run-actions'},
       h('a', {class: 'btn btn-small run-open', href: formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: null, track: null}), onclick: close}, 'Open'),
-      h('button', {class: 'btn btn-small run-cancel', type: 'button', onclick: () => act(app, signal, () => app.api.cancelRun(run.id))}, 'Cancel'),
-      h('button', {class: 'btn btn-small run-resume', type: 'button', onclick: () => act(app, signal, () => app.api.resumeRun(run.id))}, 'Go on'),
+      h('button', {class: 'btn btn-small run-cancel', type: 'button', onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal)}, 'Cancel'),
+      h('button', {class: 'btn btn-small run-resume', type: 'button', onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal)}, 'Go on'),
       h('button', {class: 'btn btn-small run-whatif', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'whatif', data: {run: run.id}}))}, 'What if …'),
       h('button', {class: 'btn btn-small run-adopt', type: 'button', title: 'Bring the corrections that were made on this run to the run that is open', onclick: () => {
         const to = app.store.get().review?.run;
@@ -96,25 +98,11 @@ function showRun({app}, item, run) {
   part('meter').style.setProperty('--part', `${runPart(run) * 100}%`);
   part('meter').setAttribute('aria-valuenow', String(Math.round(runPart(run) * 100)));
   part('cancel').hidden = !open;
-  part('resume').hidden = !['cancelled', 'interrupted', 'failed'].includes(run.state) || run.kind !== 'engine';
+  part('resume').hidden = !resumable(run);
   part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
   const shown = app.store.get().review?.run;
   part('adopt').hidden = !shown || shown.id === run.id || shown.video_id !== run.video_id || shown.state !== 'complete' || run.state !== 'complete';
   part('open').hidden = run.state === 'queued';
-}
-
-/**
- * @param {App} app
- * @param {AbortSignal} signal
- * @param {() => Promise<Run>} call
- */
-async function act(app, signal, call) {
-  try {
-    const run = await call();
-    app.store.dispatch((state) => putRun(state, run));
-  } catch (thrown) {
-    if (!signal.aborted) toast(sentence(thrown), {tone: 'bad'});
-  }
 }
 
 /**

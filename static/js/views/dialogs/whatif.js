@@ -3,12 +3,13 @@
 
 import {sentence} from '../../api/errors.js';
 import {formatRoute} from '../../model/route.js';
+import {runPart} from '../../model/run_progress.js';
 import {putRun} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {plural} from '../format.js';
 import {icon} from '../icons.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {replayWarning, runChanges, runInexact, runPart, runProgress} from '../run-words.js';
+import {replayWarning, runChanges, runInexact, runProgress} from '../run-words.js';
 import {changeList} from '../whatif.js';
 
 /** @typedef {import('../../types.js').Run} Run */
