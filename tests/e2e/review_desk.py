@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import re
+import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, Page
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
 
 from tests.e2e.live_server import LiveServer
+from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 __all__ = [
-    "PATIENCE", "Desk", "box_of", "centre", "choose_label", "drag", "edited", "next_long_track", "on_screen", "saved",
-    "state", "to_long_track", "tracked", "wait", "zoom_in",
+    "PATIENCE", "Desk", "box_of", "centre", "choose", "choose_label", "drag", "edited", "faultless",
+    "next_long_track", "on_screen", "one_video", "open_desk", "saved", "state", "to_long_track", "tracked", "wait",
+    "zoom_in",
 ]  # fmt: skip
 
 PATIENCE = 60
@@ -47,6 +53,42 @@ class Desk:
     def documents(self) -> dict[str, Any]:
         """What the server has."""
         return {d["key"]: d for d in self.server.call("GET", f"/runs/{self.run}/annotation")["docs"]}
+
+
+@contextmanager
+def one_video(folders: pytest.TempPathFactory, clip: Path, name: str) -> Iterator[tuple[LiveServer, Browser, str]]:
+    """A server on a data folder of its own, a browser, and the id of the only video.
+
+    Args:
+        folders: where the data folder is made.
+        clip: the video.
+        name: of the video on the server.
+    """
+    roots = folders.mktemp("clips")
+    shutil.copyfile(clip, roots / name)
+    with LiveServer(folders.mktemp("home"), roots=(roots,), sample=False) as server, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield server, browser, str(server.add_video(roots / name)["id"])
+        browser.close()
+
+
+@contextmanager
+def open_desk(
+    folders: pytest.TempPathFactory, clip: Path, asked: dict[str, object], name: str = "drive.mp4"
+) -> Iterator[Desk]:
+    """A desk with one run; :func:`one_video` and :func:`tracked` say what the arguments are."""
+    with one_video(folders, clip, name) as (server, browser, video):
+        yield Desk(server, browser, video, tracked(server, video, asked))
+
+
+@contextmanager
+def faultless(page: Page) -> Iterator[Page]:
+    """A page that closes at the end, without an error by then."""
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    page.context.close()
+    assert errors == []
 
 
 def state(page: Page) -> dict[str, Any]:
@@ -110,6 +152,9 @@ def on_screen(page: Page, x: float, y: float) -> tuple[float, float]:
 
 def to_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
     """Walk the queue to a track that lasts; the state where it opens."""
+    tracks = state(page)["tracks"]
+    lasting = [last - first for first, last in zip(tracks["first"], tracks["last"], strict=True)]
+    assert max(lasting) >= frames, f"no track of this clip lasts {frames} frames: {lasting}"
     before = None
     while True:
         page.keyboard.press("j")
@@ -126,6 +171,11 @@ def next_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
     start = now["tracks"]["first"][now["tracks"]["id"].index(int(now["selected"][1:]))]
     page.keyboard.press("t")
     return wait(page, lambda s: s["frame"] == start and s["shown"] == start and s["overlay"])
+
+
+def choose(page: Page, key: str) -> None:
+    """Select a track wherever the cursor is."""
+    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: k}}))", key)
 
 
 def drag(page: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
@@ -146,10 +196,10 @@ def box_of(now: dict[str, Any], key: str) -> list[float]:
     return next(list(t["box"]) for t in now["overlay"]["tracks"] if f"m{t['id']}" == key)
 
 
-def tracked(server: LiveServer, video: str, wanted: dict[str, Any]) -> str:
-    """A complete run over a video that has just been added."""
+def tracked(server: LiveServer, video: str, asked: dict[str, object]) -> str:
+    """A complete run over a video that has just been added; ``asked`` is what the server is asked for."""
     end = time.monotonic() + 500
-    run = str(server.call("POST", f"/videos/{video}/runs", wanted)["id"])
+    run = str(server.call("POST", f"/videos/{video}/runs", asked)["id"])
     while (now := server.call("GET", f"/runs/{run}"))["state"] != "complete":
         assert time.monotonic() < end, now
         assert now["state"] != "failed", now

@@ -15,6 +15,7 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import faultless
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 from tests.io import corpus
 
@@ -77,14 +78,11 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, corpus.Made]:
 def page(server: LiveServer) -> Iterator[Page]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = browser.new_page(viewport={"width": 1280, "height": 720})
-        page.set_default_timeout(20_000)
-        errors: list[str] = []
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(server.link())
-        page.wait_for_function("() => globalThis.tsr?.store.get().session")
-        yield page
-        assert errors == []
+        with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
+            page.set_default_timeout(20_000)
+            page.goto(server.link())
+            page.wait_for_function("() => globalThis.tsr?.store.get().session")
+            yield page
         browser.close()
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import json
-import shutil
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,11 +17,12 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.screenshots import AXE, CHROMIUM, FLAGS, serious
+from tests.e2e.review_desk import faultless, one_video
+from tests.e2e.screenshots import AXE, CHROMIUM, serious
 
 pytestmark = [
     pytest.mark.slow,
@@ -47,35 +47,25 @@ class Desk(NamedTuple):
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    roots = tmp_path_factory.mktemp("clips")
-    shutil.copyfile(SHIPPED[1].video, roots / NAME)
-    home = tmp_path_factory.mktemp("home")
-    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
-        video = str(server.add_video(roots / NAME)["id"])
+    with one_video(tmp_path_factory, SHIPPED[1].video, NAME) as (server, browser, video):
         found = server.call(
             "POST",
             f"/videos/{video}/imports?as=run&name=tracker&format=tracks-csv",
             SHIPPED[1].truth.read_bytes(),
             "application/octet-stream",
         )
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield Desk(server, browser, video, found["id"], found["tracks"], found["boxes"])
-        browser.close()
 
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
     context = desk.browser.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
-    page = context.new_page()
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(desk.server.link())
-    page.wait_for_function(
-        "() => globalThis.tsr?.store.get().videos?.length && tsr.store.get().session", timeout=60_000
-    )
-    yield page
-    context.close()
-    assert errors == []
+    with faultless(context.new_page()) as page:
+        page.goto(desk.server.link())
+        page.wait_for_function(
+            "() => globalThis.tsr?.store.get().videos?.length && tsr.store.get().session", timeout=60_000
+        )
+        yield page
 
 
 def _review(page: Page, desk: Desk) -> None:

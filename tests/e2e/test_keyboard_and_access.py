@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,12 +9,11 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import Desk, saved, state, to_long_track, tracked, wait
-from tests.e2e.screenshots import AXE, CHROMIUM, FLAGS, PATIENCE, SCENES, quiet, serious
+from tests.e2e.review_desk import Desk, faultless, open_desk, saved, state, to_long_track, wait
+from tests.e2e.screenshots import AXE, CHROMIUM, PATIENCE, SCENES, quiet, serious
 
 pytestmark = [
     pytest.mark.slow,
@@ -37,25 +35,14 @@ FOCUSED = """() => { const one = document.activeElement; const style = getComput
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    roots = tmp_path_factory.mktemp("clips")
-    shutil.copyfile(SHIPPED[0].video, roots / NAME)
-    home = tmp_path_factory.mktemp("home")
-    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
-        video = str(server.add_video(roots / NAME)["id"])
-        run = tracked(server, video, {"name": MARKUP[:100], "stop": 120})
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield Desk(server, browser, video, run)
-        browser.close()
+    with open_desk(tmp_path_factory, SHIPPED[0].video, {"name": MARKUP[:100], "stop": 120}, NAME) as desk:
+        yield desk
 
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
-    page = desk.page()
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    yield page
-    page.context.close()
-    assert errors == []
+    with faultless(desk.page()) as page:
+        yield page
 
 
 def to_picture(page: Page) -> None:

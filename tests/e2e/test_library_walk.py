@@ -17,6 +17,7 @@ from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import faultless
 from tests.e2e.screenshots import CHROMIUM, FLAGS, PATIENCE
 
 pytestmark = [
@@ -70,14 +71,10 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture
 def page(server: LiveServer, browser: Browser) -> Iterator[Page]:
-    page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
-    page.set_default_timeout(PATIENCE)
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(server.link())
-    yield page
-    page.context.close()
-    assert errors == []
+    with faultless(browser.new_context(viewport={"width": 1280, "height": 720}).new_page()) as page:
+        page.set_default_timeout(PATIENCE)
+        page.goto(server.link())
+        yield page
 
 
 def _open_runs(page: Page, name: str) -> None:

@@ -1,9 +1,9 @@
-"""Edits that are not saved yet, in a real browser: over a reload, with a clock that is set back, from an older page."""
+"""Edits that are not saved yet, in a real browser: over a reload, with a clock that is set back, from an older page,
+with a full disk, over a killed server."""
 
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,12 +11,11 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, Route
 
 from sample_videos import SHIPPED
-from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import Desk, state, tracked, wait
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.review_desk import Desk, choose, faultless, open_desk, state, wait
+from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
@@ -27,25 +26,15 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    roots = tmp_path_factory.mktemp("clips")
-    shutil.copyfile(SHIPPED[0].video, roots / "drive.mp4")
-    with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as server, sync_playwright() as play:
-        video = str(server.add_video(roots / "drive.mp4")["id"])
-        run = tracked(server, video, {"stop": 120})
-        browser = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield Desk(server, browser, video, run)
-        browser.close()
+    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
+        yield desk
 
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
-    page = desk.page()
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.on("dialog", lambda dialog: dialog.accept())
-    yield page
-    page.context.close()
-    assert errors == []
+    with faultless(desk.page()) as page:
+        page.on("dialog", lambda dialog: dialog.accept())
+        yield page
 
 
 def to_a_box(page: Page) -> tuple[str, str]:
@@ -53,7 +42,7 @@ def to_a_box(page: Page) -> tuple[str, str]:
     page.keyboard.press("j")
     now = wait(page, lambda s: s["selected"] is not None and s["shown"] == s["frame"] and s["overlay"])
     page.locator(".picture-stage").focus()
-    page.evaluate(CHOOSE, now["selected"])
+    choose(page, now["selected"])
     return now["selected"], str(now["frame"])
 
 
@@ -62,9 +51,6 @@ def comes_back(desk: Desk, page: Page, key: str, at: str, box: list[float]) -> N
     again = wait(page, lambda s: key in s["docs"] and s["unsaved"] == 0 and s["tracks"] is not None)
     assert again["docs"][key]["keys"][at]["box"] == box
     assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)
-
-
-CHOOSE = "(key) => tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: key}}))"
 
 
 def test_a_reload_right_after_a_burst_of_edits_loses_none(desk: Desk, page: Page) -> None:
@@ -146,3 +132,51 @@ def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk)
     page.evaluate(BURST, [edit("e", run="t"), edit("d", run="t"), edit("f", run="t")])
     assert outbox("load", "t") == [edit("e", run="t", seen={"m1": 9}), edit("d", run="t")]
     page.context.close()
+
+
+@pytest.mark.parametrize(("status", "code"), [(507, "storage_full"), (503, "busy")])
+def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page, status: int, code: str) -> None:
+    key = "m" + str(state(page)["tracks"]["id"][-1])
+    before = desk.documents().get(key, {"not_a_sign": False})["not_a_sign"]
+    answer = {"error": {"code": code, "message": "The disk is full. Make room.", "field": None, "details": None}}
+    edits = re.compile(r"/api/runs/[0-9a-f]+/edits$")
+
+    def refuse(route: Route) -> None:
+        if route.request.method == "POST":
+            route.fulfill(status=status, json=answer)
+        else:
+            route.fallback()
+
+    page.route(edits, refuse)
+    choose(page, key)
+    page.keyboard.press("Shift+x")
+    banner = page.locator(".banner").filter(has_text="The disk is full. Make room.")
+    banner.first.wait_for()
+    assert state(page)["unsaved"] == 1
+    assert state(page)["docs"][key]["not_a_sign"] is not before  # the page shows what was done
+    assert desk.documents().get(key, {"not_a_sign": False})["not_a_sign"] is before
+    page.unroute(edits)  # somebody has made room
+    wait(page, lambda s: s["unsaved"] == 0)
+    assert desk.documents()[key]["not_a_sign"] is not before
+    banner.wait_for(state="detached")
+
+
+def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
+    page.keyboard.press("j")
+    key = wait(page, lambda s: s["selected"] is not None)["selected"]
+    port = int(desk.server.base.rsplit(":", 1)[1])
+    count = len(desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"])
+    before = desk.documents().get(key, {"not_a_sign": False})["not_a_sign"]
+    desk.server.kill()
+    choose(page, key)
+    page.keyboard.press("Shift+x")
+    wait(page, lambda s: s["unsaved"] == 1)
+    page.locator(".banner").first.wait_for()
+    page.locator(".saved").filter(has_text="Offline, 1 to save").wait_for()
+    desk.server.start(port)
+    wait(page, lambda s: s["unsaved"] == 0)
+    edits = desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"]
+    assert len(edits) == count + 1  # it arrived, once
+    assert edits[-1]["name"] == "set_not_a_sign"
+    assert desk.documents()[key]["not_a_sign"] is not before
+    page.locator(".banner").wait_for(state="detached")

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 
 import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import Desk, state, tracked, wait
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.review_desk import Desk, faultless, open_desk, state, wait
+from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
@@ -34,24 +32,14 @@ YELLOW = """focus => { const {review} = tsr.store.get(); const canvas = document
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    roots = tmp_path_factory.mktemp("clips")
-    shutil.copyfile(SHIPPED[0].video, roots / "drive.mp4")
-    with LiveServer(tmp_path_factory.mktemp("home"), roots=(roots,), sample=False) as server, sync_playwright() as play:
-        video = str(server.add_video(roots / "drive.mp4")["id"])
-        run = tracked(server, video, {"stop": 120})
-        browser = play.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield Desk(server, browser, video, run)
-        browser.close()
+    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
+        yield desk
 
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
-    page = desk.page()
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    yield page
-    page.context.close()
-    assert errors == []
+    with faultless(desk.page()) as page:
+        yield page
 
 
 def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: Desk, page: Page) -> None:

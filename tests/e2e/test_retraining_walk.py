@@ -18,6 +18,7 @@ from toy_home import ToyHome, make_home
 from app.edits.documents import Segment, TrackDoc
 from app.storage.models import TrackDocument
 from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import faultless
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 pytestmark = [
@@ -57,14 +58,11 @@ def page(home: ToyHome) -> Iterator[Page]:
     roots = (home.video.parent,)
     with LiveServer(home.settings.home, roots, sample=False) as server, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = browser.new_page(viewport={"width": 1280, "height": 720})
-        errors: list[str] = []
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
-        expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
-        yield page
+        with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
+            page.goto(f"{server.link()}#/review/{home.video_id}/{home.run_id}")
+            expect(page.locator(".picture-stage")).to_have_attribute("data-shown", "0", timeout=WORK)
+            yield page
         browser.close()
-        assert errors == []
 
 
 def test_the_loop_by_clicks(page: Page) -> None:

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Iterator
 
 import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import Desk, saved, state, tracked, wait
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.review_desk import Desk, faultless, open_desk, saved, state, tracked, wait
+from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
@@ -27,15 +25,8 @@ FRAMES = 120
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    roots = tmp_path_factory.mktemp("clips")
-    shutil.copyfile(SHIPPED[0].video, roots / "one.mp4")
-    home = tmp_path_factory.mktemp("slips")
-    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
-        video = str(server.add_video(roots / "one.mp4")["id"])
-        run = tracked(server, video, {"stop": FRAMES, "name": "First"})
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield Desk(server, browser, video, run)
-        browser.close()
+    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": FRAMES, "name": "First"}) as desk:
+        yield desk
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +37,8 @@ def other(desk: Desk) -> str:
 
 @pytest.fixture
 def page(desk: Desk) -> Iterator[Page]:
-    page = desk.page()
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    yield page
-    page.context.close()
-    assert errors == []
+    with faultless(desk.page()) as page:
+        yield page
 
 
 def select(page: Page, place: int) -> str:

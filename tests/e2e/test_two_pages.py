@@ -1,0 +1,146 @@
+"""Two people on one track, in a real browser: nobody's work is painted over, and each sees what the other did."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page
+
+from sample_videos import SHIPPED
+from tests.e2e.review_desk import (
+    PATIENCE,
+    Desk,
+    box_of,
+    centre,
+    choose,
+    drag,
+    edited,
+    faultless,
+    open_desk,
+    saved,
+    state,
+    wait,
+)
+from tests.e2e.screenshots import CHROMIUM
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
+        yield desk
+
+
+@pytest.fixture
+def page(desk: Desk) -> Iterator[Page]:
+    with faultless(desk.page()) as page:
+        yield page
+
+
+def meeting(desk: Desk, page: Page) -> tuple[Page, str]:
+    """Another page that hears nothing of what others do, and a track without a verdict that both have selected."""
+    other = desk.page(deaf=True)
+    tracks = [f"m{track}" for track in state(page)["tracks"]["id"]]
+    docs = desk.documents()
+    judged = {key for key, doc in docs.items() if doc["gone"] or doc["not_a_sign"] or doc["review"] != "open"}
+    key = next((key for key in tracks if key not in judged), None)
+    assert key is not None, f"every track of this clip has a verdict: {tracks}"
+    for each in (page, other):
+        choose(each, key)
+    return other, key
+
+
+def test_two_pages_on_one_track(desk: Desk, page: Page) -> None:
+    other, key = meeting(desk, page)
+    mine = edited(page, lambda: page.keyboard.press("w"))["docs"][key]["review"]
+    other.keyboard.press("Shift+x")
+    dialog = other.locator("dialog[open]")
+    dialog.wait_for()
+    assert desk.documents()[key]["review"] == mine  # nothing was overwritten
+    for meant_for_the_picture in ("Space", "Enter", "f", "a"):
+        other.keyboard.press(meant_for_the_picture)
+    assert state(other)["unsaved"] == 1
+    assert dialog.is_visible()
+    dialog.get_by_role("button", name="Keep mine").click()
+    end = time.monotonic() + PATIENCE
+    while not desk.documents()[key]["not_a_sign"] and time.monotonic() < end:
+        other.wait_for_timeout(100)
+    both = desk.documents()[key]
+    assert (both["review"], both["not_a_sign"]) == (mine, True)
+    # and the other choice: what the first page has saved stands
+    wait(page, lambda s: s["docs"][key]["not_a_sign"])  # the first page has heard of it
+    choose(page, key)  # a verdict has moved on to the next track
+    theirs = edited(page, lambda: page.keyboard.press("x"))["docs"][key]["review"]
+    other.keyboard.press("Shift+x")
+    dialog.wait_for()
+    dialog.get_by_role("button", name="Take the saved version").click()
+    wait(other, lambda s: s["unsaved"] == 0)
+    assert desk.documents()[key]["review"] == theirs
+    assert desk.documents()[key]["not_a_sign"] is True
+    other.context.close()
+
+
+def test_two_boxes_of_one_frame_are_seen_before_one_is_chosen(desk: Desk, page: Page) -> None:
+    other, key = meeting(desk, page)
+    tracks = state(page)["tracks"]
+    frame = tracks["first"][tracks["id"].index(int(key[1:]))]
+    boxes = []
+    for each, (right, down) in ((page, (6, 4)), (other, (-5, 6))):
+        each.keyboard.press("t")
+        now = wait(each, lambda s: s["frame"] == frame and s["shown"] == frame and s["overlay"])
+        x, y = centre(box_of(now, key))
+        drag(each, (x, y), (x + right, y + down))
+        boxes.append(wait(each, lambda s: str(frame) in s["docs"].get(key, {}).get("keys", {}))["docs"][key]["keys"])
+        if each is page:
+            saved(page)
+    dialog = other.locator("dialog[open]")
+    for whose, keys in zip(("saved", "mine"), boxes, strict=True):
+        box = keys[str(frame)]["box"]
+        drawn = dialog.locator(f".two-versions-{whose}")
+        drawn.wait_for()
+        found = [float(drawn.get_attribute(name) or "nan") for name in ("x", "y", "width", "height")]
+        assert found == pytest.approx([box[0], box[1], box[2] - box[0], box[3] - box[1]])
+    assert dialog.get_by_text(f"Frame {frame}", exact=True).count() >= 1
+    dialog.get_by_role("button", name="Keep mine").click()
+    wait(other, lambda s: s["unsaved"] == 0)
+    assert desk.documents()[key]["keys"][str(frame)]["box"] == boxes[1][str(frame)]["box"]
+    other.context.close()
+
+
+def test_an_edit_of_a_track_that_another_page_has_deleted(desk: Desk, page: Page) -> None:
+    other, key = meeting(desk, page)
+    assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][key]["gone"]
+    other.keyboard.press("Shift+x")
+    dialog = other.locator("dialog[open]")
+    dialog.get_by_text("was deleted: “Keep mine” restores it").wait_for()
+    assert dialog.get_by_role("row", name="State").get_by_role("cell").all_inner_texts() == ["deleted", "not reviewed"]
+    dialog.get_by_role("button", name="Keep mine").click()
+    wait(other, lambda s: s["unsaved"] == 0 and not s["docs"][key]["gone"])
+    assert (desk.documents()[key]["gone"], desk.documents()[key]["not_a_sign"]) == (False, True)
+    other.context.close()
+    # what is deleted is listed, and comes back from there
+    wait(page, lambda s: s["docs"][key]["not_a_sign"])
+    choose(page, key)
+    assert edited(page, lambda: page.keyboard.press("Shift+Delete"))["docs"][key]["gone"]
+    page.get_by_role("button", name=re.compile("deleted tracks?, show")).click()
+    rows = page.get_by_role("list", name="Deleted tracks").get_by_role("listitem")
+    row = rows.filter(has=page.get_by_role("button", name=f"Restore track #{key[1:]}", exact=True))
+    assert "not a sign" in row.inner_text()
+    row.get_by_text(re.compile("^deleted by .+ · ")).wait_for()
+    assert row.locator("img").evaluate("async image => { await image.decode(); return image.naturalWidth; }") > 0
+    back = edited(page, lambda: row.get_by_role("button", name="Restore").click())
+    assert (back["docs"][key]["gone"], back["selected"]) == (False, key)
+    row.wait_for(state="detached")
+    page.keyboard.press("Escape")
+    page.locator("dialog[open]").wait_for(state="detached")
