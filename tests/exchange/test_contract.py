@@ -1,12 +1,11 @@
-"""One contract for every format: what goes out comes in again, but for what the table below says is lost."""
+"""One contract for every format: what goes out comes in again, but for what the table of losses says."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import string
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,6 +15,7 @@ import pytest
 from exchange_toys import a_track, a_video, target_of, tracks_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from losses import LOSSES, compare
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import CROPS, export_dataset
@@ -28,61 +28,6 @@ from tsr_engine.exchange.split import deal
 from tsr_engine.io.video_writer import VideoWriter
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 16
-
-
-@dataclass(frozen=True)
-class Loss:
-    """What a format does not give back.
-
-    Attributes:
-        px: by how much an edge may move.
-        uid: tracks get other names.
-        tracks: boxes of different tracks may be joined, and one track's parted.
-        key: all boxes are key frames.
-        occluded: none are.
-        score: ``kept``, or ``lost``; one mean a track counts as lost.
-        ignore: ``kept``, ``lost`` (an ordinary box) or ``dropped`` (the box is not there).
-        labels: a class of a single frame becomes the track's.
-        unknown: tracks without class are not there.
-        state: review state, source and notes.
-    """
-
-    px: float
-    uid: bool = False
-    tracks: bool = False
-    key: bool = False
-    occluded: bool = False
-    score: str = "kept"
-    ignore: str = "kept"
-    labels: bool = False
-    unknown: bool = False
-    state: bool = False
-
-
-LOSSES = {
-    "cvat-video": Loss(0.0051),
-    "cvat-images": Loss(0.0051, key=True),
-    "coco": Loss(0.00011),
-    "yolo": Loss(1e-5, ignore="dropped"),
-    "voc": Loss(0.0051),
-    "mot": Loss(0.0051, key=True, score="lost"),
-    "gtsrb": Loss(0.5, ignore="dropped", labels=True, unknown=True),
-    "gtsdb": Loss(
-        0.5,
-        uid=True,
-        tracks=True,
-        key=True,
-        occluded=True,
-        score="lost",
-        ignore="dropped",
-        unknown=True,
-        state=True,
-    ),
-    "datumaro": Loss(0.00011),
-    "label-studio": Loss(1e-4, occluded=True, score="lost", ignore="lost", labels=True),
-    "tracks-csv": Loss(0.0),
-    "tracks-json": Loss(0.0),
-}
 
 _TEXT = st.text(
     st.characters(codec="utf-8", exclude_categories=("Cc", "Cs", "Cn", "Co", "Zl", "Zp"), exclude_characters="\ufeff"),
@@ -155,100 +100,6 @@ def _track(draw: st.DrawFn, uid: str) -> Track:
     )
 
 
-def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]]]:
-    """Each frame that comes back of a track, and what it says."""
-    if loss.unknown and loss.labels and track.label < 0:
-        return
-    for k, frame in enumerate(track.frames.tolist()):
-        label = int(track.label if track.labels is None or loss.labels else track.labels[k])
-        ignore = bool(track.ignore is not None and track.ignore[k])
-        if (ignore and loss.ignore == "dropped") or (loss.unknown and label < 0):
-            continue
-        score = float(track.score[k])
-        yield (
-            frame,
-            {
-                "box": track.boxes[k],
-                "label": label,
-                "ignore": ignore and loss.ignore == "kept",
-                "occluded": bool(track.occluded[k]) and not loss.occluded,
-                "key": bool(track.key[k]) or loss.key,
-                "score": score if loss.score == "kept" and score == score else None,
-            },
-        )
-
-
-def _found(track: Track) -> Iterator[tuple[int, dict[str, object]]]:
-    for k, frame in enumerate(track.frames.tolist()):
-        score = float(track.score[k])
-        yield (
-            frame,
-            {
-                "box": track.boxes[k],
-                "label": int(track.label if track.labels is None else track.labels[k]),
-                "ignore": bool(track.ignore is not None and track.ignore[k]),
-                "occluded": bool(track.occluded[k]),
-                "key": bool(track.key[k]),
-                "score": score if score == score else None,
-            },
-        )
-
-
-def _same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> None:
-    assert np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
-    for name in ("label", "ignore", "occluded"):
-        assert theirs[name] == ours[name], name
-    # Formats that interpolate mark more frames, so that straight lines stay close.
-    assert theirs["key"] or not ours["key"]
-    if loss.score == "kept":
-        assert theirs["score"] == (None if ours["score"] is None else pytest.approx(ours["score"], abs=1e-6))
-
-
-def _compare(dataset: Dataset, back: Dataset, loss: Loss) -> None:
-    """Signs come back as far as the format can say them; what people rejected, by the manifest, as it was."""
-    given = list(dataset.videos[0].tracks())
-    got = tracks_of(back)
-    _compare_tracks([t for t in given if t.state == "rejected"], got, Loss(0.0), "rejected")
-    signs = [t for t in given if t.state != "rejected"]
-    if loss.tracks:
-        _compare_boxes(signs, [t for t in got.values() if t.state != "rejected"], loss)
-    else:
-        _compare_tracks(signs, got, loss)
-
-
-def _compare_tracks(given: list[Track], back: dict[str, Track], loss: Loss, state: str = "") -> None:
-    got = {uid: track for uid, track in back.items() if (track.state == "rejected") == (state == "rejected")}
-    wanted = {track.uid: dict(_expected(track, loss)) for track in given}
-    wanted = {uid: frames for uid, frames in wanted.items() if frames}
-    assert set(got) == set(wanted)
-    for track in given:
-        if track.uid not in wanted:
-            continue
-        found = dict(_found(got[track.uid]))
-        assert set(found) == set(wanted[track.uid])
-        for frame, ours in wanted[track.uid].items():
-            _same(ours, found[frame], loss)
-        read = got[track.uid]
-        assert (read.state, read.source, read.notes) == (track.state, track.source, track.notes)
-
-
-def _compare_boxes(given: list[Track], back: list[Track], loss: Loss) -> None:
-    """Frame by frame, whatever the tracks are called; both sides in the order of their rounded boxes."""
-    left = [(frame, said) for track in given for frame, said in _expected(track, loss)]
-    right = [(frame, said) for track in back for frame, said in _found(track)]
-    assert sorted(frame for frame, _ in left) == sorted(frame for frame, _ in right)
-    for frame, ours in left:
-        near = [
-            place
-            for place, (other, theirs) in enumerate(right)
-            if other == frame
-            and theirs["label"] == ours["label"]
-            and np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
-        ]
-        assert near, (frame, ours)
-        right.pop(near[0])
-
-
 def _options(known: Format, **more: object) -> ExportOptions:
     pictures = "annotated" if known.needs_pictures else "none"
     return ExportOptions(pictures=pictures, thin_px=0.0, **more)  # type: ignore[arg-type]
@@ -262,7 +113,7 @@ def test_what_goes_out_comes_in(name: str, clip: Path, tracks: list[Track]) -> N
     with TemporaryDirectory() as folder:
         out = Path(folder) / "export.zip"
         export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=True)
-        _compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
+        compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
 
 
 @pytest.mark.parametrize("name", [name for name, known in FORMATS.items() if known.write and not known.needs_pictures])
@@ -336,7 +187,7 @@ def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
     dataset = Dataset(labels, (_video(clip, tracks, name="дорога 1.mp4"),))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
     back = read_dataset(tmp_path / "out", target_of(dataset), FORMATS[name])
-    _compare(dataset, back, LOSSES[name])
+    compare(dataset, back, LOSSES[name])
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
@@ -363,7 +214,7 @@ def test_all_sides_of_a_split_come_back(name: str, clip: Path, tmp_path: Path) -
     out = tmp_path / "export.zip"
     told = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name], split=split), zipped=True)
     assert set(told.counts["classes"]) == {"train", "val"}
-    _compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
+    compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
@@ -381,12 +232,12 @@ def test_of_two_videos_each_gets_its_own(name: str, names: tuple[str, str], clip
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
     for video in videos:
         own = Dataset(CLASS_NAMES, (video,))
-        _compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])
+        compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])
     # Another tool does not keep our manifest; the names alone tell two videos of one name apart.
     (tmp_path / "out" / "manifest.json").unlink()
     for video in videos:
         own = Dataset(CLASS_NAMES, (video,))
-        _compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])
+        compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
@@ -398,7 +249,7 @@ def test_what_people_rejected_is_never_a_sign(name: str, clip: Path, tmp_path: P
     told = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=False)
     assert (told.counts["tracks"], told.counts["boxes"], told.counts["negatives"]) == (1, 2, 1)
     assert set(told.counts["classes"]["default"]) == {"stop"}
-    _compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
+    compare(dataset, read_dataset(out, target_of(dataset), FORMATS[name]), LOSSES[name])
     manifest = json.loads((out / "manifest.json").read_text())
     assert [entry["id"] for entry in manifest["videos"][0]["negatives"]] == ["m2"]
     if name == "tracks-json":

@@ -1,4 +1,4 @@
-"""Edits on both databases, over toy tracks."""
+"""Edits on both databases, over toy tracks and on a real run."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parent))
 
-from databases import cluster, database_url
+from databases import cluster, database_url, new_database
 from edit_desk import Desk, make_desk
+from edit_page import Page
+from toy_home import ToyHome, make_home
+from toy_server import Server
 
-__all__ = ["cluster", "database_url", "desk"]
+__all__ = ["ann", "cluster", "database_url", "desk", "http", "made", "run", "tracks"]
 
 
 @pytest.fixture
@@ -23,3 +26,43 @@ def desk(database_url: str) -> Iterator[Desk]:
     made = make_desk(database_url)
     yield made
     made.database.close()
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ToyHome]:
+    """One tracked toy drive for all tests here, on each kind of database."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "postgresql":
+            patch.setenv("TSR_DATABASE_URL", new_database(request.getfixturevalue("cluster")))
+        home = make_home(tmp_path_factory.mktemp("http"))
+        yield home
+        home.evidence.close()
+        home.database.close()
+
+
+@pytest.fixture(scope="module")
+def http(made: ToyHome) -> Iterator[Server]:
+    """A server on it; its database is the one that the environment names."""
+    server = Server(made.settings.home, roots=(made.video.parent,))
+    with server.client:
+        yield server
+
+
+@pytest.fixture
+def run(made: ToyHome) -> str:
+    """A fresh run with the evidence of the first: edits belong to a run."""
+    return made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
+
+
+@pytest.fixture
+def ann(http: Server, run: str) -> Page:
+    """A person."""
+    return Page(http, run)
+
+
+@pytest.fixture
+def tracks(http: Server, run: str) -> list[str]:
+    """Keys of the run's tracks."""
+    found = [f"m{number}" for number in http.client.get(f"/api/runs/{run}/tracks").json()["id"]]
+    assert len(found) >= 2
+    return found

@@ -1,95 +1,13 @@
-"""Edits as a page makes them: over HTTP, on a real run."""
+"""Edits as pages make them, over HTTP, on a real run: what they saw before, sent twice, undone, adopted."""
 
 from __future__ import annotations
 
-import sys
 import uuid
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-import toy_home
-from databases import new_database
+from edit_page import Page, code, relabel
+from toy_home import ToyHome
 from toy_server import Server
-
-BOX = [10.0, 20.0, 40.0, 50.0]
-
-
-class Page:
-    """What one person's page does."""
-
-    def __init__(self, server: Server, run: str, author: str = "ann") -> None:
-        self.client, self.run, self.author = server.client, run, author
-
-    def send(self, command: dict[str, Any], match: str | None = None, op: str | None = None) -> Any:
-        headers = {} if match is None else {"If-Match": match}
-        body = {"op_id": op or uuid.uuid4().hex, "author": self.author, "command": command}
-        return self.client.post(f"/api/runs/{self.run}/edits", json=body, headers=headers)
-
-    def annotation(self) -> Any:
-        answer = self.client.get(f"/api/runs/{self.run}/annotation", params={"author": self.author})
-        assert answer.status_code == 200
-        return answer.json()
-
-    def docs(self) -> dict[str, Any]:
-        """Documents without what every operation raises."""
-        return {doc["key"]: {**doc, "revision": 0} for doc in self.annotation()["docs"]}
-
-    def log(self, after: int = 0) -> list[Any]:
-        rows: list[Any] = self.client.get(f"/api/runs/{self.run}/edits", params={"after": after}).json()["edits"]
-        return rows
-
-
-@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
-def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]:
-    """One tracked toy drive for all tests here, on each kind of database."""
-    with pytest.MonkeyPatch.context() as patch:
-        if request.param == "postgresql":
-            patch.setenv("TSR_DATABASE_URL", new_database(request.getfixturevalue("cluster")))
-        home = toy_home.make_home(tmp_path_factory.mktemp("http"))
-        yield home
-        home.evidence.close()
-        home.database.close()
-
-
-@pytest.fixture(scope="module")
-def http(made: toy_home.ToyHome) -> Iterator[Server]:
-    """A server on it; its database is the one that the environment names."""
-    server = Server(made.settings.home, roots=(made.video.parent,))
-    with server.client:
-        yield server
-
-
-@pytest.fixture
-def run(made: toy_home.ToyHome) -> str:
-    """A fresh run with the evidence of the first: edits belong to a run."""
-    return made.add_run(folder=f"runs/{made.run_id}", parameters={}, tracks=2)
-
-
-@pytest.fixture
-def ann(http: Server, run: str) -> Page:
-    """A person."""
-    return Page(http, run)
-
-
-@pytest.fixture
-def tracks(http: Server, run: str) -> list[str]:
-    """Keys of the run's tracks."""
-    found = [f"m{number}" for number in http.client.get(f"/api/runs/{run}/tracks").json()["id"]]
-    assert len(found) >= 2
-    return found
-
-
-def relabel(key: str, label: int | None) -> dict[str, Any]:
-    return {"name": "relabel_track", "frame": 5, "key": key, "class_id": label}
-
-
-def code(answer: Any) -> tuple[int, str]:
-    return answer.status_code, answer.json()["error"]["code"]
 
 
 def test_no_revision_no_edit(ann: Page, tracks: list[str]) -> None:
@@ -142,133 +60,6 @@ def test_two_pages_on_different_tracks_do_not_meet(http: Server, ann: Page, trac
     assert {key: doc["class_id"] for key, doc in ann.docs().items()} == {tracks[0]: 2, tracks[1]: 2}
 
 
-GOOD: dict[str, dict[str, Any]] = {
-    "create_track": {"key": "hfresh01", "box": BOX, "class_id": 14},
-    "set_box": {"box": BOX},
-    "relabel_track": {"class_id": 3},
-    "relabel_box": {"class_id": 3, "box": BOX},
-    "merge": {"others": ["m2"]},
-    "split": {"new_key": "hlater01"},
-    "delete_from": {},
-    "delete_track": {},
-    "add_key": {"box": BOX},
-    "remove_key": {},
-    "interpolate": {"first": 5, "last": 20, "value": True},
-    "set_occluded": {"value": True, "box": BOX},
-    "set_outside": {"value": True, "box": BOX},
-    "set_not_a_sign": {"value": True},
-    "set_review": {"review": "accepted"},
-    "review_tracks": {"others": ["m2"], "review": "accepted"},
-    "add_note": {"note_id": "n1", "text": "<b>bold</b>"},
-    "edit_note": {"note_id": "n1", "text": "plain"},
-    "remove_note": {"note_id": "n1"},
-}
-NEEDS = {
-    "remove_key": [{"name": "set_box", "box": BOX}],
-    "edit_note": [{"name": "add_note", "note_id": "n1", "text": "x"}],
-    "remove_note": [{"name": "add_note", "note_id": "n1", "text": "x"}],
-    "interpolate": [{"name": "set_box", "box": BOX, "frame": 5}, {"name": "set_box", "box": BOX, "frame": 20}],
-}
-
-
-def command_of(name: str, tracks: list[str]) -> dict[str, Any]:
-    command = {"name": name, "frame": 12, "key": tracks[0], **GOOD[name]}
-    return {**command, **({"others": [tracks[1]]} if "others" in GOOD[name] else {})}
-
-
-def match_of(page: Page, tracks: list[str]) -> str:
-    known = {**dict.fromkeys(tracks, 0), **{doc["key"]: doc["revision"] for doc in page.annotation()["docs"]}}
-    return ", ".join(f'"{key}:{revision}"' for key, revision in known.items())
-
-
-@pytest.mark.parametrize("name", GOOD)
-def test_every_command_is_taken_undone_and_redone(ann: Page, tracks: list[str], name: str) -> None:
-    for earlier in NEEDS.get(name, []):
-        before = {"frame": 12, "key": tracks[0], **earlier}
-        assert ann.send(before, match_of(ann, tracks)).status_code == 200
-    start, rows = ann.docs(), len(ann.log())
-    done = ann.send(command_of(name, tracks), match_of(ann, tracks), op="the-operation-" + ann.run)
-    assert done.status_code == 200, done.text
-    end = ann.docs()
-    assert end != start
-    assert done.json()["undo"]["op_id"] == done.json()["op_id"]
-    undone = ann.send({"name": "undo", "op_id": done.json()["op_id"]})
-    assert undone.status_code == 200, undone.text
-    left = ann.docs()
-    for key, doc in left.items():
-        fresh = key not in start
-        if fresh and key.startswith("h"):
-            assert doc["gone"]
-        elif fresh:
-            assert (doc["keys"], doc["gone"], doc["class_id"], doc["notes"]) == ({}, False, None, [])
-        else:
-            assert doc == start[key]
-    assert undone.json()["redo"]["op_id"] == done.json()["op_id"]
-    assert ann.send({"name": "redo", "op_id": done.json()["op_id"]}).status_code == 200
-    assert ann.docs() == end
-    assert len(ann.log(after=0)) == rows + 3
-    assert [row["name"] for row in ann.log()[-2:]] == ["undo", "redo"]
-
-
-BROKEN: list[tuple[str, dict[str, Any], str]] = [
-    *((name, {"frame": -1}, "command.frame") for name in GOOD),
-    *((name, {"frame": 2**31}, "command.frame") for name in GOOD),
-    *((name, {"frame": "1"}, "command.frame") for name in GOOD),
-    *((name, {"key": "x1"}, "command.key") for name in GOOD),
-    *((name, {"key": "m1\n"}, "command.key") for name in GOOD),
-    *((name, {"surprise": 1}, "command.surprise") for name in GOOD),
-    *((name, {"box": [4, 0, 3, 1]}, "command.box") for name, good in GOOD.items() if "box" in good),
-    *((name, {"box": [0, 0, 1]}, "command.box.3") for name, good in GOOD.items() if "box" in good),
-    *((name, {"box": [0, 0, "1", 1]}, "command.box.2") for name, good in GOOD.items() if "box" in good),
-    *((name, {"class_id": 43}, "command.class_id") for name, good in GOOD.items() if "class_id" in good),
-    *((name, {"class_id": True}, "command.class_id") for name, good in GOOD.items() if "class_id" in good),
-    *((name, {"value": 1}, "command.value") for name, good in GOOD.items() if "value" in good),
-    *((name, {"note_id": ""}, "command.note_id") for name, good in GOOD.items() if "note_id" in good),
-    *((name, {"text": "x" * 4001}, "command.text") for name, good in GOOD.items() if "text" in good),
-    ("merge", {"others": []}, "command.others"),
-    ("merge", {"others": ["m1; DROP TABLE edits"]}, "command.others.0"),
-    ("split", {"new_key": "m3"}, "command.new_key"),
-    ("set_review", {"review": "fine"}, "command.review"),
-    ("review_tracks", {"review": "fine"}, "command.review"),
-    ("review_tracks", {"others": [f"m{n}" for n in range(500)]}, "command.others"),
-    ("interpolate", {"first": None}, "command.first"),
-    ("explode", {}, "command"),
-]
-
-
-@pytest.mark.parametrize(("name", "broken", "field"), BROKEN, ids=lambda value: str(value)[:30])
-def test_a_malformed_command_names_its_field(
-    http: Server, made: toy_home.ToyHome, name: str, broken: dict[str, Any], field: str
-) -> None:
-    page = Page(http, made.run_id)
-    command = {"name": name, "frame": 12, "key": "m1", **GOOD.get(name, {}), **broken}
-    answer = page.send(command, '"m1:0"')
-    assert answer.status_code == 422, answer.text
-    error = answer.json()["error"]
-    assert error["field"] == field
-    assert error["message"].startswith(field.split(".")[0])
-    assert "value error" not in error["message"].lower()
-
-
-@pytest.mark.parametrize("tag", ["m1:0", '"m1"', '"m1:x"', "*", '"m1:0" "m2:0"', '"x1:0"', '"m1:-1"', ""])
-def test_a_malformed_precondition(ann: Page, tag: str) -> None:
-    answer = ann.send(relabel("m1", 1), tag)
-    assert answer.status_code == 422
-    assert answer.json()["error"]["field"] == "if-match"
-
-
-def test_commands_that_make_no_sense_are_told(ann: Page, tracks: list[str]) -> None:
-    known = match_of(ann, tracks)
-    for command in (
-        relabel("m999999", 1),
-        {"name": "remove_key", "frame": 3, "key": tracks[0]},
-        {"name": "remove_note", "frame": 3, "key": tracks[0], "note_id": "none"},
-        {"name": "merge", "frame": 3, "key": tracks[0], "others": [tracks[0]]},
-    ):
-        assert code(ann.send(command, known)) == (422, "impossible"), command
-    assert ann.log() == []
-
-
 def test_the_same_operation_twice_is_one_row(ann: Page, tracks: list[str]) -> None:
     op, command = uuid.uuid4().hex, relabel(tracks[0], 9)
     first = ann.send(command, f'"{tracks[0]}:0"', op)
@@ -282,7 +73,7 @@ def test_the_same_operation_twice_is_one_row(ann: Page, tracks: list[str]) -> No
     assert [row["name"] for row in ann.log()] == ["relabel_track", "undo"]
 
 
-def test_an_op_id_of_another_run_is_refused(http: Server, made: toy_home.ToyHome, ann: Page, tracks: list[str]) -> None:
+def test_an_op_id_of_another_run_is_refused(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
     op = uuid.uuid4().hex
     assert ann.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"', op).status_code == 200
     elsewhere = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
@@ -342,7 +133,7 @@ def adopt(page: Page, from_run: str) -> Any:
     return answer.json()
 
 
-def test_edits_go_over_to_another_run_once(http: Server, made: toy_home.ToyHome, ann: Page, tracks: list[str]) -> None:
+def test_edits_go_over_to_another_run_once(http: Server, made: ToyHome, ann: Page, tracks: list[str]) -> None:
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
     assert adopt(new, ann.run) == {"kept": [], "not_needed": [], "conflicts": []}
     span = http.context.evidence.span(ann.run, int(tracks[0][1:]))
@@ -381,7 +172,7 @@ def test_edits_go_over_to_another_run_once(http: Server, made: toy_home.ToyHome,
 
 
 def test_what_is_new_since_the_first_adoption_comes_too(
-    http: Server, made: toy_home.ToyHome, ann: Page, tracks: list[str]
+    http: Server, made: ToyHome, ann: Page, tracks: list[str]
 ) -> None:
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
@@ -395,7 +186,7 @@ def test_what_is_new_since_the_first_adoption_comes_too(
     assert len(new.log()) == 3
 
 
-def test_adopting_from_nowhere(http: Server, made: toy_home.ToyHome, ann: Page) -> None:
+def test_adopting_from_nowhere(http: Server, made: ToyHome, ann: Page) -> None:
     for source, status in (("0" * 32, 404), (ann.run, 422), ("x", 422)):
         answer = ann.client.post(f"/api/runs/{ann.run}/adopt", json={"from_run": source})
         assert answer.status_code == status

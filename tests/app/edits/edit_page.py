@@ -1,0 +1,54 @@
+"""A person's page, as the server hears it: edits over HTTP."""
+
+from __future__ import annotations
+
+import uuid
+from typing import Any
+
+from toy_server import Server
+
+__all__ = ["Page", "code", "match_of", "relabel"]
+
+
+class Page:
+    """What one person's page does."""
+
+    def __init__(self, server: Server, run: str, author: str = "ann") -> None:
+        self.client, self.run, self.author = server.client, run, author
+
+    def send(self, command: dict[str, Any], match: str | None = None, op: str | None = None) -> Any:
+        """The answer to an edit; ``match`` is its If-Match."""
+        headers = {} if match is None else {"If-Match": match}
+        body = {"op_id": op or uuid.uuid4().hex, "author": self.author, "command": command}
+        return self.client.post(f"/api/runs/{self.run}/edits", json=body, headers=headers)
+
+    def annotation(self) -> Any:
+        """The run's documents, and what this person can undo."""
+        answer = self.client.get(f"/api/runs/{self.run}/annotation", params={"author": self.author})
+        assert answer.status_code == 200
+        return answer.json()
+
+    def docs(self) -> dict[str, Any]:
+        """Documents without what every operation raises."""
+        return {doc["key"]: {**doc, "revision": 0} for doc in self.annotation()["docs"]}
+
+    def log(self, after: int = 0) -> list[Any]:
+        """Edits of the run behind a place in its log."""
+        rows: list[Any] = self.client.get(f"/api/runs/{self.run}/edits", params={"after": after}).json()["edits"]
+        return rows
+
+
+def relabel(key: str, label: int | None) -> dict[str, Any]:
+    """The command that gives a track a class."""
+    return {"name": "relabel_track", "frame": 5, "key": key, "class_id": label}
+
+
+def code(answer: Any) -> tuple[int, str]:
+    """Status and code of a refusal."""
+    return answer.status_code, answer.json()["error"]["code"]
+
+
+def match_of(page: Page, tracks: list[str]) -> str:
+    """If-Match of somebody who has seen the newest of every track."""
+    known = {**dict.fromkeys(tracks, 0), **{doc["key"]: doc["revision"] for doc in page.annotation()["docs"]}}
+    return ", ".join(f'"{key}:{revision}"' for key, revision in known.items())

@@ -1,0 +1,163 @@
+"""What each format does not give back, in one table, and a comparison that lets nothing else pass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from exchange_toys import tracks_of
+
+from tsr_engine.exchange.dataset import Dataset, Track
+
+__all__ = ["LOSSES", "Loss", "compare"]
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What a format does not give back.
+
+    Attributes:
+        px: by how much an edge may move.
+        uid: tracks get other names.
+        tracks: boxes of different tracks may be joined, and one track's parted.
+        key: all boxes are key frames.
+        occluded: none are.
+        score: ``kept``, or ``lost``; one mean a track counts as lost.
+        ignore: ``kept``, ``lost`` (an ordinary box) or ``dropped`` (the box is not there).
+        labels: a class of a single frame becomes the track's.
+        unknown: tracks without class are not there.
+        state: review state, source and notes.
+    """
+
+    px: float
+    uid: bool = False
+    tracks: bool = False
+    key: bool = False
+    occluded: bool = False
+    score: str = "kept"
+    ignore: str = "kept"
+    labels: bool = False
+    unknown: bool = False
+    state: bool = False
+
+
+LOSSES = {
+    "cvat-video": Loss(0.0051),
+    "cvat-images": Loss(0.0051, key=True),
+    "coco": Loss(0.00011),
+    "yolo": Loss(1e-5, ignore="dropped"),
+    "voc": Loss(0.0051),
+    "mot": Loss(0.0051, key=True, score="lost"),
+    "gtsrb": Loss(0.5, ignore="dropped", labels=True, unknown=True),
+    "gtsdb": Loss(
+        0.5,
+        uid=True,
+        tracks=True,
+        key=True,
+        occluded=True,
+        score="lost",
+        ignore="dropped",
+        unknown=True,
+        state=True,
+    ),
+    "datumaro": Loss(0.00011),
+    "label-studio": Loss(1e-4, occluded=True, score="lost", ignore="lost", labels=True),
+    "tracks-csv": Loss(0.0),
+    "tracks-json": Loss(0.0),
+}
+
+
+def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]]]:
+    """Each frame that comes back of a track, and what it says."""
+    if loss.unknown and loss.labels and track.label < 0:
+        return
+    for k, frame in enumerate(track.frames.tolist()):
+        label = int(track.label if track.labels is None or loss.labels else track.labels[k])
+        ignore = bool(track.ignore is not None and track.ignore[k])
+        if (ignore and loss.ignore == "dropped") or (loss.unknown and label < 0):
+            continue
+        score = float(track.score[k])
+        yield (
+            frame,
+            {
+                "box": track.boxes[k],
+                "label": label,
+                "ignore": ignore and loss.ignore == "kept",
+                "occluded": bool(track.occluded[k]) and not loss.occluded,
+                "key": bool(track.key[k]) or loss.key,
+                "score": score if loss.score == "kept" and score == score else None,
+            },
+        )
+
+
+def _found(track: Track) -> Iterator[tuple[int, dict[str, object]]]:
+    for k, frame in enumerate(track.frames.tolist()):
+        score = float(track.score[k])
+        yield (
+            frame,
+            {
+                "box": track.boxes[k],
+                "label": int(track.label if track.labels is None else track.labels[k]),
+                "ignore": bool(track.ignore is not None and track.ignore[k]),
+                "occluded": bool(track.occluded[k]),
+                "key": bool(track.key[k]),
+                "score": score if score == score else None,
+            },
+        )
+
+
+def _same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> None:
+    assert np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
+    for name in ("label", "ignore", "occluded"):
+        assert theirs[name] == ours[name], name
+    # Formats that interpolate mark more frames, so that straight lines stay close.
+    assert theirs["key"] or not ours["key"]
+    if loss.score == "kept":
+        assert theirs["score"] == (None if ours["score"] is None else pytest.approx(ours["score"], abs=1e-6))
+
+
+def compare(dataset: Dataset, back: Dataset, loss: Loss) -> None:
+    """Signs come back as far as the format can say them; what people rejected, by the manifest, as it was."""
+    given = list(dataset.videos[0].tracks())
+    got = tracks_of(back)
+    _compare_tracks([t for t in given if t.state == "rejected"], got, Loss(0.0), "rejected")
+    signs = [t for t in given if t.state != "rejected"]
+    if loss.tracks:
+        _compare_boxes(signs, [t for t in got.values() if t.state != "rejected"], loss)
+    else:
+        _compare_tracks(signs, got, loss)
+
+
+def _compare_tracks(given: list[Track], back: dict[str, Track], loss: Loss, state: str = "") -> None:
+    got = {uid: track for uid, track in back.items() if (track.state == "rejected") == (state == "rejected")}
+    wanted = {track.uid: dict(_expected(track, loss)) for track in given}
+    wanted = {uid: frames for uid, frames in wanted.items() if frames}
+    assert set(got) == set(wanted)
+    for track in given:
+        if track.uid not in wanted:
+            continue
+        found = dict(_found(got[track.uid]))
+        assert set(found) == set(wanted[track.uid])
+        for frame, ours in wanted[track.uid].items():
+            _same(ours, found[frame], loss)
+        read = got[track.uid]
+        assert (read.state, read.source, read.notes) == (track.state, track.source, track.notes)
+
+
+def _compare_boxes(given: list[Track], back: list[Track], loss: Loss) -> None:
+    """Frame by frame, whatever the tracks are called; both sides in the order of their rounded boxes."""
+    left = [(frame, said) for track in given for frame, said in _expected(track, loss)]
+    right = [(frame, said) for track in back for frame, said in _found(track)]
+    assert sorted(frame for frame, _ in left) == sorted(frame for frame, _ in right)
+    for frame, ours in left:
+        near = [
+            place
+            for place, (other, theirs) in enumerate(right)
+            if other == frame
+            and theirs["label"] == ours["label"]
+            and np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
+        ]
+        assert near, (frame, ours)
+        right.pop(near[0])
