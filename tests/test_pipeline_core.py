@@ -216,6 +216,8 @@ def test_a_closer_look_at_a_window_that_was_sought_tells_the_sign_s_size() -> No
         assert len(asked) == (1 if bench.core.params.pipeline.closer_look else 0)
         assert all(np.array_equal(box, track.relocalisation.box) for box in asked)
         (event,) = [event for event in frame.events if event.kind == "relocalised"]
+        values = [event.values.get(name) for name in ("score", "x1", "y1", "x2", "y2")]
+        assert values == ([None] * 5 if seen is None or "closer" not in event.text else [seen.score, *seen.box])
         return track.box, event.text
 
     found, text = box_of(Sighting(edges, 5.0))

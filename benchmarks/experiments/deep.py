@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
-from benchmarks.experiments.held_out import Found, held_out
+from benchmarks.experiments.held_out import ACF_IS, Found, held_out
 from benchmarks.systems.curves import plain
 from benchmarks.timing.contenders import SIGNS
 from tsr_engine.detection.onnx import OnnxDetector
@@ -101,7 +101,7 @@ def _tell(result: Result) -> str:
         rows.append([name, f"{f[name]['ap']:.4f}", *recalls, *by_width])
     t = f["training"]
     return (
-        table(rows) + "\nThe last columns: signs found at 0.1 false a picture, by width.\n\n"
+        table(rows) + ACF_IS + "\nThe last columns: signs found at 0.1 false a picture, by width.\n\n"
         f"The network is convolutional and without anchors: {t['parameters']:,} parameters ({f['bytes'] / 1e6:.1f} MB "
         "as ONNX), one answer a cell of 8 px. It was trained from random weights on one CPU core in "
         f"{t['cpu_minutes']} minutes of CPU time: {t['steps']:,} steps of {t['batch']} crops of {t['crop']} px, which "

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
-from benchmarks.experiments.held_out import Found, held_out
+from benchmarks.experiments.held_out import ACF_IS, Found, held_out
 from benchmarks.peers.kept import Kept, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.remembered import systems_code
@@ -135,7 +135,7 @@ def _tell(result: Result) -> str:
         f = curves[name]
         rows.append([name, f"{f['ap']:.4f}", *(f"{f['recall_at'][r]:.3f}" for r in RATES), _ms(f)])
     rows.append(["*bar*", "*0.98, aim 0.995*", "*0.95*", "", "", ""])
-    parts = [table(rows)]
+    parts = [table(rows), ACF_IS]
     behind = outdone(curves, OURS, _columns())
     if len(curves) > len(OURS):
         parts.append(

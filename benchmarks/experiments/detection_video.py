@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.experiments.held_out import ACF_IS
 from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, read_looming
 from benchmarks.peers.kept import Kept, file_digest
 from benchmarks.systems.curves import RATES, outdone, plain
@@ -196,7 +197,7 @@ def _tell(result: Result) -> str:
         f = curves[name]
         live = f"{f['ap_live']:.4f}" if "ap_live" in f else ""
         rows.append([name, f"{f['ap']:.4f}", live, *(f"{v:.3f}" for v in f["recall_at"].values()), f"{f['ms']:.0f}"])
-    parts = [table(rows)]
+    parts = [table(rows), ACF_IS]
     parts.append(
         "\nA tracked box counts in every frame of a track that was confirmed at any time, as `tsr track --csv` writes "
         "it; the second AP counts it only from the frame in which the track is confirmed. Chosen: "

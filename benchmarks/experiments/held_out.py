@@ -20,7 +20,14 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.offline import BANDWIDTH, split_scenes
 
-__all__ = ["Found", "HeldOut", "held_out"]
+__all__ = ["ACF_IS", "Found", "HeldOut", "held_out"]
+
+ACF_IS = (
+    "\n*ACF* is our offline detector as it ships: the paper's cascade on aggregated channel features, and what ours "
+    "does with its candidates besides (second look, likeness, outline; docs/models.md). No row is of the cascade "
+    "alone, which lets many things through on purpose.\n"
+)
+"""What the rows of our detector are rows of."""
 
 Found = list[tuple[FloatArray, FloatArray, FloatArray]]
 """Per scene: boxes (n, 4), scores (n,), best first, and the signs' boxes (m, 4)."""

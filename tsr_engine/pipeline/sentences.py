@@ -47,7 +47,8 @@ def sought(
     if seen is None:
         return Event("relocalised", track_id, f"{text}.", values)
     text += f", where a closer look sees a sign with score {seen.score:.1f}."
-    return Event("relocalised", track_id, text, values | {"score": seen.score})
+    edges = dict(zip(("x1", "y1", "x2", "y2"), seen.box.tolist(), strict=True))
+    return Event("relocalised", track_id, text, values | {"score": seen.score} | edges)
 
 
 def astray(track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation, sigmas: float) -> Event:
