@@ -1,6 +1,6 @@
 """Tracks of a data set as documents of a run: what somebody has drawn in another tool becomes people's word here.
 
-A track that is one of the run's says what that track shall show; where it shows that already, nothing happens. In an
+A track that is one of the run's says what that track shall show; what it shows already stays as it is. In an
 export of the same run it is the one of the same name. In every other file names are somebody else's (each run has an
 ``m1``), so boxes have to agree. Every other track becomes a new one. Tracks that the file does not have stay as they
 are.
@@ -12,26 +12,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from uuid import uuid4
 
-import numpy as np
-from numpy.typing import NDArray
-
-from app.edits.documents import KeyFrame, TrackDoc
+from app.edits.documents import TrackDoc, engine_doc
+from app.exchange.laid_over import Alike, alike, as_shown, key_frames_of, laid_over
 from app.exchange.marks import REVIEWS, new_notes
 from app.exchange.same_sign import lying_on, touching
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import part_of
-from tsr_engine.exchange.thinning import key_frames, runs_of
 
 __all__ = ["THIN_PX", "Annotated", "annotate"]
 
 THIN_PX = 0.5
 """Tracks with a box of their own in every frame are thinned so that no edge moves by more, px."""
-_WRITTEN_PX = 0.06
-"""What formats with two decimals or percents of the picture lose, px."""
-_WHOLE_PX = 0.51
-"""What formats with whole pixels lose, px."""
-_DRAWN_PX = 1.0
-"""By how much interpolated boxes may differ from ours: what thinning lost on the way out and what rounding adds, px."""
 
 
 @dataclass(slots=True)
@@ -80,18 +71,23 @@ def annotate(
     counted, ignored = _counted(tracks)
     for track, own in zip(counted, _own(counted, shown, present, exported), strict=True):
         known = own is not None
-        if own is not None and own in shown and _same(track, shown[own], size):
+        base = _base(own, shown, present)
+        over = None if own is None or base is None else alike(track, shown[own], base, size, THIN_PX)
+        if own is not None and over is not None and _same(track, shown[own], over):
             found.same += 1
             continue
         key = _fresh() if own is None else own
-        dense = len(track.frames) > 2 and bool(track.key.all())
-        keep = key_frames(replace(track, key=np.zeros_like(track.key)) if dense else track, THIN_PX)
-        document = _document(key, track, keep, present.get(key), author)
+        old = present.get(key, TrackDoc(key=key))
+        if base is None or over is None or over.run is None:
+            document, thinner = _made(key, track)
+        else:
+            document, thinner = laid_over(track, over, base, THIN_PX)
+        document = _judged(document, track, old, author)
         if key in present and present[key].same(document):  # brought in before
             found.same += 1
             continue
         found.documents[key] = document
-        thinned += dense and not keep.all()
+        thinned += thinner
         found.boxes += len(track.frames)
         found.changed += known
         found.made += not known
@@ -138,59 +134,37 @@ def _own(
     return names
 
 
-def _same(track: Track, shown: Track, size: tuple[int, int]) -> bool:
+def _same(track: Track, shown: Track, found: Alike) -> bool:
     """Whether a track of the run shows already what the file says, as far as a file can say it."""
-    edges = np.array([*size, *size], np.float64)
-    cut = np.clip(shown.boxes, 0.0, edges)
-    inside = part_of(replace(shown, boxes=cut), (cut[:, 2] > cut[:, 0]) & (cut[:, 3] > cut[:, 1]))
-    if inside is None:
-        return False
-    shown = inside
-    if not np.array_equal(track.frames, shown.frames) or not np.array_equal(track.occluded, shown.occluded):
-        return False
-    said = _labels(track)
-    if ((said != _labels(shown)) & (said >= 0)).any():
-        return False
-    if track.state in REVIEWS and track.state not in ("open", shown.state):
-        return False
-    far = np.abs(track.boxes - shown.boxes).max(axis=1)
-    written = _WHOLE_PX if np.array_equal(track.boxes, np.rint(track.boxes)) else _WRITTEN_PX
-    return bool((far[track.key] <= written).all() and (far <= _DRAWN_PX).all())
+    judged = track.state in REVIEWS and track.state not in ("open", shown.state)
+    return not judged and as_shown(track, found)
 
 
-def _labels(track: Track) -> NDArray[np.int64]:
-    return np.full(len(track.frames), track.label) if track.labels is None else track.labels
+def _made(key: str, track: Track) -> tuple[TrackDoc, bool]:
+    """A document that shows the track by its key frames alone, and whether boxes were thinned to these."""
+    keys, thinned = key_frames_of(track, THIN_PX, track.label)
+    return TrackDoc(key=key, class_id=track.label if track.label >= 0 else None, keys=keys), thinned
 
 
-def _document(key: str, track: Track, keep: NDArray[np.bool_], present: TrackDoc | None, author: str) -> TrackDoc:
-    """A document that shows the track by its key frames alone.
-
-    Lines run between key frames; the last one before a gap, and the last of all, holds no line.
-    """
-    ends = np.zeros(len(track.frames), np.bool_)
-    ends[runs_of(track.frames)[1:] - 1] = True
-    labels = _labels(track)
-    keep = keep | ((labels != track.label) & (labels >= 0))  # a label of its own holds for one key frame alone
-    keys: dict[str, KeyFrame] = {}
-    for i in np.flatnonzero(keep).tolist():
-        x1, y1, x2, y2 = track.boxes[i].tolist()
-        keys[str(int(track.frames[i]))] = KeyFrame(
-            box=(x1, y1, x2, y2),
-            occluded=bool(track.occluded[i]),
-            interpolate=not ends[i],
-            class_id=int(labels[i]) if labels[i] != track.label and labels[i] >= 0 else None,
-        )
-    old = TrackDoc(key=key) if present is None else present
+def _judged(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> TrackDoc:
+    """The document with what the file says of the whole track; what it does not say stays."""
     state = track.state if track.state in REVIEWS else "open"
-    return TrackDoc(
-        key=key,
-        revision=old.revision,
-        class_id=track.label if track.label >= 0 else None,
-        review=old.review if state == "open" else state,  # type: ignore[arg-type]
-        not_a_sign=old.not_a_sign and state in ("open", "rejected"),
-        keys=keys,
-        notes=(*old.notes, *new_notes(track.notes, author, old)),
+    return document.model_copy(
+        update={
+            "revision": old.revision,
+            "review": old.review if state == "open" else state,
+            "not_a_sign": old.not_a_sign and state in ("open", "rejected"),
+            "notes": (*old.notes, *new_notes(track.notes, author, old)),
+        }
     )
+
+
+def _base(own: str | None, shown: Mapping[str, Track], present: Mapping[str, TrackDoc]) -> TrackDoc | None:
+    """The document that shows a track of the run; None: it shows nothing."""
+    if own is None or own not in shown:
+        return None
+    frames = shown[own].frames
+    return present[own] if own in present else engine_doc(int(own[1:]), int(frames[0]), int(frames[-1]))
 
 
 def _fresh() -> str:

@@ -34,10 +34,18 @@ function holds(state, what) {
   return before === undefined ? false : doc.keys[before][what];
 }
 
-/** @param {App} app @param {'set_occluded'|'set_outside'} name @param {'occluded'|'outside'} what */
+/**
+ * Say something of the selected track from here on. A box of the engine stays the engine's: only one that people have drawn,
+ * or that lies on a line between two such, is pinned here.
+ *
+ * @param {App} app
+ * @param {'set_occluded'|'set_outside'} name
+ * @param {'occluded'|'outside'} what
+ */
 function toggle(app, name, what) {
   const state = app.store.get();
-  const box = state.review?.selected ? shownTrack(state.review, state.review.selected)?.box ?? null : null;
+  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+  const box = shown === null || shown.origin === 'engine' ? null : shown.box;
   editSelected(app, { name, value: !holds(state, what), box });
 }
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "edits"))
 sys.path.insert(0, str(Path(__file__).parent))
 
 from exchange_desk import Desk, open_desk

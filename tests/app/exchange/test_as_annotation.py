@@ -27,10 +27,11 @@ def line(uid: str = "t1", frames: range | list[int] = range(10), label: int = 14
     return replace(track, **more)  # type: ignore[arg-type]
 
 
-def shown(document: TrackDoc) -> Track:
-    """What a document shows."""
+def shown(document: TrackDoc, engine: Track | None = None) -> Track:
+    """What a document shows over a track of the engine."""
     nothing = np.zeros(0, np.int64), np.zeros((0, 4))
-    found = effective_track(document, lambda _: nothing, 1000)
+    boxes = nothing if engine is None else (engine.frames, engine.boxes)
+    found = effective_track(document, lambda _: boxes, 1000)
     n = len(found.frame)
     return Track(
         document.key,
@@ -121,11 +122,14 @@ def test_a_track_that_shows_it_already_is_let_alone() -> None:
     ids=["label", "box", "hidden", "state", "frames"],
 )
 def test_a_track_of_the_run_takes_over_what_the_file_says(change: dict[str, object]) -> None:
-    before = TrackDoc(key="m7", revision=4, review="needs_work", not_a_sign=False)
+    before = engine_doc(7, 0, 9).model_copy(update={"revision": 4, "review": "needs_work"})
     track = replace(line("m7"), **change)  # type: ignore[arg-type]
     found = annotate([track], {"m7": line("m7")}, {"m7": before}, "ada", SIZE)
     assert (found.changed, found.made, list(found.documents)) == (1, 0, ["m7"])
-    assert_same_track(shown(found.documents["m7"]), track, 0.5)
+    whole = 14 if found.documents["m7"].class_id is None else found.documents["m7"].class_id
+    assert whole == track.label
+    assert_same_track(replace(shown(found.documents["m7"], line("m7")), label=whole, labels=None), track, 0.5)
+    assert found.documents["m7"].revision == 4
     assert found.documents["m7"].review == ("accepted" if track.state == "accepted" else "needs_work")
 
 

@@ -84,3 +84,26 @@ test('who merges two signs that are seen at once is told what is hidden', () => 
     'Track drawn at 19 has boxes in 2 frames in which drawn at 10 has one too; there drawn at 10 counts. Track drawn at 20 has boxes in 3 frames in which drawn at 10 or drawn at 19 has one too; there what was marked first counts.');
   assert.equal(mergeWords(review, 'h00000003', ['h00000001', 'h00000004']), 'Track drawn at 20 has boxes in 1 frame in which drawn at 10 has one too; there drawn at 10 counts.', 'two that were added, not the first one');
 });
+
+for (const [id, what] of /** @type {const} */ ([['occluded', 'occluded'], ['outside', 'outside']])) {
+  test(`a box of the engine stays the engine's when it is marked ${what}; one on a line of people's is pinned`, async () => {
+    const { store, editor, review, end } = await createWorld();
+    const mark = boxes.find((one) => one.id === id);
+    const app = /** @type {any} */ ({ store, edit: editor.edit });
+    const track = /** @type {any} */ ({ id: 1, state: 'confirmed', source: 0, box: BOX, class_id: 14 });
+    const overlays = Object.fromEntries([40, 45, 50].map((frame) => [frame, { frame, detections: [], tracks: [track] }]));
+    store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 40, tracks: state.review?.tracks && { ...state.review.tracks, class_id: [14, 14] }, overlays: /** @type {any} */ (overlays) }));
+    mark?.run(app);
+    await editor.settled();
+    assert.deepEqual(review().docs.m1.keys[40].box, null);
+    assert.equal(review().docs.m1.keys[40][what], true);
+    mark?.run(app);
+    for (const frame of [45, 55]) editor.edit({ name: 'set_box', key: 'm1', frame, box: BOX });
+    editor.edit({ name: 'interpolate', key: 'm1', frame: 45, first: 45, last: 55, value: true });
+    store.dispatch((state) => changeReview(state, { frame: 50 }));
+    mark?.run(app);
+    await editor.settled();
+    assert.deepEqual(review().docs.m1.keys[50].box, BOX);
+    end();
+  });
+}

@@ -1,0 +1,78 @@
+"""What people said of one run, and what becomes of it: in another tool, in a newer run, beside what-ifs."""
+
+from __future__ import annotations
+
+import shutil
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import PATIENCE, Desk, choose_label, edited, next_long_track, tracked, wait
+from tests.e2e.screenshots import CHROMIUM, FLAGS
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+FRAMES = 80
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    home = tmp_path_factory.mktemp("runs")
+    roots = tmp_path_factory.mktemp("clips")
+    shutil.copyfile(SHIPPED[0].video, roots / "clip.mp4")
+    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
+        video = str(server.add_video(roots / "clip.mp4")["id"])
+        run = tracked(server, video, {"stop": FRAMES})
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Desk(server, browser, video, run)
+        browser.close()
+
+
+def exported(desk: Desk, folder: Path) -> Path:
+    """The run as it is now, as a file of CVAT."""
+    made = desk.server.call("POST", "/exports", {"runs": [desk.run], "format": "cvat-video", "pictures": "none"})["id"]
+    end = time.monotonic() + PATIENCE
+    while (now := desk.server.call("GET", f"/artefacts/{made}"))["state"] != "complete":
+        assert time.monotonic() < end, now
+        assert now["state"] != "failed", now
+        time.sleep(0.1)
+    request = urllib.request.Request(desk.server.base + f"/api/artefacts/{made}/download")
+    request.add_header("Authorization", "Bearer " + (desk.server.home / "token").read_text().strip())
+    with urllib.request.urlopen(request, timeout=60) as answer:
+        (folder / "labels.zip").write_bytes(answer.read())
+    return folder / "labels.zip"
+
+
+def test_another_class_keeps_source_score_and_lanes(desk: Desk, tmp_path: Path) -> None:
+    page = desk.page()
+    key = str(next_long_track(page)["selected"])
+    page.locator(".lanes-detail").wait_for()
+    lane: Any = page.evaluate("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", key)
+    assert set(lane["source"]) <= {0, 1, 2}
+    page.keyboard.press("l")
+    edited(page, lambda: choose_label(page, "stop"))
+    content = exported(desk, tmp_path)
+    edited(page, lambda: page.keyboard.press("Control+z"))
+    page.locator("[data-operation=import]").click()
+    page.locator("#import-file").set_input_files(content)
+    page.locator("[name=import-as][value=annotation]").check()
+    page.get_by_role("button", name="Import", exact=True).click()
+    page.get_by_role("button", name="Show the corrected run").click()
+    now = wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == 14)
+    assert now["docs"][key]["keys"] == {}
+    page.locator(".lanes-detail").wait_for()
+    assert page.evaluate("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", key) == lane
+    assert "stop" in page.locator(".lanes-detail-name").inner_text()
