@@ -12,6 +12,7 @@ from app.api.responses import failures
 from app.api.runs import RunId
 from app.context import ContextDep
 from app.edits.commands import Command, Redo, Undo
+from app.edits.earlier import Earlier, earlier_corrections
 from app.edits.service import Adopted, Annotation, EditAnswer, LogEntry
 from app.errors import Invalid
 from app.shapes import PLAIN, Model
@@ -43,6 +44,12 @@ class Log(Model):
     """Rows of the log."""
 
     edits: list[LogEntry]
+
+
+class EarlierCorrections(Model):
+    """What could be carried over from an earlier run."""
+
+    found: Earlier | None
 
 
 @router.get("/runs/{run_id}/annotation", operation_id="get_annotation", responses=failures(404))
@@ -77,6 +84,13 @@ def list_edits(run_id: RunId, context: ContextDep, after: Annotated[int, Query(g
 def adopt_edits(run_id: RunId, source: AdoptFrom, context: ContextDep) -> Adopted:
     """Carry the edits of another run of the same video over to this one."""
     return context.edits.adopt(run_id, source.from_run, source.author or context.settings.author)
+
+
+@router.get("/runs/{run_id}/earlier", operation_id="get_earlier_corrections", responses=failures(404))
+def get_earlier_corrections(run_id: RunId, context: ContextDep) -> EarlierCorrections:
+    """Corrections of an earlier run of the same video that have not come over to this one."""
+    with context.database.read() as session:
+        return EarlierCorrections(found=earlier_corrections(session, context.evidence, run_id))
 
 
 def _revisions(header: str) -> dict[str, int]:

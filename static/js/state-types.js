@@ -49,7 +49,7 @@
 
 /** @typedef {{key: string, frame: number, box: Box}} Draft   a box that was drawn and has no class yet: not a track until it gets one */
 
-/** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}}} Banner */
+/** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}, once?: string}} Banner   once: under this name it is put away for good when a person hides it */
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'judge'
  *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings', data?: any}} Dialog */
@@ -86,6 +86,7 @@
  * @property {{op_id: string, command: Command, held: boolean}[]} unsaved   operations without an acknowledgement yet; held: a person has to decide
  * @property {{box: Box, key: string}|null} drag       box under the pointer
  * @property {QueueFilter} filter
+ * @property {import('./types.js').Earlier|null} earlier   corrections of an earlier run that are offered to this one
  * @property {'recording'|'space'|null} beside         what stands beside the picture
  */
 

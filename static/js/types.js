@@ -96,6 +96,8 @@
  * @property {string|null} finished
  */
 
+/** @typedef {{run_id: string, tracks: number, seq: number}} Earlier   an earlier run with corrections: tracks that people corrected there, number of its newest operation */
+
 /**
  * Confirmed tracks of a run, a column a property, one entry a track.
  * @typedef {object} TrackColumns

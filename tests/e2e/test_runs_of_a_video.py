@@ -76,3 +76,39 @@ def test_another_class_keeps_source_score_and_lanes(desk: Desk, tmp_path: Path) 
     page.locator(".lanes-detail").wait_for()
     assert page.evaluate("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", key) == lane
     assert "stop" in page.locator(".lanes-detail-name").inner_text()
+
+
+def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> None:
+    page = desk.page()
+    key = str(next_long_track(page)["selected"])
+    page.keyboard.press("l")
+    edited(page, lambda: choose_label(page, "yield"))
+    later = tracked(desk.server, desk.video, {"stop": FRAMES, "name": "Later"})
+    page.locator(".topbar-run").select_option(later)
+    notice = page.locator(".banner", has_text="in an earlier run")
+    notice.get_by_role("button", name="Carry them over").click()
+    told = page.get_by_role("dialog").get_by_role("status")
+    told.filter(has_text="1 track kept, 0 no longer needed").wait_for()
+    page.get_by_role("dialog").get_by_role("button", name="Close").last.click()
+    now = wait(page, lambda s: s["run"] == later and s["docs"])
+    assert [doc["class_id"] for doc in now["docs"].values()] == [13]
+    notice.wait_for(state="detached")
+    page.reload()
+    wait(page, lambda s: s["run"] == later and s["docs"] and s["overlay"] is not None)
+    assert notice.count() == 0
+    # more is corrected there: that is told again, and can be put away for good
+    page.locator(".topbar-run").select_option(desk.run)
+    wait(page, lambda s: s["run"] == desk.run and key in s["docs"])
+    page.evaluate("k => { location.hash = location.hash.replace(/&track=.*|$/, '&track=' + k) }", key)
+    wait(page, lambda s: s["selected"] == key)
+    page.keyboard.press("l")
+    edited(page, lambda: choose_label(page, "stop"))
+    for told_again in (True, False):
+        page.locator(".topbar-run").select_option(later)
+        wait(page, lambda s: s["run"] == later and s["docs"] and s["overlay"] is not None)
+        if told_again:
+            notice.get_by_role("button", name="Hide this warning").click()
+        page.wait_for_timeout(500)
+        assert notice.count() == 0
+        page.locator(".topbar-run").select_option(desk.run)
+        wait(page, lambda s: s["run"] == desk.run)

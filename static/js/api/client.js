@@ -234,7 +234,9 @@ export function createApi(setup = {}) {
     },
     /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<{edits: import('../model/deleted.js').LogRow[]}>} at most a thousand rows of the log after a number */
     edits: async (run, after, call) => expectObject('GET /runs/…/edits', await json(`/runs/${e(run)}/edits`, {...call, query: {after}}), {edits: 'array'}),
-    /** @param {string} run @param {string} from @param {Call} [call] @returns {Promise<Adoption>} */
-    adopt: async (run, from, call) => expectObject('POST /runs/…/adopt', await json(`/runs/${e(run)}/adopt`, {...call, method: 'POST', body: {from_run: from}, timeout: 120_000}), {kept: 'array', not_needed: 'array', conflicts: 'array'}),
+    /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').Earlier|null>} */
+    earlier: async (run, call) => expectObject('GET /runs/…/earlier', await json(`/runs/${e(run)}/earlier`, call), {found: 'nullable'}).found,
+    /** @param {string} run @param {string} from @param {string|null} author @param {Call} [call] @returns {Promise<Adoption>} */
+    adopt: async (run, from, author, call) => expectObject('POST /runs/…/adopt', await json(`/runs/${e(run)}/adopt`, {...call, method: 'POST', body: {from_run: from, author}, timeout: 120_000}), {kept: 'array', not_needed: 'array', conflicts: 'array'}),
   };
 }

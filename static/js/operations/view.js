@@ -72,6 +72,16 @@ export const view = [
     disabled: (state) => (state.banners.some(({ id }) => id === 'conflict') ? null : 'There is no conflict.'),
     run: (app) => app.editor.decide(),
   }),
+  operation({
+    id: 'carry-over', label: 'Carry over corrections of an earlier run', keys: [], group: 'History',
+    tooltip: 'Each is found again in this run, left out where this run shows it by itself, or told as a conflict',
+    disabled: (state) => (state.review?.earlier ? null : 'No earlier run has corrections that this one lacks.'),
+    run: (app) => app.store.dispatch((state) => {
+      const { review } = state;
+      const from = review && state.runs[review.video.id]?.find(({ id }) => id === review.earlier?.run_id);
+      return from ? openDialog(state, { kind: 'adopted', data: { from, to: review.run, now: true } }) : state;
+    }),
+  }),
   ...LAYERS.map((name, at) =>
     operation({
       id: `layer-${name}`, label: LAYER_NAMES[name], keys: [String(at + 1)], group: 'Layers', tooltip: `Show or hide: ${LAYER_NAMES[name]} (${at + 1})`,

@@ -12,6 +12,7 @@ import { createTimebase } from '../model/timebase.js';
 import { tracksBehind } from '../model/track_lane.js';
 import { hideBanner, showBanner, setRuns } from '../store/actions/page.js';
 import { changeReview, closeReview, openReview, putLane, putOverlays, putTruth, seek, select, selectedLanes } from '../store/actions/review.js';
+import { offerEarlier } from './earlier.js';
 import { createRests } from './rests.js';
 
 /** Frames of one request for overlays. */
@@ -27,7 +28,7 @@ const AGAIN = 2000;
 /** @param {unknown} thrown */
 const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'offline';
 /** What is said of a review goes with it. @param {State} state */
-const withoutErrors = (state) => hideBanner(hideBanner(state, 'review'), 'picture');
+const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBanner, state);
 
 /**
  * @typedef {object} Loader
@@ -150,6 +151,7 @@ export function createLoader(app, hooks) {
     if (run.state === 'queued' && run.frames_done === 0) return;
     const [tracks, lanes] = await Promise.all([api.tracks(run.id, { signal }), api.lanes(run.id, { signal })]);
     store.dispatch((state) => changeReview(state, { tracks, lanes }));
+    offerEarlier(app, run, signal).catch((thrown) => fail(thrown, signal));
   }
 
   /** @param {string} video @param {AbortSignal} signal */
@@ -319,6 +321,7 @@ export function createLoader(app, hooks) {
       if (run.state !== 'running' || now - followed > FOLLOW) {
         followed = now;
         void refresh();
+        if (current) offerEarlier(app, run, current.signal).catch(() => {}); // opened again, it is looked for again
       } else {
         timer = setTimeout(() => void refresh(), FOLLOW);
       }

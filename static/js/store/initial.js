@@ -70,5 +70,6 @@ export const initialReview = (video, layers = USUAL_LAYERS) => ({
   unsaved: [],
   drag: null,
   filter: { ...NO_FILTER },
+  earlier: null,
   beside: null,
 });

@@ -4,6 +4,7 @@
 import {hideBanner} from '../store/actions/page.js';
 import {h, reconcile, setText} from './dom.js';
 import {icon} from './icons.js';
+import {putAway} from './preferences.js';
 
 /** @typedef {import('../state-types.js').Banner} Banner */
 
@@ -22,10 +23,13 @@ export function createBanners(app) {
     return h('div', {class: `banner banner-${banner.tone}`, role: banner.tone === 'info' ? 'status' : 'alert'},
       icon(banner.id === 'offline' ? 'offline' : banner.tone === 'info' ? 'info' : 'alert'),
       h('span', {class: 'banner-text grow'}),
-      operation && h('button', {class: 'btn btn-small', type: 'button', onclick: () => operation.run(app)}, banner.action?.label),
+      operation && h('button', {class: 'btn btn-small', type: 'button', title: operation.tooltip, onclick: () => operation.run(app)}, banner.action?.label),
       h('button', {
         class: 'btn btn-quiet btn-icon btn-small', type: 'button', 'aria-label': 'Hide this warning',
-        onclick: () => app.store.dispatch((state) => hideBanner(state, banner.id)),
+        onclick: () => {
+          if (banner.once) putAway(banner.once);
+          app.store.dispatch((state) => hideBanner(state, banner.id));
+        },
       }, icon('close')));
   }
 

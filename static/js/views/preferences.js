@@ -66,3 +66,17 @@ export function forget(name) {
     // As above.
   }
 }
+
+/** Notices that are remembered as put away. */
+const PUT_AWAY = 100;
+
+/** @returns {string[]} the oldest first */
+const putAwayNames = () => (recall('put-away') ?? '').split(' ').filter(Boolean);
+
+/** Whether a person has put a notice away before. @param {string} name */
+export const isPutAway = (name) => putAwayNames().includes(name);
+
+/** Not to be shown again; the names of old ones go. @param {string} name   without spaces */
+export function putAway(name) {
+  remember('put-away', [...putAwayNames().filter((known) => known !== name), name].slice(-PUT_AWAY).join(' '));
+}

@@ -200,3 +200,38 @@ def test_unknown_runs_are_not_found(http: Server) -> None:
     assert page.send(relabel("m1", 1), '"m1:0"').status_code == 404
     assert http.client.get(f"/api/runs/{page.run}/annotation").status_code == 404
     assert http.client.get(f"/api/runs/{page.run}/edits").status_code == 404
+
+
+def earlier(page: Page) -> Any:
+    answer = page.client.get(f"/api/runs/{page.run}/earlier")
+    assert answer.status_code == 200, answer.text
+    return answer.json()["found"]
+
+
+def test_a_later_run_is_told_of_corrections_that_it_lacks(
+    http: Server, made: toy_home.ToyHome, ann: Page, tracks: list[str]
+) -> None:
+    ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
+    ann.send({"name": "set_review", "frame": 1, "key": tracks[1], "review": "accepted"}, f'"{tracks[1]}:0"')
+    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    assert earlier(new) == {"run_id": ann.run, "tracks": 2, "seq": ann.log()[-1]["seq"]}
+    assert (earlier(ann) or {}).get("run_id") != new.run, "nothing comes from a later run"
+    adopt(new, ann.run)
+    assert earlier(new) is None
+    ann.send(relabel(tracks[0], 8), f'"{tracks[0]}:1"')
+    assert earlier(new)["tracks"] == 2, "what is new there is worth telling again"
+    whatif = Page(http, made.add_run(folder=f"runs/{made.run_id}", kind="whatif"))
+    assert earlier(whatif) is None
+
+
+def test_what_was_undone_is_no_correction(http: Server, made: toy_home.ToyHome, tracks: list[str]) -> None:
+    old = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    kept = old.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').json()
+    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    assert earlier(new)["run_id"] == old.run
+    old.send({"name": "undo", "op_id": kept["op_id"]})
+    assert (earlier(new) or {}).get("run_id") != old.run
+
+
+def test_no_run_has_nothing_earlier(http: Server) -> None:
+    assert http.client.get(f"/api/runs/{'0' * 32}/earlier").status_code == 404

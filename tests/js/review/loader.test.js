@@ -29,6 +29,7 @@ async function create() {
     frameTable: async () => ({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] }),
     tracks: async () => null,
     lanes: async () => null,
+    earlier: async () => null,
     truths: async () => truths.list,
     truthBoxes: async (/** @type {string} */ id, /** @type {number} */ first) => {
       truths.asked.push(`${id}/${first}`);

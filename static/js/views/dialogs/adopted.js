@@ -3,16 +3,19 @@
 
 import { sentence } from '../../api/errors.js';
 import { trackName } from '../../model/track_name.js';
+import { endOffer } from '../../review/earlier.js';
 import { changeReview, seek, select } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../format.js';
+import { recall } from '../preferences.js';
+import { runName } from '../run-words.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{from: Run, to: Run}`
+ * @param {import('./layer.js').Setup} setup   data: `{from: Run, to: Run, now?: true}`; now: it was asked for already
  * @returns {import('./layer.js').Content}
  */
 export function adoptedDialog({ app, data, close, signal }) {
-  const text = h('p', { role: 'status' }, `Each corrected track of “${data.from.name}” is looked up in “${data.to.name}” by where its boxes lie.`);
+  const text = h('p', { role: 'status' }, `Each corrected track of “${runName(data.from)}” is looked up in “${runName(data.to)}” by where its boxes lie.`);
   const error = h('p', { class: 'field-error', role: 'alert' });
   const list = h('ul', { class: 'stack' });
   const cancel = h('button', { class: 'btn', type: 'button', onclick: close }, 'Cancel');
@@ -39,8 +42,9 @@ export function adoptedDialog({ app, data, close, signal }) {
     }
     go.disabled = true;
     try {
-      const found = await app.api.adopt(data.to.id, data.from.id, { signal });
+      const found = await app.api.adopt(data.to.id, data.from.id, recall('author'), { signal });
       await app.editor.refresh();
+      endOffer(app, data.to.id, data.from.id);
       done = true;
       cancel.hidden = true;
       go.disabled = false;
@@ -54,5 +58,6 @@ export function adoptedDialog({ app, data, close, signal }) {
     }
   }
 
+  if (data.now) void submit();
   return { title: 'Bring corrections to this run', size: 'middle', body: h('div', { class: 'stack' }, text, error, list), footer: [cancel, go], submit, focus: go };
 }

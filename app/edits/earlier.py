@@ -1,0 +1,83 @@
+"""Corrections that belong to an earlier run of a video and have not come over to a later one."""
+
+from __future__ import annotations
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from app.edits.documents import TrackDoc
+from app.edits.stored import documents_of
+from app.errors import NotFound
+from app.evidence.service import EvidenceService
+from app.shapes import Model
+from app.storage.models import Edit, Run
+
+__all__ = ["Earlier", "earlier_corrections"]
+
+
+class Earlier(Model):
+    """The corrections of an earlier run.
+
+    Attributes:
+        run_id: that run.
+        tracks: tracks of which people have said something there.
+        seq: number of its newest operation, so that a page knows which state it was told of.
+    """
+
+    run_id: str
+    tracks: int
+    seq: int
+
+
+def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str) -> Earlier | None:
+    """The newest earlier run of the same video with corrections; None: there is none, or all of them came over.
+
+    A what-if is a look at its run, and a run that still goes on cannot take anything over: for both there is nothing.
+
+    Args:
+        session: reads.
+        evidence: knows the engine's tracks.
+        run_id: the run that is looked at.
+
+    Raises:
+        NotFound: no such run.
+    """
+    run = session.get(Run, run_id)
+    if run is None:
+        raise NotFound(f"There is no run {run_id[:40]!r}.")
+    if run.kind == "whatif" or run.state != "complete":
+        return None
+    newest = (
+        select(Run.id, func.max(Edit.seq))
+        .join(Edit, Edit.run_id == Run.id)
+        .where(Run.video_id == run.video_id, Run.id != run.id, Run.created < run.created, Run.state == "complete")
+        .group_by(Run.id, Run.created)
+        .order_by(Run.created.desc())
+    )
+    for other, seq in session.execute(newest).all():
+        docs = documents_of(session, other).values()
+        tracks = sum(_says_something(doc, evidence, other) for doc in docs)
+        if tracks:
+            return None if _came_over(session, run.id, other, seq) else Earlier(run_id=other, tracks=tracks, seq=seq)
+    return None
+
+
+def _came_over(session: Session, run_id: str, other: str, seq: int) -> bool:
+    """Whether corrections were carried over after the newest of them was made."""
+    adoption = Edit.kind == "adopt", Edit.command["from_run"].as_string() == other
+    last = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id, *adoption))
+    return last is not None and last > seq
+
+
+def _says_something(doc: TrackDoc, evidence: EvidenceService, run_id: str) -> bool:
+    """Whether a track is not as the engine left it; what was drawn and deleted again, or merged, counts elsewhere."""
+    if doc.merged_into is not None or (doc.gone and not doc.key.startswith("m")):
+        return False
+    if doc.gone or doc.class_id is not None or doc.review != "open" or doc.not_a_sign or doc.keys or doc.notes:
+        return True
+    if not doc.key.startswith("m") or len(doc.segments) != 1:
+        return True
+    (piece,) = doc.segments
+    span = evidence.span(run_id, piece.track)
+    whole = span is not None and piece.first <= span[0] and span[1] <= piece.last
+    return doc.key != f"m{piece.track}" or not whole

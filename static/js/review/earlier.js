@@ -1,0 +1,54 @@
+// @ts-check
+/**
+ * Corrections that belong to an earlier run of the video: when a later one is opened, they are offered. Once a person has
+ * put the offer away, or taken it, that state of the earlier run is not offered again in this browser.
+ *
+ * @typedef {import('../page-types.js').App} App
+ * @typedef {import('../state-types.js').Banner} Banner
+ * @typedef {import('../types.js').Run} Run
+ * @typedef {import('../types.js').Earlier} Earlier
+ */
+import { hideBanner, showBanner } from '../store/actions/page.js';
+import { changeReview } from '../store/actions/review.js';
+import { plural } from '../views/format.js';
+import { isPutAway, putAway } from '../views/preferences.js';
+import { runName } from '../views/run-words.js';
+
+/** What is put away with an offer. @param {string} run @param {Earlier} found */
+const nameOf = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;
+
+/**
+ * @param {Run} run       that is open
+ * @param {Run} source    the earlier one
+ * @param {Earlier} found
+ * @returns {Banner}
+ */
+export function offer(run, source, found) {
+  return {
+    id: 'earlier', tone: 'info', once: nameOf(run.id, found), action: { label: 'Carry them over', operation: 'carry-over' },
+    text: `People have corrected ${plural(found.tracks, 'track')} in an earlier run, “${runName(source)}”. This run does not have that yet.`,
+  };
+}
+
+/**
+ * Look for corrections that the run lacks, and offer them.
+ *
+ * @param {Pick<App, 'store'|'api'>} app
+ * @param {Run} run   that is open
+ * @param {AbortSignal} signal
+ */
+export async function offerEarlier({ store, api }, run, signal) {
+  if (run.kind === 'whatif' || run.state !== 'complete') return;
+  const found = await api.earlier(run.id, { signal });
+  const source = store.get().runs[run.video_id]?.find(({ id }) => id === found?.run_id);
+  if (!found || !source || isPutAway(nameOf(run.id, found))) return;
+  store.dispatch((state) => (state.review?.run?.id === run.id ? showBanner(changeReview(state, { earlier: found }), offer(run, source, found)) : state));
+}
+
+/** They have come over. @param {Pick<App, 'store'>} app @param {string} run @param {string} from */
+export function endOffer({ store }, run, from) {
+  const earlier = store.get().review?.earlier;
+  if (!earlier || earlier.run_id !== from || store.get().review?.run?.id !== run) return;
+  putAway(nameOf(run, earlier));
+  store.dispatch((state) => hideBanner(changeReview(state, { earlier: null }), 'earlier'));
+}

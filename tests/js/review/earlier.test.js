@@ -1,0 +1,88 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { beforeEach, test } from 'node:test';
+
+import { endOffer, offerEarlier } from '../../../static/js/review/earlier.js';
+import { hideBanner, setRuns } from '../../../static/js/store/actions/page.js';
+import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+import { isPutAway, putAway } from '../../../static/js/views/preferences.js';
+
+/** @type {Map<string, string>} */
+const kept = new Map();
+Object.assign(globalThis, { localStorage: {
+  getItem: (/** @type {string} */ name) => kept.get(name) ?? null,
+  setItem: (/** @type {string} */ name, /** @type {string} */ value) => kept.set(name, value),
+} });
+beforeEach(() => kept.clear());
+
+const signal = new AbortController().signal;
+const OLD = /** @type {any} */ ({ id: 'old', video_id: 'v', kind: 'engine', state: 'complete', name: 'Run 1', created: '2026-01-01T00:00:00Z' });
+const NEW = { ...OLD, id: 'new', name: 'Run 2' };
+
+/** A later run on the screen, and what the server says of earlier ones. @param {any} found @param {any} [run] */
+function open(found, run = NEW) {
+  const store = createStore(initialState());
+  store.dispatch((state) => changeReview(openReview(setRuns(state, 'v', [run, OLD]), /** @type {any} */ ({ id: 'v', frames: 10 })), { run }));
+  const asked = { count: 0 };
+  const api = /** @type {any} */ ({ earlier: async () => {
+    asked.count += 1;
+    return found;
+  } });
+  return { store, api, asked, banner: () => store.get().banners.find(({ id }) => id === 'earlier') };
+}
+
+test('corrections of an earlier run are offered, in words and with what takes them', async () => {
+  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+  await offerEarlier(page, NEW, signal);
+  assert.match(page.banner()?.text ?? '', /^People have corrected 4 tracks in an earlier run, “Run 1 · /);
+  assert.equal(page.banner()?.action?.operation, 'carry-over');
+  assert.equal(page.store.get().review?.earlier?.run_id, 'old');
+});
+
+test('what was put away is not offered again until more is corrected there', async () => {
+  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+  await offerEarlier(page, NEW, signal);
+  putAway(page.banner()?.once ?? '');
+  page.store.dispatch((state) => hideBanner(state, 'earlier'));
+  await offerEarlier(page, NEW, signal);
+  assert.equal(page.banner(), undefined);
+  await offerEarlier({ ...page, api: /** @type {any} */ ({ earlier: async () => ({ run_id: 'old', tracks: 5, seq: 12 }) }) }, NEW, signal);
+  assert.match(page.banner()?.text ?? '', /5 tracks/);
+});
+
+test('once they have come over the offer ends, also where nothing had to be written', async () => {
+  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+  await offerEarlier(page, NEW, signal);
+  endOffer(page, 'new', 'another');
+  assert.ok(page.banner(), 'those of another run came over');
+  endOffer(page, 'new', 'old');
+  assert.equal(page.banner(), undefined);
+  assert.equal(page.store.get().review?.earlier, null);
+  await offerEarlier(page, NEW, signal);
+  assert.equal(page.banner(), undefined);
+});
+
+test('a what-if and a run that goes on are not asked about; nothing found is nothing said', async () => {
+  for (const run of [{ ...NEW, kind: 'whatif' }, { ...NEW, state: 'running' }]) {
+    const page = open({ run_id: 'old', tracks: 4, seq: 9 }, run);
+    await offerEarlier(page, run, signal);
+    assert.deepEqual([page.asked.count, page.banner()], [0, undefined]);
+  }
+  const page = open(null);
+  await offerEarlier(page, NEW, signal);
+  assert.deepEqual([page.asked.count, page.banner()], [1, undefined]);
+});
+
+test('an answer that comes when another run is open says nothing', async () => {
+  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+  page.store.dispatch((state) => changeReview(state, { run: OLD }));
+  await offerEarlier(page, NEW, signal);
+  assert.equal(page.banner(), undefined);
+});
+
+test('the list of what was put away does not grow without end', () => {
+  for (let i = 0; i < 300; i += 1) putAway(`n${i}`);
+  assert.deepEqual([isPutAway('n299'), isPutAway('n200'), isPutAway('n199')], [true, true, false]);
+});
