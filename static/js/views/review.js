@@ -17,6 +17,9 @@ import {splitter} from './splitter.js';
 import {createTabs} from './tabs.js';
 import {createToolbar} from './toolbar.js';
 
+/** Height of a window in which the lanes need a larger share, px. */
+const LOW = 820;
+
 /**
  * @param {import('../page-types.js').App} app
  * @returns {import('../page-types.js').View}
@@ -44,7 +47,7 @@ export function createReview(app) {
     splitter({label: 'Width of the right column', orientation: 'vertical', container: top, variable: '--side', name: 'review.side', initial: 28, low: 18, high: 50}),
     h('section', {class: 'review-side', 'aria-label': 'Track details and queue'}, side.element));
   grid.append(top,
-    splitter({label: 'Height of the lanes', orientation: 'horizontal', container: grid, variable: '--lanes', name: 'review.lanes', initial: 38, low: 12, high: 65}),
+    splitter({label: 'Height of the lanes', orientation: 'horizontal', container: grid, variable: '--lanes', name: 'review.lanes', initial: innerHeight <= LOW ? 43 : 38, low: 12, high: 65}),
     h('section', {class: 'review-lanes', 'aria-label': 'Time lanes'}, lanes.element));
   const notice = h('div', {class: 'review-notice'}, waiting('The review is opened', {signal: ended.signal}));
   const element = h('div', {class: 'review'}, h('h1', {class: 'visually-hidden'}, 'Review'), toolbar.element, grid, notice,

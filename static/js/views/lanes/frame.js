@@ -3,7 +3,7 @@
 
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
-import { SUB_LANES } from './detail_painter.js';
+import { SUB_LANES, detailHeight } from './detail_painter.js';
 import { SOURCES } from './palette.js';
 
 const NAMES = { detected: 'Detected', predicted: 'Predicted', relocalised: 'Relocalised', corrected: 'Corrected' };
@@ -37,7 +37,7 @@ export function createFrame() {
   };
   const values = SUB_LANES.map(() => h('span', { class: 'lanes-value' }));
   const gutter = h('div', { class: 'lanes-gutter lanes-detail-gutter' }, SUB_LANES.map((lane, i) => h('div', {
-    class: 'lanes-lane-name', title: lane.hint, style: { '--lane': String(lane.height) },
+    class: `lanes-lane-name lanes-lane-${lane.kind}`, title: lane.hint, style: { '--lane': String(lane.height) },
   }, h('span', { class: 'lanes-lane-title' }, h('span', { class: 'truncate' }, lane.label), values[i]),
   lane.kind === 'gate' ? parts.flips : null, lane.kind === 'votes' ? parts.legend : null)));
   const overviewPlot = h('div', { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open doubt (lower band)' }, parts.overview, parts.window, parts.overviewCursor);
@@ -49,7 +49,7 @@ export function createFrame() {
   const tracksPane = h('div', { class: 'lanes-pane lanes-tracks', tabindex: '0', role: 'group', 'aria-label': 'Tracks over time; the queue lists them for the keyboard' },
     h('div', { class: 'lanes-gutter' }), tracksPlot, parts.spacer);
   const detailPlot = h('div', { class: 'lanes-plot' }, parts.detail);
-  const detailPane = h('div', { class: 'lanes-pane lanes-detail', tabindex: '0', role: 'group', 'aria-label': 'Why: values of the selected track over time' }, gutter, detailPlot);
+  const detailPane = h('div', { class: 'lanes-pane lanes-detail', tabindex: '0', style: { '--lanes-full': String(detailHeight(1)) }, role: 'group', 'aria-label': 'Why: values of the selected track over time' }, gutter, detailPlot);
   const head = h('div', { class: 'lanes-head' },
     h('h2', { class: 'lanes-title' }, 'Why'),
     h('ul', { class: 'lanes-legend' }, SOURCES.map((name) => h('li', null, h('span', { class: `lanes-swatch lanes-swatch-${name}` }), NAMES[name]))),
