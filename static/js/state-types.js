@@ -95,6 +95,8 @@
  * @property {number|null} class_id
  * @property {'all'|'open'|'accepted'|'rejected'|'needs_work'} review
  * @property {number} least_doubt
+ * @property {number|null} least_score   best score of a track, log-odds; null: any, also none at all
+ * @property {number|null} most_score
  * @property {string} text
  * @property {'doubt'|'time'|'class'|'score'} sort
  */

@@ -25,7 +25,7 @@ pytestmark = [
     pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
-FRAMES = 80
+FRAMES = 45
 
 
 @pytest.fixture(scope="module")

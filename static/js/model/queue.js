@@ -18,7 +18,7 @@
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
-export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_doubt: 0, text: '', sort: 'doubt' });
+export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_doubt: 0, least_score: null, most_score: null, text: '', sort: 'doubt' });
 
 /**
  * The queue in its order, under the page's filter.
@@ -92,6 +92,21 @@ export function queueOf(entries, filter, labels) {
 }
 
 /**
+ * The smallest and the largest score of the tracks.
+ *
+ * @param {readonly TrackEntry[]} entries
+ * @returns {[number, number]|null} null: none has a score
+ */
+export function scoreRange(entries) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const { score } of entries) {
+    if (score < low) low = score;
+    if (score > high) high = score;
+  }
+  return low <= high ? [low, high] : null;
+}
+
+/**
  * @param {readonly TrackEntry[]} entries
  * @returns {QueueCounts}
  */
@@ -110,7 +125,10 @@ function passes(entry, filter) {
   return (
     (filter.class_id === null || entry.class_id === filter.class_id) &&
     (filter.review === 'all' || entry.review === filter.review) &&
-    entry.doubt >= filter.least_doubt
+    entry.doubt >= filter.least_doubt &&
+    // a track without a score is neither above a limit nor below one
+    (filter.least_score === null || entry.score >= filter.least_score) &&
+    (filter.most_score === null || entry.score <= filter.most_score)
   );
 }
 

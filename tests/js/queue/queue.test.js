@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, queueOrder } from '../../../static/js/model/queue.js';
+import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, queueOrder, scoreRange } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { drive } from '../harness/synthetic.js';
@@ -29,6 +29,18 @@ for (const [sort, order] of /** @type {const} */ ([['time', ['m3', 'm2', 'm1']],
 for (const [filter, order] of /** @type {[object, string[]][]} */ ([[{ class_id: 2 }, ['m2']], [{ least_doubt: 0.4 }, ['m2', 'm3']], [{ text: 'yield' }, ['m3', 'm1']], [{ text: '#3' }, ['m3']], [{ text: 'short' }, ['m2']], [{ text: 'nothing like it' }, []]])) {
   test(`filter ${JSON.stringify(filter)}`, () => assert.deepEqual(queueOrder(state({}, filter)), order));
 }
+
+test('a filter by score has two ends; what has no score passes none of them', () => {
+  assert.deepEqual(queueOrder(state({}, { least_score: 2 })), ['m2', 'm1']);
+  assert.deepEqual(queueOrder(state({}, { most_score: 2 })), ['m2', 'm3']);
+  assert.deepEqual(queueOrder(state({}, { least_score: 1.5, most_score: 2.5 })), ['m2']);
+  const drawn = { ...blankDoc('hab'), keys: { 5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
+  assert.deepEqual(queueOrder(state({ hab: drawn }, { most_score: 1 })), ['m3']);
+  assert.equal(queueOrder(state({ hab: drawn })).length, 4);
+  const entries = trackEntries(state({ hab: drawn }).review.tracks, { hab: drawn });
+  assert.deepEqual(scoreRange(entries), [1, 3]);
+  assert.equal(scoreRange(entries.filter(({ key }) => key === 'hab')), null);
+});
 
 test('a person’s label and review state count, not the engine’s', () => {
   const docs = { m1: doc(1, { class_id: 2, review: 'accepted' }) };

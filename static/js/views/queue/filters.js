@@ -1,8 +1,10 @@
 // @ts-check
 /** What the queue shows and in which order. */
 
+import { scoreRange } from '../../model/queue.js';
 import { filter } from '../app.js';
-import { fill, h, leaveKeysToPicture } from '../dom.js';
+import { fill, h, leaveKeysToPicture, setAttribute } from '../dom.js';
+import { figure } from '../format.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../state-types.js').QueueFilter} QueueFilter */
@@ -22,7 +24,9 @@ export function createFilters(app, signal) {
   sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
   doubt.addEventListener('change', () => filter(app, { least_doubt: Number(doubt.value) }), { signal });
   kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
-  const element = h('div', { class: 'queue-filters' }, h('span', { class: 'input-with-icon queue-search' }, icon('search'), text), sort, review, kind, doubt);
+  const least = limit('Least score', 'Score ≥', (score) => filter(app, { least_score: score }));
+  const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
+  const element = h('div', { class: 'queue-filters' }, h('span', { class: 'input-with-icon queue-search' }, icon('search'), text), sort, review, kind, doubt, least, most);
   leaveKeysToPicture(element);
   let listed = '';
   return {
@@ -45,8 +49,23 @@ export function createFilters(app, signal) {
       sort.value = now.sort;
       doubt.value = String(now.least_doubt);
       kind.value = now.class_id === null ? '' : String(now.class_id);
+      const range = scoreRange(entries);
+      for (const [input, value, name] of /** @type {const} */ ([[least, now.least_score, 'Least'], [most, now.most_score, 'Largest']])) {
+        setAttribute(input, 'title', `${name} score of a track: the best of its detections${range ? `, here ${figure(range[0])} to ${figure(range[1])}` : ''}`);
+        // what is half typed, such as a minus, is left alone
+        if (document.activeElement !== input) input.value = value === null ? '' : String(value);
+      }
     },
   };
+}
+
+/** @param {string} name @param {string} placeholder @param {(score: number|null) => void} change */
+function limit(name, placeholder, change) {
+  const input = h('input', {
+    class: 'input', type: 'number', step: 'any', placeholder, 'aria-label': name, autocomplete: 'off',
+    oninput: () => change(input.value === '' ? null : input.valueAsNumber),
+  });
+  return input;
 }
 
 /** @param {string} name @param {[string, string][]} options */

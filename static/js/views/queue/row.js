@@ -2,7 +2,7 @@
 /** One row of the queue. */
 
 import { h, setAttribute, setText } from '../dom.js';
-import { frameSpan, percent } from '../format.js';
+import { figure, frameSpan, percent } from '../format.js';
 
 const STATES = {
   open: { text: 'Open', tone: '' },
@@ -19,6 +19,7 @@ export function createRow(key) {
   const badge = h('span', { class: 'badge' });
   const reasons = [0, 1].map(() => h('span', { class: 'queue-reason truncate small muted' }));
   const span = h('span', { class: 'queue-span small muted', title: 'Frames' });
+  const score = h('span', { class: 'queue-score truncate small muted', title: 'Best score of its detections' });
   const doubt = h('span', { class: 'queue-doubt', title: 'Doubt' }, h('span'));
   const doubtText = h('span', { class: 'small queue-doubt-text' });
   const element = h('div', { class: 'queue-row', role: 'option', id: `queue-${key}`, dataset: { key } },
@@ -26,7 +27,7 @@ export function createRow(key) {
     h('span', { class: 'queue-text' },
       h('span', { class: 'queue-line' }, name, number, h('span', { class: 'grow' }), badge),
       h('span', { class: 'queue-reasons' }, reasons),
-      h('span', { class: 'queue-line' }, span, h('span', { class: 'grow' }), doubtText, doubt)));
+      h('span', { class: 'queue-line' }, span, score, h('span', { class: 'grow' }), doubtText, doubt)));
   return {
     element,
     /**
@@ -57,6 +58,7 @@ export function createRow(key) {
       reasons[1].hidden = others.length === 0;
       element.title = entry.reasons.join('\n');
       setText(span, frameSpan(entry.first, entry.last));
+      setText(score, Number.isFinite(entry.score) ? `· score ${figure(entry.score)}` : '');
       setText(doubtText, `doubt ${percent(entry.doubt)}`);
       /** @type {HTMLElement} */ (doubt.firstElementChild).style.setProperty('width', `${entry.doubt * 100}%`);
     },
