@@ -1,4 +1,4 @@
-"""Runs: start, follow, cancel, resume, remove."""
+"""Runs: start, follow, rename, cancel, resume, remove."""
 
 from __future__ import annotations
 
@@ -29,6 +29,18 @@ class NewRun(Model):
     first: int = Field(0, ge=0, le=2**31 - 1)
     stop: int | None = Field(None, ge=1, le=2**31 - 1)
     name: str = Field("", max_length=120, pattern=PLAIN)
+
+
+class NewName(Model):
+    """What a run is to be called."""
+
+    name: str = Field(min_length=1, max_length=120, pattern=PLAIN)
+
+
+class RemovedRuns(Model):
+    """Names of the runs that are gone."""
+
+    removed: list[str]
 
 
 class Runs(Model):
@@ -66,6 +78,22 @@ def remove_run(run_id: RunId, context: ContextDep) -> None:
     context.runs.remove(run_id)
     context.evidence.forget(run_id)
     context.space.forget(run_id)
+
+
+@router.patch("/runs/{run_id}", operation_id="rename_run", responses=failures(404))
+def rename_run(run_id: RunId, wanted: NewName, context: ContextDep) -> RunView:
+    """Give a run another name."""
+    return run_view(context.runs.rename(run_id, wanted.name))
+
+
+@router.delete("/runs/{run_id}/whatifs", operation_id="remove_whatifs", responses=failures(404))
+def remove_whatifs(run_id: RunId, context: ContextDep) -> RemovedRuns:
+    """Remove all what-ifs of a run that are over."""
+    removed = context.runs.remove_whatifs(run_id)
+    for name in removed:
+        context.evidence.forget(name)
+        context.space.forget(name)
+    return RemovedRuns(removed=removed)
 
 
 @router.post("/runs/{run_id}/cancel", operation_id="cancel_run", status_code=202, responses=failures(404))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import uuid
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import select
@@ -28,7 +28,7 @@ _ACTIVE = ("queued", "running")
 
 
 class RunService:
-    """Start, list, cancel, resume, remove."""
+    """Start, list, rename, cancel, resume, remove."""
 
     def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
         self._settings = settings
@@ -110,6 +110,21 @@ class RunService:
         used = set(session.scalars(select(Run.name).where(Run.video_id == video_id)))
         return next(name for k in range(1, len(used) + 2) if (name := f"Run {k}") not in used)
 
+    def rename(self, run_id: str, name: str) -> Run:
+        """Give a run another name; nothing else of it ever changes.
+
+        Raises:
+            NotFound: no such run.
+            Invalid: the name is blank.
+        """
+        if not name.strip():
+            raise Invalid("A run needs a name.", field="name")
+        with self._database.write() as session:
+            run = self.get(session, run_id)
+            run.name = name.strip()
+            publish_run(session, self._events, run)
+        return run
+
     def cancel(self, run_id: str) -> Run:
         """Stop a run; what it has stored stays and can be resumed."""
         with self._database.write() as session:
@@ -145,14 +160,39 @@ class RunService:
             if run.state in _ACTIVE:
                 raise Conflict(f"{run.name} is {run.state}. Cancel it first.", code="still_running")
             children = list(session.scalars(select(Run).where(Run.parent_id == run_id)))
-            folders = [child.folder for child in (run, *children)]
-            for child in children:
-                session.delete(child)
-                self._events.publish(session, "removed", child.id, {"run": child.id, "video": child.video_id})
-            session.flush()
+            folders = self._drop(session, [*children, run])
+        self._clear(folders)
+
+    def remove_whatifs(self, run_id: str) -> list[str]:
+        """Remove what was asked of a run, with evidence and edits; a replay that goes on stays.
+
+        Returns:
+            Names of the what-ifs that are gone.
+
+        Raises:
+            NotFound: no such run.
+        """
+        with self._database.write() as session:
+            run = self.get(session, run_id)
+            query = select(Run).where(Run.parent_id == run.id, Run.kind == "whatif", Run.state.not_in(_ACTIVE))
+            gone = list(session.scalars(query))
+            names = [one.id for one in gone]
+            folders = self._drop(session, gone)
+        self._clear(folders)
+        return names
+
+    def _drop(self, session: Session, runs: Sequence[Run]) -> list[str]:
+        """Take runs of one video out of the database, what-ifs before the run that they came from; their folders."""
+        folders = [run.folder for run in runs]
+        for run in runs:
             session.delete(run)
             self._events.publish(session, "removed", run.id, {"run": run.id, "video": run.video_id})
-            publish_video(session, self._events, session.get_one(Video, run.video_id))
+            session.flush()
+        if runs:
+            publish_video(session, self._events, session.get_one(Video, runs[0].video_id))
+        return folders
+
+    def _clear(self, folders: Sequence[str]) -> None:
         for folder in folders:
             if folder.startswith("runs/"):
                 shutil.rmtree(self._settings.home / folder, ignore_errors=True)

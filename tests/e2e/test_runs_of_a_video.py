@@ -112,3 +112,37 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
         assert notice.count() == 0
         page.locator(".topbar-run").select_option(desk.run)
         wait(page, lambda s: s["run"] == desk.run)
+
+
+def test_what_ifs_stand_under_their_run_have_names_and_go_at_once(desk: Desk) -> None:
+    for tau in (5.0, 40.0):
+        made = desk.server.call("POST", f"/runs/{desk.run}/whatif", {"parameters": {"tau": tau}})["id"]
+        end = time.monotonic() + 240
+        while desk.server.call("GET", f"/runs/{made}")["state"] != "complete":
+            assert time.monotonic() < end
+            time.sleep(0.1)
+    later = str(desk.server.call("POST", f"/videos/{desk.video}/runs", {"stop": 2, "name": "Newest"})["id"])
+    page = desk.page()
+    page.get_by_role("button", name="Runs", exact=True).click()
+    items = page.locator(".run-item")
+    items.filter(has_text="tau = 5").wait_for()
+    names = page.locator(".run-item .run-name").all_inner_texts()
+    mine = next(i for i, name in enumerate(names) if name == "Run 1")
+    assert names[mine + 1 : mine + 3] == ["tau = 40", "tau = 5"]
+    under = items.filter(has_text="tau = 5")
+    assert "run-under" in (under.get_attribute("class") or "")
+    under.get_by_role("button", name="Rename").click()
+    page.keyboard.type("A strict gate")
+    page.keyboard.press("Enter")
+    items.filter(has_text="A strict gate").wait_for()
+    items.filter(has_text="A strict gate").get_by_role("button", name="Rename").click()
+    page.keyboard.type("never mind")
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for()
+    assert "A strict gate" in page.locator(".run-item .run-name").all_inner_texts()
+    items.filter(has_text="Remove its 2 what-ifs").get_by_role("button", name="Remove its 2 what-ifs").click()
+    page.get_by_role("dialog").get_by_role("button", name="Remove", exact=True).click()
+    page.get_by_text("2 what-ifs were removed.").wait_for()
+    left = {run["kind"] for run in desk.server.call("GET", f"/videos/{desk.video}/runs")["runs"]}
+    assert left == {"engine"}
+    assert later

@@ -121,6 +121,10 @@ export function createApi(setup = {}) {
     run: async (id, call) => expectObject('GET /runs/…', await json(`/runs/${e(id)}`, call), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
     removeRun: (id, call) => json(`/runs/${e(id)}`, {...call, method: 'DELETE'}),
+    /** @param {string} id @param {string} name @param {Call} [call] @returns {Promise<Run>} */
+    renameRun: async (id, name, call) => expectObject('PATCH /runs/…', await json(`/runs/${e(id)}`, {...call, method: 'PATCH', body: {name}}), RUN),
+    /** @param {string} id @param {Call} [call] @returns {Promise<string[]>} those that are gone */
+    removeWhatIfs: async (id, call) => expectObject('DELETE /runs/…/whatifs', await json(`/runs/${e(id)}/whatifs`, {...call, method: 'DELETE'}), {removed: 'array'}).removed,
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
     cancelRun: async (id, call) => expectObject('POST /runs/…/cancel', await json(`/runs/${e(id)}/cancel`, {...call, method: 'POST'}), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */

@@ -2,6 +2,7 @@
 /** The top bar: product, video and run, whether everything is saved, theme, help. */
 
 import {formatRoute} from '../model/route.js';
+import {listRuns} from '../model/run_groups.js';
 import {openDialog, setTheme} from '../store/actions/page.js';
 import {isActive} from './artefact-words.js';
 import {runOperation} from '../operations/registry.js';
@@ -104,7 +105,7 @@ function showChooser(state, chooser, videos, runs) {
   if (route.screen !== 'review') return;
   options(videos, (state.videos ?? []).filter((video) => video.state === 'ready').map((video) => [video.id, video.name]), route.video, 'not in the library');
   const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
-  options(runs, own.map((run) => [run.id, `${runTitle(run)}${modelsTag(run, state.models)}`]), state.review?.run?.id ?? route.run ?? '', 'not there any more');
+  options(runs, listRuns(own).map(({run, under}) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]), state.review?.run?.id ?? route.run ?? '', 'not there any more');
   runs.hidden = own.length === 0;
 }
 

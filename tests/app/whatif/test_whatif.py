@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import select
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
 from app.kinds import KINDS
+from app.runs.service import RunService
 from app.storage.models import Event, Job, Run
 from app.whatif.difference import difference
 from app.whatif.service import WhatIfService
@@ -196,3 +198,39 @@ def test_the_whole_path_on_a_bundled_drive(tmp_path: Path) -> None:
     leaving["now"] = False
     work(run_whatif)
     database.close()
+
+
+def runs(home: Any) -> RunService:
+    return RunService(home.settings, home.database, home.events, home.jobs)
+
+
+def test_a_run_can_be_renamed_and_pages_hear_of_it(home: Any) -> None:
+    made = home.add_run(name="tau = 20", kind="whatif", parent_id=home.run_id)
+    assert runs(home).rename(made, "  Stricter gate ").name == "Stricter gate"
+    with home.database.read() as session:
+        told = session.scalars(select(Event).where(Event.subject == made).order_by(Event.seq.desc())).first()
+        assert told is not None
+        assert (told.kind, told.data["name"]) == ("run", "Stricter gate")
+    with pytest.raises(Invalid, match="needs a name"):
+        runs(home).rename(made, "   ")
+    with pytest.raises(NotFound):
+        runs(home).rename("0" * 32, "x")
+
+
+def test_all_what_ifs_of_a_run_go_at_once_and_only_those(home: Any) -> None:
+    origin = home.add_run(name="Origin")
+    other = home.add_run(name="Other")
+    mine = [home.add_run(kind="whatif", parent_id=origin) for _ in range(2)]
+    going = home.add_run(kind="whatif", parent_id=origin, state="running")
+    theirs = home.add_run(kind="whatif", parent_id=other)
+    for name in (*mine, theirs):
+        (home.settings.home / "runs" / name).mkdir(parents=True)
+    assert sorted(runs(home).remove_whatifs(origin)) == sorted(mine)
+    with home.database.read() as session:
+        left = set(session.scalars(select(Run.id)))
+    assert {origin, other, going, theirs} <= left
+    assert not left & set(mine)
+    assert [(home.settings.home / "runs" / name).exists() for name in (*mine, theirs)] == [False, False, True]
+    assert runs(home).remove_whatifs(origin) == []
+    with pytest.raises(NotFound):
+        runs(home).remove_whatifs("0" * 32)

@@ -3,18 +3,15 @@
 
 import {ApiError, sentence} from '../../api/errors.js';
 import {formatRoute} from '../../model/route.js';
-import {resumable, runPart} from '../../model/run_progress.js';
-import {dropRun, openDialog, putRun, setModels, setRuns} from '../../store/actions/page.js';
-import {changeRun} from '../change_run.js';
+import {listRuns} from '../../model/run_groups.js';
+import {putRun, setModels, setRuns} from '../../store/actions/page.js';
 import {fill, h, reconcile, setText} from '../dom.js';
-import {moment, plural} from '../format.js';
+import {plural} from '../format.js';
 import {icon} from '../icons.js';
-import {modelsOf} from '../model-words.js';
 import {createParameters, presetValue} from '../parameters.js';
-import {runChanges, runInexact, runKind, runName, runProgress, runState, runTone} from '../run-words.js';
 import {toast} from '../toasts.js';
+import {runItem, showRun} from './run-item.js';
 
-/** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../types.js').Run} Run */
 
 /**
@@ -49,77 +46,9 @@ export function runDialog(setup) {
       shown = runs;
       versions = state.models;
       none.hidden = Boolean(runs?.length);
-      reconcile(list, runs ?? [], ({id}) => id, (run) => runItem(setup, run), (item, run) => showRun(setup, item, run));
+      reconcile(list, listRuns(runs ?? []), ({run}) => run.id, ({run}) => runItem(setup, run), (item, listed) => showRun(setup, item, listed));
     },
   };
-}
-
-/**
- * @param {import('./layer.js').Setup} setup
- * @param {Run} run
- */
-function runItem({app, close, signal}, run) {
-  return h('li', {class: 'run-item'},
-    h('div', {class: 'row'}, h('strong', {class: 'run-name truncate'}), h('span', {class: 'badge run-badge'}), h('span', {class: 'grow'}), h('span', {class: 'muted small'}, moment(run.created))),
-    h('p', {class: 'run-changes muted small'}), h('p', {class: 'run-progress small'}), h('p', {class: 'run-inexact field-warning'}),
-    h('span', {class: 'meter run-meter', role: 'progressbar', 'aria-label': 'Progress', 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span')),
-    h('div', {class: 'row run-actions'},
-      h('a', {class: 'btn btn-small run-open', href: formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: null, track: null}), onclick: close}, 'Open'),
-      h('button', {class: 'btn btn-small run-cancel', type: 'button', onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal)}, 'Cancel'),
-      h('button', {class: 'btn btn-small run-resume', type: 'button', onclick: () => changeRun(app, () => app.api.resumeRun(run.id), signal)}, 'Go on'),
-      h('button', {class: 'btn btn-small run-whatif', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'whatif', data: {run: run.id}}))}, 'What if …'),
-      h('button', {class: 'btn btn-small run-adopt', type: 'button', title: 'Bring the corrections that were made on this run to the run that is open', onclick: () => {
-        const to = app.store.get().review?.run;
-        if (to) app.store.dispatch((state) => openDialog(state, {kind: 'adopted', data: {from: run, to}}));
-      }}, 'Bring its corrections'),
-      h('span', {class: 'grow'}),
-      h('button', {class: 'btn btn-small btn-quiet btn-icon', type: 'button', 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => askRemove(app, run)}, icon('trash'))));
-}
-
-/**
- * @param {import('./layer.js').Setup} setup
- * @param {HTMLElement} item
- * @param {Run} run
- */
-function showRun({app}, item, run) {
-  /** @param {string} name */
-  const part = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
-  const open = run.state === 'queued' || run.state === 'running';
-  setText(part('name'), run.name || runKind(run));
-  setText(part('badge'), runState(run));
-  part('badge').className = `badge run-badge ${runTone(run)}`;
-  const range = run.first > 0 || run.stop !== null ? `frames ${run.first} to ${run.stop === null ? 'the end' : run.stop - 1}` : '';
-  setText(part('changes'), [run.name ? runKind(run) : '', range, runChanges(run), modelsOf(run, app.store.get().models)].filter(Boolean).join(' · '));
-  part('changes').hidden = !part('changes').textContent;
-  setText(part('progress'), runProgress(run));
-  setText(part('inexact'), runInexact(run));
-  part('progress').classList.toggle('field-error', run.state === 'failed');
-  part('meter').hidden = !open;
-  part('meter').style.setProperty('--part', `${runPart(run) * 100}%`);
-  part('meter').setAttribute('aria-valuenow', String(Math.round(runPart(run) * 100)));
-  part('cancel').hidden = !open;
-  part('resume').hidden = !resumable(run);
-  part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
-  const shown = app.store.get().review?.run;
-  part('adopt').hidden = !shown || shown.id === run.id || shown.video_id !== run.video_id || shown.state !== 'complete' || run.state !== 'complete';
-  part('open').hidden = run.state === 'queued';
-}
-
-/**
- * @param {App} app
- * @param {Run} run
- */
-function askRemove(app, run) {
-  app.store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
-    title: 'Remove this run?', confirm: 'Remove', danger: true,
-    text: `“${runName(run)}” goes, with its evidence, its what-ifs and all corrections and notes that were made on it. They cannot be brought back.`,
-    note: 'The video, its other runs and its ground truth stay.',
-    run: async () => {
-      await app.api.removeRun(run.id);
-      app.store.dispatch((now) => dropRun(now, run.id));
-      toast('The run was removed.');
-    },
-  }}));
 }
 
 /**

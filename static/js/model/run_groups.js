@@ -1,0 +1,30 @@
+// @ts-check
+/**
+ * Runs and what was asked of them: each what-if stands under the run that it replays. Pure.
+ *
+ * @typedef {import('../types.js').Run} Run
+ */
+
+/**
+ * @param {readonly Run[]} runs   the newest first
+ * @returns {{run: Run, whatifs: Run[]}[]} in the order of the runs; a what-if whose run is not among them stands for itself
+ */
+export function groupRuns(runs) {
+  const known = new Set(runs.map(({ id }) => id));
+  /** @param {Run} run */
+  const parentOf = (run) => (run.kind === 'whatif' && run.parent_id !== null && known.has(run.parent_id) ? run.parent_id : null);
+  return runs.filter((run) => parentOf(run) === null).map((run) => ({ run, whatifs: runs.filter((other) => parentOf(other) === run.id) }));
+}
+
+/**
+ * The same as one list.
+ *
+ * @param {readonly Run[]} runs   the newest first
+ * @returns {{run: Run, under: boolean, whatifs: number}[]} under: a what-if below its run; whatifs: how many are below this one
+ */
+export function listRuns(runs) {
+  return groupRuns(runs).flatMap(({ run, whatifs }) => [
+    { run, under: false, whatifs: whatifs.length },
+    ...whatifs.map((one) => ({ run: one, under: true, whatifs: 0 })),
+  ]);
+}
