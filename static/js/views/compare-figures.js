@@ -46,12 +46,18 @@ export function createFigures(found, show) {
  */
 function row(name, value, show) {
   const {label, text, places, side, share} = FIGURES[name];
+  const shown = share && name !== 'eq7' ? percent(value.value) : figure(value.value);
+  const of = value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : '';
+  const open = () => show({title: places, side, ...value});
+  /** A number opens what is behind it, where there is anything. @param {string} text */
+  const number = (text) => (value.places > 0 && text
+    ? h('button', {class: 'figure-open', type: 'button', title: `${places}: ${plural(value.places, 'place')}`, 'aria-label': `${label} ${text}: ${places.toLowerCase()}`, onclick: open}, text) : text);
   return h('tr', null,
     h('th', {scope: 'row'}, h('div', {class: 'stack figure-name'}, h('span', {class: 'figure-label'}, label), h('span', {class: 'figure-text muted small'}, text))),
-    h('td', {class: 'number figure-value'}, share && name !== 'eq7' ? percent(value.value) : figure(value.value)),
+    h('td', {class: 'number figure-value'}, number(shown)),
     h('td', {class: 'figure-bar'}, share && value.value !== null && h('span', {class: 'meter', style: {'--part': `${value.value * 100}%`}}, h('span'))),
-    h('td', {class: 'number muted small figure-of'}, value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : ''),
+    h('td', {class: 'number muted small figure-of'}, number(of)),
     h('td', null, value.places > 0
-      ? h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: () => show({title: places, side, ...value})}, plural(value.places, 'place'))
+      ? h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `${places}: ${plural(value.places, 'place')}`, onclick: open}, plural(value.places, 'place'))
       : h('span', {class: 'muted small'}, 'none')));
 }

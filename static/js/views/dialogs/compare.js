@@ -3,6 +3,7 @@
 
 import {ApiError, sentence} from '../../api/errors.js';
 import {formatRoute} from '../../model/route.js';
+import {listRuns} from '../../model/run_groups.js';
 import {setRuns} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {plural} from '../format.js';
@@ -16,6 +17,15 @@ import {toast} from '../toasts.js';
  */
 export function compareDialog({app, data, close, signal}) {
   const {store, api} = app;
+  let video = String(data.video);
+  const usableVideos = (store.get().videos ?? []).filter(({id, latest_run}) => latest_run !== null || id === video);
+  const videos = h('select', {class: 'select', id: 'compare-video', onchange: () => {
+    video = videos.value;
+    for (const select of [reference, candidate]) select.replaceChildren();
+    delete candidate.dataset.chosen;
+    setText(error, '');
+    void load();
+  }}, ...usableVideos.map(({id, name}) => h('option', {value: id, selected: id === video}, name)));
   const reference = h('select', {class: 'select', id: 'compare-a', onchange: check});
   const candidate = h('select', {class: 'select', id: 'compare-b', onchange: check});
   const error = h('p', {class: 'field-error', role: 'alert'});
@@ -26,18 +36,22 @@ export function compareDialog({app, data, close, signal}) {
 
   async function load() {
     try {
-      const [runs, found] = await Promise.all([app.load(() => api.runs(data.video, {signal}), (state, known) => setRuns(state, data.video, known)), api.truths(data.video, {signal})]);
+      const asked = video;
+      const [runs, found] = await Promise.all([app.load(() => api.runs(asked, {signal}), (state, known) => setRuns(state, asked, known)), api.truths(asked, {signal})]);
+      if (asked !== video) return; // another one has been chosen meanwhile
       truths = found;
-      const usable = runs.filter(({state}) => state === 'complete');
+      const listed = listRuns(runs.filter(({state}) => state === 'complete'));
+      const usable = listed.map(({run}) => run);
+      const name = usableVideos.find(({id}) => id === video)?.name ?? 'this video';
       const versions = store.get().models;
       /** @param {import('../../types.js').Run} run */
       const titleOf = (run) => `${runTitle(run)}${modelsTag(run, versions)}`;
       for (const select of [reference, candidate]) {
         const before = select.value;
         fill(select,
-          usable.length > 0 && h('optgroup', {label: 'Runs'}, ...usable.map((run) => h('option', {value: `run:${run.id}`}, titleOf(run)))),
-          usable.length > 0 && h('optgroup', {label: 'Corrected'}, ...usable.filter(({kind}) => kind !== 'whatif').map((run) => h('option', {value: `annotation:${run.id}`}, `Corrections of ${titleOf(run)}`))),
-          truths.length > 0 && h('optgroup', {label: 'Ground truth'}, ...truths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
+          usable.length > 0 && h('optgroup', {label: `Runs of ${name}`}, ...listed.map(({run, under}) => h('option', {value: `run:${run.id}`}, `${under ? '↳ ' : ''}${titleOf(run)}`))),
+          usable.length > 0 && h('optgroup', {label: `Corrections on ${name}`}, ...usable.filter(({kind}) => kind !== 'whatif').map((run) => h('option', {value: `annotation:${run.id}`}, `Corrections of ${titleOf(run)}`))),
+          truths.length > 0 && h('optgroup', {label: `Ground truth of ${name}`}, ...truths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
         if (before) select.value = before;
       }
       const own = usable.find(({id}) => id === data.run) ?? usable[0];
@@ -64,7 +78,7 @@ export function compareDialog({app, data, close, signal}) {
     if (!chosen) return;
     setText(error, '');
     try {
-      const truth = await api.putTruth(data.video, chosen.name.replace(/\.csv$/i, ''), chosen, {signal});
+      const truth = await api.putTruth(video, chosen.name.replace(/\.csv$/i, ''), chosen, {signal});
       toast(`Ground truth ${truth.name}: ${plural(truth.count, 'box', 'boxes')}.`, {tone: 'good'});
       await load();
       reference.value = `truth:${truth.id}`;
@@ -85,6 +99,7 @@ export function compareDialog({app, data, close, signal}) {
       location.hash = formatRoute({screen: 'compare', a: reference.value, b: candidate.value});
     },
     body: h('div', {class: 'stack'},
+      h('div', {class: 'field', hidden: usableVideos.length < 2}, h('label', {class: 'field-label', for: 'compare-video'}, 'Video'), videos),
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'compare-a'}, 'Reference: taken as right'), reference),
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'compare-b'}, 'Candidate: measured against it'), candidate),
       h('div', null, h('button', {class: 'btn btn-small', type: 'button', onclick: () => file.click()}, 'Import ground truth (CSV) …'), file), error),
