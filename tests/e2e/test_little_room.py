@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import FloatRect, Locator, sync_playwright
+from playwright.sync_api import FloatRect, Locator, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
@@ -111,3 +111,19 @@ def test_the_queue_is_filtered_by_score(desk: Desk) -> None:
     page.get_by_label("Least score").fill(str(limit))
     page.get_by_text(f"{len(scores) - below} of {len(scores)} shown").wait_for()
     assert "best of its detections" in (page.get_by_label("Least score").get_attribute("title") or "")
+
+
+def test_ground_truth_that_is_shown_says_whose_it_is(desk: Desk) -> None:
+    asked = f"/videos/{desk.video}/imports?as=truth&name=Surveyed by Ann&format=tracks-csv".replace(" ", "%20")
+    desk.server.call("POST", asked, SHIPPED[0].truth.read_bytes(), "application/octet-stream")
+    page = desk.page()
+    badge = page.locator(".picture-badge")
+    legend = page.locator(".legend-item", has_text="Truth")
+    assert badge.is_hidden()
+    page.keyboard.press("7")
+    expect(badge).to_have_text("Ground truth: Surveyed by Ann")
+    expect(legend).to_contain_text("Surveyed by Ann")
+    assert bottom(badge) < bottom(page.locator(".picture-stage"))
+    page.keyboard.press("7")
+    expect(badge).to_be_hidden()
+    expect(legend).not_to_contain_text("Surveyed by Ann")

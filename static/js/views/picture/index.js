@@ -29,10 +29,11 @@ export function createPicture(app) {
   const signal = AbortSignal.any([ended.signal, app.signal]);
   const shot = h('canvas', { class: 'picture-shot' });
   const layers = h('canvas', { class: 'picture-layers' });
+  const badge = h('div', { class: 'picture-badge', hidden: true });
   const stage = h('div', {
     class: 'picture-stage', tabIndex: 0, role: 'application', 'data-keys': 'picture',
     'aria-label': 'Picture. Tab goes through the tracks, arrows move the box, Alt and arrows resize it, Escape leaves.',
-  }, shot, layers);
+  }, shot, layers, badge);
   const where = h('span', { class: 'picture-where number' });
   const number = h('input', {
     class: 'input picture-frame number', type: 'text', inputmode: 'numeric', autocomplete: 'off', 'aria-label': 'Frame', title: 'Go to a frame (G)',
@@ -151,6 +152,8 @@ export function createPicture(app) {
     const seconds = review.timebase?.secondsAt(review.frame) ?? 0;
     const corrupt = review.timebase?.isCorrupt(review.frame) ? ' · damaged' : '';
     setNumber(review.frame);
+    badge.hidden = !review.layers.truth || review.truthName === null;
+    setText(badge, `Ground truth: ${review.truthName ?? ''}`);
     setText(where, `of ${Math.max(0, frames - 1)} · ${clock(seconds)}${corrupt}`);
     stage.dataset.frame = String(review.frame);
     stage.dataset.shown = String(review.shown);
@@ -265,6 +268,7 @@ function settledAt({ frame, shown, overlays, run }) {
 function createLegend(app) {
   /** @type {Map<import('../../state-types.js').LayerName, {button: HTMLElement, count: HTMLElement}>} */
   const rows = new Map();
+  const whoseTruth = h('span', { class: 'legend-source truncate' });
   const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
   LAYERS.forEach((name, at) => {
     const count = h('span', { class: 'legend-count number' }, '0');
@@ -274,7 +278,7 @@ function createLegend(app) {
     const button = h('button', {
       class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${at + 1})`,
       onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
-    }, swatch, h('span', { class: 'legend-name' }, SHORT_NAMES[name]), count);
+    }, swatch, h('span', { class: 'legend-name' }, SHORT_NAMES[name]), name === 'truth' && whoseTruth, count);
     rows.set(name, { button, count });
     element.append(button);
     if (name === 'second') {
@@ -298,6 +302,7 @@ function createLegend(app) {
     update({ layers: on, truthName, second, video }, counts) {
       const over = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
       entitle('truth', truthName);
+      setText(whoseTruth, on.truth && truthName !== null ? truthName : '');
       entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
       for (const [name, { button, count }] of rows) {
         const pressed = String(on[name]);
