@@ -25,6 +25,52 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
 
+UNTIDY = """() => {
+  const found = [];
+  const root = [...document.querySelectorAll('dialog[open]')].at(-1) ?? document;
+  const name = (e) => (e.getAttribute('aria-label') || e.textContent || e.className).trim().slice(0, 30);
+  const shown = (e) => e.checkVisibility({checkOpacity: true, checkVisibilityCSS: true});
+  const seen = (e) => shown(e) && !e.closest('.visually-hidden');
+  // what of it is in sight, and how much of its width is hidden for good
+  const sight = (e) => {
+    const {left, top, right, bottom} = e.getBoundingClientRect();
+    const box = {left, top, right, bottom};
+    let cut = 0;
+    for (let p = e.parentElement; p; p = p.parentElement) {
+      const style = getComputedStyle(p);
+      const q = p.getBoundingClientRect();
+      if (['hidden', 'clip'].includes(style.overflowX)) cut = Math.max(cut, box.right - q.right, q.left - box.left);
+      if (style.overflowX !== 'visible') {
+        [box.left, box.right] = [Math.max(box.left, q.left), Math.min(box.right, q.right)];
+      }
+      if (style.overflowY !== 'visible') {
+        [box.top, box.bottom] = [Math.max(box.top, q.top), Math.min(box.bottom, q.bottom)];
+      }
+    }
+    return {e, box, cut: Math.max(cut, box.right - innerWidth, -box.left)}; // what can be scrolled to is no loss
+  };
+  const controls = [...root.querySelectorAll('button, a.btn, select, input, .badge, .nav-link')].filter(seen).map(sight)
+    .filter(({box}) => box.right - box.left > 1 && box.bottom - box.top > 1);
+  for (const {e, cut} of controls) {
+    if (cut > 1.5) found.push(`cut off: ${name(e)}`);
+    const tight = e.matches('button, .btn, .badge') && e.scrollWidth > e.clientWidth + 2;
+    if (tight) found.push(`its words are cut: ${name(e)}`);
+  }
+  controls.forEach((a, i) => controls.slice(i + 1).forEach((b) => {
+    if (a.e.contains(b.e) || b.e.contains(a.e)) return;
+    const wide = Math.min(a.box.right, b.box.right) - Math.max(a.box.left, b.box.left);
+    const high = Math.min(a.box.bottom, b.box.bottom) - Math.max(a.box.top, b.box.top);
+    if (wide > 2 && high > 2) found.push(`over each other: ${name(a.e)}, ${name(b.e)}`);
+  }));
+  for (const e of root.querySelectorAll('span, p, h1, h2, h3, strong, td, th')) {
+    if (e.children.length || !seen(e) || e.closest('.truncate, .lanes, .queue-reason, .matrix')) continue;
+    if (sight(e).cut > 2) found.push(`words cut off: ${name(e)}`);
+  }
+  if (document.documentElement.scrollWidth > innerWidth) found.push('the page scrolls sideways');
+  return found;
+}"""
+"""What of the page, or of the dialog over it, lies over something else or is cut off."""
+
 
 def another_tracker() -> bytes:
     """The truth of the drive as a tracker's table; each track has a score of its own."""
@@ -127,3 +173,27 @@ def test_ground_truth_that_is_shown_says_whose_it_is(desk: Desk) -> None:
     page.keyboard.press("7")
     expect(badge).to_be_hidden()
     expect(legend).not_to_contain_text("Surveyed by Ann")
+
+
+@pytest.mark.parametrize("width", [640, 700, 760])
+def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(desk: Desk, width: int) -> None:
+    page = desk.page()
+    to_long_track(page)
+    page.set_viewport_size({"width": width, "height": 720})
+    for tab in ("Inspector", "Queue"):
+        page.get_by_role("tab", name=tab).click()
+        quiet(page)
+        assert page.evaluate(UNTIDY) == [], tab
+    for opener in ("Runs", "Compare"):
+        page.get_by_role("button", name=opener, exact=True).click()
+        page.locator("dialog[open] .run-item, dialog[open] option").first.wait_for(state="attached")
+        quiet(page)
+        assert page.evaluate(UNTIDY) == [], opener
+        page.keyboard.press("Escape")
+        page.locator("dialog[open]").wait_for(state="detached")
+    other = f"#/compare?a=annotation:{desk.run}&b=run:{desk.run}"
+    for address, ready in (("#/", ".card"), (other, ".figures-table"), ("#/files", "main h1"), ("#/models", ".model")):
+        page.evaluate("hash => { location.hash = hash }", address)
+        page.locator(ready).first.wait_for()
+        quiet(page)
+        assert page.evaluate(UNTIDY) == [], address
