@@ -17,14 +17,14 @@ import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
 import { createNoteDrafts } from './views/note_drafts.js';
-import { recall, rememberedLayers, rememberedTheme } from './views/preferences.js';
+import { recall, rememberedFewLabels, rememberedLayers, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
 import { endToasts, toast } from './views/toasts.js';
 
 /** @typedef {import('./page-types.js').App} App */
 
 const ended = new AbortController();
-const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers() });
+const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels() });
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
 const editor = createEditor({

@@ -37,6 +37,7 @@
  * @property {'online'|'offline'} connection
  * @property {'light'|'dark'|'auto'} theme
  * @property {Record<LayerName, boolean>} layers   as a person left them
+ * @property {boolean} fewLabels      only the selected track and the one under the pointer are named in the picture; as a person left it
  * @property {Dialog|null} dialog
  */
 
@@ -74,6 +75,8 @@
  * @property {boolean} playing
  * @property {string|null} selected                    track key
  * @property {Record<LayerName, boolean>} layers
+ * @property {boolean} fewLabels
+ * @property {string|null} hovered                     track under the pointer, while few are named
  * @property {{zoom: number, x: number, y: number}} viewport   zoom: screen px a picture px; x, y: picture point at the centre
  * @property {{first: number, last: number}} span      frames that the lanes show
  * @property {number|null} tau                         dragged tau; null: the run's

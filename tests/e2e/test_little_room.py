@@ -16,7 +16,7 @@ from playwright.sync_api import FloatRect, Locator, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import Desk, to_long_track, wait
+from tests.e2e.review_desk import Desk, centre, on_screen, to_long_track, wait
 from tests.e2e.screenshots import CHROMIUM, FLAGS, quiet
 
 pytestmark = [
@@ -197,3 +197,37 @@ def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(desk: Desk, width: in
         page.locator(ready).first.wait_for()
         quiet(page)
         assert page.evaluate(UNTIDY) == [], address
+
+
+def test_the_key_h_names_only_what_one_looks_at_and_is_remembered(desk: Desk) -> None:
+    page = desk.page()
+    to_long_track(page)
+    button = page.get_by_role("button", name="Fewer names in the picture")
+    assert "(H)" in (button.get_attribute("title") or "")
+    expect(button).to_have_attribute("aria-pressed", "false")
+    page.keyboard.press("h")
+    expect(button).to_have_attribute("aria-pressed", "true")
+    now = wait(page, lambda s: s["shown"] == s["frame"] and s["overlay"] is not None)
+    under = now["overlay"]["tracks"][0]
+    page.mouse.move(*on_screen(page, *centre(under["box"])))
+    page.wait_for_function("key => tsr.store.get().review.hovered === key", arg=f"m{under['id']}")
+    page.mouse.move(5, 5)
+    page.wait_for_function("() => tsr.store.get().review.hovered === null")
+    page.reload()
+    wait(page, lambda s: s["overlay"] is not None)
+    expect(button).to_have_attribute("aria-pressed", "true")
+    button.click()
+    expect(button).to_have_attribute("aria-pressed", "false")
+    page.keyboard.press("F1")
+    row = page.locator(".help-list dd", has_text="Fewer names in the picture")
+    expect(row).to_be_visible()
+    assert row.locator("xpath=preceding-sibling::dt[1]").inner_text() == "H"
+
+
+@pytest.mark.parametrize("width", [1280, 1811])
+def test_the_toolbar_stands_in_one_row(desk: Desk, width: int) -> None:
+    page = desk.page()
+    page.set_viewport_size({"width": width, "height": 720})
+    quiet(page)
+    tops = page.locator(".toolbar-group").evaluate_all("groups => groups.map((g) => g.getBoundingClientRect().top)")
+    assert len(set(tops)) == 1

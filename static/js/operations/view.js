@@ -5,7 +5,7 @@ import { zoomedTo } from '../model/geometry.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
 import { openDialog } from '../store/actions/page.js';
-import { setViewport, toggleLayer } from '../store/actions/review.js';
+import { setViewport, toggleFewLabels, toggleLayer } from '../store/actions/review.js';
 import { toast } from '../views/toasts.js';
 import { needsBox, needsRun, operation } from './helpers.js';
 
@@ -106,6 +106,11 @@ export const view = [
       const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
       return shown ? setViewport(state, zoomedTo(shown.box, JUDGED)) : state;
     }),
+  }),
+  operation({
+    id: 'few-labels', label: 'Fewer names in the picture', keys: ['H'], icon: 'eye', group: 'Picture',
+    tooltip: 'Name only the selected track and the one under the pointer, or all again (H)',
+    run: (app) => app.store.dispatch(toggleFewLabels),
   }),
   operation({
     id: 'what-if', label: 'What if …', keys: ['Shift+W'], icon: 'whatif', group: 'Engine', disabled: needsRun,

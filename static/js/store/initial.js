@@ -26,6 +26,7 @@ export const initialState = () => ({
   connection: 'online',
   theme: 'auto',
   layers: USUAL_LAYERS,
+  fewLabels: false,
   dialog: null,
 });
 
@@ -37,9 +38,10 @@ export const LAYERS = /** @type {const} */ ([
 /**
  * @param {import('../types.js').Video} video
  * @param {ReviewState['layers']} [layers]   as they were left
+ * @param {boolean} [fewLabels]
  * @returns {ReviewState}
  */
-export const initialReview = (video, layers = USUAL_LAYERS) => ({
+export const initialReview = (video, layers = USUAL_LAYERS, fewLabels = false) => ({
   video,
   timebase: null,
   run: null,
@@ -58,6 +60,8 @@ export const initialReview = (video, layers = USUAL_LAYERS) => ({
   playing: false,
   selected: null,
   layers,
+  fewLabels,
+  hovered: null,
   viewport: { zoom: 0, x: 0, y: 0 },
   span: { first: 0, last: Math.max(1, video.frames ?? 1) },
   tau: null,

@@ -42,6 +42,12 @@ export function rememberLayers(layers) {
   remember('layers', LAYERS.filter((name) => layers[name]).join(' '));
 }
 
+/** @returns {boolean} */
+export const rememberedFewLabels = () => recall('labels') === 'few';
+
+/** @param {boolean} few */
+export const rememberFewLabels = (few) => remember('labels', few ? 'few' : 'all');
+
 /** @returns {'light'|'dark'|'auto'} */
 export function rememberedTheme() {
   const value = recall('theme');

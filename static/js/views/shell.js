@@ -11,7 +11,7 @@ import {createModels} from './models.js';
 import {createReview} from './review.js';
 import {createToasts} from './toasts.js';
 import {createTopBar} from './topbar.js';
-import {applyTheme, remember, rememberLayers} from './preferences.js';
+import {applyTheme, remember, rememberFewLabels, rememberLayers} from './preferences.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -43,6 +43,8 @@ export function createShell(app) {
   let theme = null;
   /** @type {State['layers']|null} */
   let layers = null;
+  /** @type {boolean|null} */
+  let fewLabels = null;
   const system = matchMedia('(prefers-color-scheme: dark)');
   const follow = () => theme && applyTheme(theme);
   system.addEventListener('change', follow);
@@ -78,6 +80,8 @@ export function createShell(app) {
       showTheme(state);
       if (layers !== null && layers !== state.layers) rememberLayers(state.layers);
       layers = state.layers;
+      if (fewLabels !== null && fewLabels !== state.fewLabels) rememberFewLabels(state.fewLabels);
+      fewLabels = state.fewLabels;
       bar.update(state);
       banners.update(state);
       showScreen(state);

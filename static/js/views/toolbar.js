@@ -19,7 +19,7 @@ const BAR = [
   ['relabel', 'not-a-sign', 'note'],
   ['accept', 'reject', 'needs-work'],
   ['previous-in-queue', 'next-in-queue', 'to-track'],
-  ['fit', 'actual-size', 'zoom-track', 'what-if'],
+  ['fit', 'actual-size', 'zoom-track', 'few-labels', 'what-if'],
   ['export', 'import', 'truths', 'record', 'report-bug'],
   ['recording-view', 'space-view'],
 ];
@@ -32,6 +32,7 @@ const PRESSED = {
   merge: (review) => review.mode === 'merge',
   'recording-view': (review) => review.beside === 'recording',
   'space-view': (review) => review.beside === 'space',
+  'few-labels': (review) => review.fewLabels,
   'select-mode': (review) => review.mode === 'select',
   accept: (review) => docOfSelected(review)?.review === 'accepted',
   reject: (review) => docOfSelected(review)?.review === 'rejected',

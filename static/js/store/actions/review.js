@@ -28,7 +28,7 @@ export function changeReview(state, change) {
 }
 
 /** @param {State} state @param {import('../../types.js').Video} video @returns {State} */
-export const openReview = (state, video) => ({ ...state, review: initialReview(video, state.layers) });
+export const openReview = (state, video) => ({ ...state, review: initialReview(video, state.layers, state.fewLabels) });
 
 /** @param {State} state @returns {State} */
 export const closeReview = (state) => (state.review === null ? state : { ...state, review: null });
@@ -70,6 +70,15 @@ export function toggleLayer(state, name) {
   const next = changeReview(state, (review) => ({ layers: { ...review.layers, [name]: !review.layers[name] } }));
   return next.review === null ? next : { ...next, layers: { ...next.layers, [name]: next.review.layers[name] } };
 }
+
+/** Name all tracks in the picture, or only the selected one and the one under the pointer, here and in whatever is opened next. @param {State} state @returns {State} */
+export function toggleFewLabels(state) {
+  const next = changeReview(state, (review) => ({ fewLabels: !review.fewLabels, hovered: null }));
+  return next.review === null ? next : { ...next, fewLabels: next.review.fewLabels };
+}
+
+/** The pointer is over a track; where all are named nobody asks. @param {State} state @param {string|null} key @returns {State} */
+export const hover = (state, key) => changeReview(state, (review) => (review.fewLabels ? { hovered: key } : {}));
 
 /** @param {State} state @param {ReviewState['mode']} mode @returns {State} */
 export const setMode = (state, mode) => changeReview(state, { mode, drag: null, marked: [] });

@@ -67,18 +67,20 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
   const overlay = review.overlays[review.frame];
   const on = review.layers;
   const focus = focusPoint(review.run, review.video);
+  /** What stands at a box; where few are named, only at the selected track and the one under the pointer. @param {string|null} key @param {string} text */
+  const named = (key, text) => (!review.fewLabels || (key !== null && (key === review.selected || key === review.hovered)) ? text : '');
 
-  for (const { box, score, raw } of overlay?.detections ?? []) {
+  for (const { box, score, raw, track } of overlay?.detections ?? []) {
     counts.detections++;
-    if (on.detections) pen.box('detections', box, `${raw.toFixed(1)} → ${score.toFixed(1)}`);
+    if (on.detections) pen.box('detections', box, named(track === null ? null : `m${track}`, `${raw.toFixed(1)} → ${score.toFixed(1)}`));
   }
   for (const { key, box, class_id } of secondShown(review)) {
     counts.second++;
-    if (on.second) pen.box('second', box, `${trackName(key, review.secondDocs[key])} ${nameOf(class_id)}`);
+    if (on.second) pen.box('second', box, named(null, `${trackName(key, review.secondDocs[key])} ${nameOf(class_id)}`));
   }
   for (const { box, class_id } of review.truth[review.frame] ?? []) {
     counts.truth++;
-    if (on.truth) pen.box('truth', box, nameOf(class_id));
+    if (on.truth) pen.box('truth', box, named(null, nameOf(class_id)));
   }
   for (const track of overlay?.tracks ?? []) {
     if (track.prediction) {
@@ -94,7 +96,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
       counts.relocalisations++;
       if (on.search) pen.box('search', track.relocalisation.search);
       if (on.relocalisations) {
-        pen.box('relocalisations', track.relocalisation.box, `f ${track.relocalisation.decision.toFixed(2)}`);
+        pen.box('relocalisations', track.relocalisation.box, named(`m${track.id}`, `f ${track.relocalisation.decision.toFixed(2)}`));
         pen.cross('relocalisations', track.relocalisation.runner_up);
       }
     }
@@ -108,7 +110,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const gate = shown.engine?.gate;
     const gateText = gate ? ` L ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
     const weight = review.selected === shown.key ? 2 : 1;
-    pen.box(layer, box, `${shown.not_a_sign ? 'not a sign' : nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`, { where: 'above', weight, thin: shown.origin === 'interpolated' });
+    pen.box(layer, box, named(shown.key, `${shown.not_a_sign ? 'not a sign' : nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`), { where: 'above', weight, thin: shown.origin === 'interpolated' });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (review.selected === shown.key && review.mode !== 'merge') pen.handles(layer, box);

@@ -11,7 +11,7 @@
 import { area, bounded, contains, dragged, handleAt, ordered, settled, toPicture, zoomAt } from '../../model/geometry.js';
 import { drawn } from '../../operations/boxes.js';
 import { shownTracks } from '../../review/shown_tracks.js';
-import { select, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
+import { hover, select, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
 
 /** How near a handle the pointer must be, CSS px. */
 const REACH = 7;
@@ -107,7 +107,9 @@ export function listenToPointer(app, element, screen, signal) {
     if (!now) return;
     const [sx, sy] = at(event);
     if (!drag) {
-      setCursor(element, now, toPicture(now.viewport, screen(), sx, sy));
+      const point = toPicture(now.viewport, screen(), sx, sy);
+      setCursor(element, now, point);
+      if (now.fewLabels) app.store.dispatch((state) => hover(state, under(...point)[0]?.key ?? null));
       return;
     }
     if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < CLICK) return;
@@ -124,6 +126,8 @@ export function listenToPointer(app, element, screen, signal) {
     const box = kind === 'draw' ? ordered([start[0], start[1], x, y]) : dragged(start, handle, x - x0, y - y0);
     app.store.dispatch((state) => setDrag(state, { box: settled(box, picture()), key }));
   }, { signal });
+
+  element.addEventListener('pointerleave', () => app.store.dispatch((state) => hover(state, null)), { signal });
 
   /** @param {boolean} keep */
   const end = (keep) => {
