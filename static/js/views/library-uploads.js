@@ -28,9 +28,13 @@ export function createUploads(app, signal) {
    */
   function begin(file, before) {
     const stop = new AbortController();
+    let begun = false;
     const words = h('span', {class: 'muted small upload-words'}, 'Waits');
     const bar = h('span', {class: 'meter', role: 'progressbar', 'aria-label': `Upload of ${file.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'));
-    const button = h('button', {class: 'btn btn-small', type: 'button', onclick: () => stop.abort()}, 'Cancel');
+    const button = h('button', {class: 'btn btn-small', type: 'button', onclick: () => {
+      stop.abort();
+      if (!begun) close(); // it is never sent, so nobody has to wait for its turn
+    }}, 'Cancel');
     const item = h('li', {class: 'upload'}, icon('upload'), h('span', {class: 'truncate upload-name'}, file.name), bar, words, button);
     element.append(item);
     element.hidden = false;
@@ -52,10 +56,8 @@ export function createUploads(app, signal) {
     async function send() {
       await before;
       const most = app.store.get().session?.upload_bytes;
-      if (stop.signal.aborted) {
-        close();
-        return;
-      }
+      if (stop.signal.aborted) return;
+      begun = true;
       if (most !== undefined && file.size > most) {
         fail(`The file has ${bytes(file.size)}, uploads may have ${bytes(most)}. Add it from its folder instead.`);
         return;
