@@ -111,6 +111,7 @@ def test_every_departure_has_a_row_and_no_row_is_without_one() -> None:
     assert sorted(named) == sorted(set(named))
     assert set(named) == ablation_rows.departing()
     rows = ablation_rows.configurations()
+    assert set(ablation_rows.ON_CLIPS) <= set(rows)
     default = Params.preset("default")
     assert rows["default"] == default
     assert rows["paper"] == Params.preset("paper")

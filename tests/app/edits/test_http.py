@@ -209,7 +209,7 @@ def earlier(page: Page) -> Any:
 
 
 def test_a_later_run_is_told_of_corrections_that_it_lacks(
-    http: Server, made: toy_home.ToyHome, ann: Page, tracks: list[str]
+    http: Server, made: ToyHome, ann: Page, tracks: list[str]
 ) -> None:
     ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
     ann.send({"name": "set_review", "frame": 1, "key": tracks[1], "review": "accepted"}, f'"{tracks[1]}:0"')
@@ -224,7 +224,7 @@ def test_a_later_run_is_told_of_corrections_that_it_lacks(
     assert earlier(whatif) is None
 
 
-def test_what_was_undone_is_no_correction(http: Server, made: toy_home.ToyHome, tracks: list[str]) -> None:
+def test_what_was_undone_is_no_correction(http: Server, made: ToyHome, tracks: list[str]) -> None:
     old = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
     kept = old.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').json()
     new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
