@@ -245,6 +245,7 @@ def test_tracks_of_a_round_trip_are_the_same(desk: Desk, home: Path, tmp_path: P
     given = ["import", str(out), "--onto", desk.video_id, "--home", str(home), "--as", "annotation", "--run"]
     assert tsr([*given, desk.run_id]) == 0
     found = desk.tracks()
-    assert_same_track(found["m1"], wanted["m1"], 0.51)
+    # boxes that the file only hands back stay the engine's, which may reach beyond the picture
+    assert_same_track(visible(found["m1"], 320, 240), wanted["m1"], 0.51)
     drawn = next(track for key, track in found.items() if key.startswith("h"))
     assert_same_track(drawn, wanted["hdrawn01"], 0.51)

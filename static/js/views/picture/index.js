@@ -268,7 +268,6 @@ function settledAt({ frame, shown, overlays, run }) {
 function createLegend(app) {
   /** @type {Map<import('../../state-types.js').LayerName, {button: HTMLElement, count: HTMLElement}>} */
   const rows = new Map();
-  const whoseTruth = h('span', { class: 'legend-source truncate' });
   const element = h('div', { class: 'legend', role: 'group', 'aria-label': 'Layers' });
   LAYERS.forEach((name, at) => {
     const count = h('span', { class: 'legend-count number' }, '0');
@@ -278,7 +277,7 @@ function createLegend(app) {
     const button = h('button', {
       class: 'legend-item', type: 'button', 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${at + 1})`,
       onclick: () => app.store.dispatch((state) => switchLayer(state, name)),
-    }, swatch, h('span', { class: 'legend-name' }, SHORT_NAMES[name]), name === 'truth' && whoseTruth, count);
+    }, swatch, h('span', { class: 'legend-name' }, SHORT_NAMES[name]), count);
     rows.set(name, { button, count });
     element.append(button);
     if (name === 'second') {
@@ -302,7 +301,6 @@ function createLegend(app) {
     update({ layers: on, truthName, second, video }, counts) {
       const over = second === null ? null : app.store.get().runs[video.id]?.find(({ id }) => id === second);
       entitle('truth', truthName);
-      setText(whoseTruth, on.truth && truthName !== null ? truthName : '');
       entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
       for (const [name, { button, count }] of rows) {
         const pressed = String(on[name]);
