@@ -17,9 +17,10 @@ from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, Parts, rescored
+from tsr_engine.pipeline import Components, Parts, rescored, start_core
+from tsr_engine.protocols import PixelSource, Sighting
 from tsr_engine.recognition.crops import crop_bounds
-from tsr_engine.records import Detections, FrameEvidence
+from tsr_engine.records import Detections, FloatArray, FrameEvidence
 from tsr_engine.replay import ReplayReport, changed_parameters, check_models, replay, run_params
 from tsr_engine.runs import RunRequest, track_video
 
@@ -167,9 +168,33 @@ def test_parameters_survive_the_header(run: Path) -> None:
 def test_other_models_are_refused(run: Path) -> None:
     other = Components(toys.RedDetector(), toys.components(toys.PARAMS).parts, {"classifier": "d" * 64})
     with EvidenceReader(run) as reader:
-        check_models(reader, toys.components(toys.PARAMS))
+        check_models(reader, toys.components(toys.PARAMS), toys.PARAMS)
         with pytest.raises(ModelError, match="another classifier"):
-            check_models(reader, other)
+            check_models(reader, other, toys.PARAMS)
+
+
+def test_another_detector_matters_where_a_closer_look_is_taken_with_it(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run of some other detector took none, so its replay takes none."""
+    ours = toys.components(toys.PARAMS)
+
+    def look(pixels: PixelSource, box: FloatArray) -> Sighting | None:
+        raise AssertionError("nothing is replayed here")
+
+    parts = replace(ours.parts, look=look)
+    other = replace(ours, parts=parts, models=dict(ours.models) | {"detector": "e" * 64})
+    blind = toys.PARAMS.with_settings([("closer_look", False)])
+    with EvidenceReader(run) as reader:
+        check_models(reader, other, toys.PARAMS)
+        assert start_core(reader, toys.PARAMS, parts)._parts.look is None
+        header = reader.header
+        named = replace(header, models=dict(header.models) | {"detector": "f" * 64})
+        monkeypatch.setattr(reader, "header", named)
+        assert start_core(reader, toys.PARAMS, parts)._parts.look is look
+        check_models(reader, other, blind)
+        with pytest.raises(ModelError, match="another detector"):
+            check_models(reader, other, toys.PARAMS)
 
 
 def test_a_stream_that_is_left_early_releases_the_store(run: Path) -> None:

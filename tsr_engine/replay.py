@@ -96,15 +96,19 @@ def changed_parameters(before: Params, now: Params) -> list[str]:
     return [f"{section}.{leaf}" for section, leaf in Params.names() if old[section][leaf] != new[section][leaf]]
 
 
-def check_models(reader: EvidenceReader, components: Components) -> None:
+def check_models(reader: EvidenceReader, components: Components, params: Params) -> None:
     """Refuse to replay with other models than those of the run.
+
+    What detects is not asked again, unless a closer look is taken with it.
 
     Raises:
         ModelError: a component that the replay uses has another hash.
     """
+    looks = params.pipeline.closer_look and "detector" in reader.header.models
+    unused = ("prior",) if looks else ("detector", "prior")
     for name, digest in components.models.items():
         stored = reader.header.models.get(name)
-        if stored != digest and name not in ("detector", "prior"):
+        if stored != digest and name not in unused:
             raise ModelError(
                 f"{reader.folder} was made with another {name} (expected sha256 {str(stored)[:12]}..., "
                 f"got {digest[:12]}...). Name its models with --models, or allow others with --other-models."

@@ -48,7 +48,7 @@ def run_whatif(task: TaskContext) -> None:
     with EvidenceReader(source) as reader:
         params = run_params(reader).with_settings([(k, _plain(v)) for k, v in run.parameters.items()])
         components = load_components(params, models)
-        check_models(reader, components)
+        check_models(reader, components, params)
         report = ReplayReport()
         told = time.monotonic()
         began, total = told, len(reader)

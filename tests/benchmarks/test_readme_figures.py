@@ -89,7 +89,18 @@ def peers() -> list[str]:
         assert all(s["ours"] < s["theirs"] for s in shared), group
     gains = [round(100 * (1 - s["ours"] / s["theirs"])) for s in (groups["held out"][p]["shared"] for p in PEERS)]
     span = str(min(gains)) if min(gains) == max(gains) else f"{min(gains)} to {max(gains)}"
+    behind = {
+        (peer, group): max(
+            groups[group][peer][name] - groups[group]["default"][name] for name in ("HOTA", "IDF1", "MOTA")
+        )
+        for group in STRESSES
+        for peer in PEERS
+    }
+    assert all(groups[g]["default"]["coverage"] >= groups[g][peer]["coverage"] for g in groups for peer in PEERS)
+    ((peer, group), most) = next((where, by) for where, by in behind.items() if by > 0)
+    assert sum(by > 0 for by in behind.values()) == 1
     return [
+        f"below {peer}'s under {group}, by up to {most:.3f}",
         f"({span} %)",
         f"{figures('stress')['all']['default']['videos']} simulated approaches",
     ]

@@ -96,7 +96,7 @@ def replay(
         params = start.with_settings(pairs)
         components = load_components(params, models)
         if not other_models:
-            check_models(reader, components)
+            check_models(reader, components, params)
         if reader.state != "complete":
             say(f"warning: the run in {evidence} is {reader.state}: {len(reader)} frames are replayed.")
     report, results = ReplayReport(), ResultStream()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tsr_engine.detection.prior import with_prior
@@ -45,6 +47,8 @@ def rescored(detections: Detections, weight: float) -> Detections:
 def start_core(reader: EvidenceReader, params: Params, parts: Parts, *, first_id: int = 1) -> TrackingCore:
     """A core for the video that a store belongs to.
 
+    Where another detector than ours was asked, nobody takes a closer look.
+
     Raises:
         EvidenceError: the store is empty or lacks what the core needs.
     """
@@ -54,6 +58,8 @@ def start_core(reader: EvidenceReader, params: Params, parts: Parts, *, first_id
         interval = float(table["interval"])
     except (KeyError, TypeError, ValueError):
         raise EvidenceError(f"{reader.folder} does not say the size and rate of its video. Track it again.") from None
+    if "detector" not in reader.header.models:
+        parts = replace(parts, look=None)
     return TrackingCore(params, parts, *size, interval=interval, first_id=first_id)
 
 
