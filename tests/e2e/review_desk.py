@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
@@ -17,7 +18,7 @@ from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 __all__ = [
-    "PATIENCE", "Desk", "box_of", "centre", "choose", "choose_label", "drag", "edited", "faultless",
+    "PATIENCE", "Desk", "box_of", "centre", "choose", "choose_label", "drag", "edited", "faultless", "imported",
     "next_long_track", "on_screen", "one_video", "open_desk", "saved", "state", "to_long_track", "tracked", "wait",
     "zoom_in",
 ]  # fmt: skip
@@ -194,6 +195,13 @@ def centre(box: list[float]) -> tuple[float, float]:
 def box_of(now: dict[str, Any], key: str) -> list[float]:
     """The engine's box of a track in the frame."""
     return next(list(t["box"]) for t in now["overlay"]["tracks"] if f"m{t['id']}" == key)
+
+
+def imported(server: LiveServer, video: str, table: bytes, name: str, role: str = "run") -> dict[str, Any]:
+    """A table of tracks brought onto a video, as a run or as ``truth``; what the server answers."""
+    asked = f"/videos/{video}/imports?{urlencode({'as': role, 'name': name, 'format': 'tracks-csv'})}"
+    answer: dict[str, Any] = server.call("POST", asked, table, "application/octet-stream")
+    return answer
 
 
 def tracked(server: LiveServer, video: str, asked: dict[str, object]) -> str:

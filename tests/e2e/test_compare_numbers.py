@@ -13,7 +13,7 @@ from playwright.sync_api import expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, Desk
+from tests.e2e.review_desk import PATIENCE, Desk, imported
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 
 pytestmark = [
@@ -50,12 +50,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
         shutil.copyfile(shipped.video, roots / name)
     with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
         videos = [str(server.add_video(roots / name)["id"]) for name in ("first.mp4", "second.mp4")]
-        asked = "/videos/{}/imports?as=run&name={}&format=tracks-csv"
-        octets = "application/octet-stream"
-        run = server.call("POST", asked.format(videos[0], "worse"), worse(), octets)["id"]
-        server.call("POST", asked.format(videos[1], "other"), SHIPPED[1].truth.read_bytes(), octets)
-        truth = f"/videos/{videos[0]}/imports?as=truth&name=exact&format=tracks-csv"
-        server.call("POST", truth, SHIPPED[0].truth.read_bytes(), octets)
+        run = imported(server, videos[0], worse(), "worse")["id"]
+        imported(server, videos[1], SHIPPED[1].truth.read_bytes(), "other")
+        imported(server, videos[0], SHIPPED[0].truth.read_bytes(), "exact", "truth")
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield Desk(server, browser, videos[0], run)
         browser.close()

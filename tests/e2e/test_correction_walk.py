@@ -23,7 +23,6 @@ from tests.e2e.review_desk import (
     choose_label,
     drag,
     edited,
-    faultless,
     next_long_track,
     on_screen,
     open_desk,
@@ -50,12 +49,6 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     clip = Path(data).resolve() / REAL if data and (Path(data) / REAL).is_file() else SHIPPED[0].video
     with open_desk(tmp_path_factory, clip, {"stop": FRAMES}) as desk:
         yield desk
-
-
-@pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page()) as page:
-        yield page
 
 
 def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:

@@ -21,7 +21,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless, one_video
+from tests.e2e.review_desk import faultless, imported, one_video
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
 
 pytestmark = [
@@ -48,12 +48,7 @@ class Desk(NamedTuple):
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     with one_video(tmp_path_factory, SHIPPED[1].video, NAME) as (server, browser, video):
-        found = server.call(
-            "POST",
-            f"/videos/{video}/imports?as=run&name=tracker&format=tracks-csv",
-            SHIPPED[1].truth.read_bytes(),
-            "application/octet-stream",
-        )
+        found = imported(server, video, SHIPPED[1].truth.read_bytes(), "tracker")
         yield Desk(server, browser, video, found["id"], found["tracks"], found["boxes"])
 
 

@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, faultless, open_desk, saved, state, to_long_track, wait
+from tests.e2e.review_desk import Desk, open_desk, saved, state, to_long_track, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, PATIENCE, SCENES, quiet, serious
 
 pytestmark = [
@@ -37,12 +37,6 @@ FOCUSED = """() => { const one = document.activeElement; const style = getComput
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
     with open_desk(tmp_path_factory, SHIPPED[0].video, {"name": MARKUP[:100], "stop": 120}, NAME) as desk:
         yield desk
-
-
-@pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page()) as page:
-        yield page
 
 
 def to_picture(page: Page) -> None:

@@ -13,12 +13,12 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
+from playwright.sync_api import Browser, Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless
-from tests.e2e.screenshots import CHROMIUM, FLAGS, PATIENCE
+from tests.e2e.screenshots import CHROMIUM, PATIENCE
 
 pytestmark = [
     pytest.mark.slow,
@@ -59,14 +59,6 @@ def _sample_runs(server: LiveServer) -> dict[str, str]:
     """The runs that the server has begun on its own, by name of the video."""
     videos = server.call("GET", "/videos")["videos"]
     return {one["name"]: one["latest_run"] for one in videos if one["latest_run"]}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield running
-        running.close()
 
 
 @pytest.fixture

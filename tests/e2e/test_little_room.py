@@ -5,7 +5,6 @@ The run is the sample's exact truth, imported as somebody else's run with scores
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,12 +12,11 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import FloatRect, Locator, expect, sync_playwright
+from playwright.sync_api import FloatRect, Locator, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import Desk, centre, on_screen, to_long_track, wait
-from tests.e2e.screenshots import CHROMIUM, FLAGS, quiet
+from tests.e2e.review_desk import Desk, centre, imported, on_screen, one_video, to_long_track, wait
+from tests.e2e.screenshots import CHROMIUM, quiet
 
 pytestmark = [
     pytest.mark.slow,
@@ -83,16 +81,8 @@ def another_tracker() -> bytes:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    home = tmp_path_factory.mktemp("room")
-    roots = tmp_path_factory.mktemp("clips")
-    shutil.copyfile(SHIPPED[0].video, roots / "clip.mp4")
-    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
-        video = str(server.add_video(roots / "clip.mp4")["id"])
-        asked = f"/videos/{video}/imports?as=run&name=tracker&format=tracks-csv"
-        run = server.call("POST", asked, another_tracker(), "application/octet-stream")["id"]
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield Desk(server, browser, video, run)
-        browser.close()
+    with one_video(tmp_path_factory, SHIPPED[0].video, "clip.mp4") as (server, browser, video):
+        yield Desk(server, browser, video, imported(server, video, another_tracker(), "tracker")["id"])
 
 
 def place(found: Locator) -> FloatRect:
@@ -161,8 +151,7 @@ def test_the_queue_is_filtered_by_score(desk: Desk) -> None:
 
 
 def test_ground_truth_that_is_shown_says_whose_it_is(desk: Desk) -> None:
-    asked = f"/videos/{desk.video}/imports?as=truth&name=Surveyed by Ann&format=tracks-csv".replace(" ", "%20")
-    desk.server.call("POST", asked, SHIPPED[0].truth.read_bytes(), "application/octet-stream")
+    imported(desk.server, desk.video, SHIPPED[0].truth.read_bytes(), "Surveyed by Ann", "truth")
     page = desk.page()
     badge = page.locator(".picture-badge")
     legend = page.locator(".legend-item", has_text="Truth")

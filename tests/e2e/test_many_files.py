@@ -10,12 +10,12 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
+from playwright.sync_api import Browser, Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import PATIENCE
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
@@ -37,14 +37,6 @@ DROP = """files => {
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveServer]:
     with LiveServer(tmp_path_factory.mktemp("files"), sample=False) as running:
         yield running
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield running
-        running.close()
 
 
 @pytest.fixture

@@ -13,8 +13,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, Route
 
-from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, choose, faultless, open_desk, state, wait
+from tests.e2e.review_desk import Desk, choose, faultless, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -22,12 +21,6 @@ pytestmark = [
     pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
-
-
-@pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
-        yield desk
 
 
 @pytest.fixture

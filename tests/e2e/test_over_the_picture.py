@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, faultless, open_desk, state, wait
+from tests.e2e.review_desk import Desk, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -28,18 +25,6 @@ YELLOW = """focus => { const {review} = tsr.store.get(); const canvas = document
   for (let i = 0; i < data.length; i += 4) found += data[i] > 180 && data[i + 1] > 160 && data[i + 2] < 130;
   return found; }"""
 """Pixels in the colour of predictions around the focus of expansion."""
-
-
-@pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
-        yield desk
-
-
-@pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page()) as page:
-        yield page
 
 
 def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: Desk, page: Page) -> None:

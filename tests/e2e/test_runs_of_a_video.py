@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 import urllib.request
 from collections.abc import Iterator
@@ -13,12 +12,9 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import sync_playwright
-
 from sample_videos import SHIPPED
-from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import PATIENCE, Desk, choose_label, edited, next_long_track, tracked, wait
-from tests.e2e.screenshots import CHROMIUM, FLAGS
+from tests.e2e.review_desk import PATIENCE, Desk, choose_label, edited, next_long_track, open_desk, tracked, wait
+from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
     pytest.mark.slow,
@@ -30,15 +26,8 @@ FRAMES = 45
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    home = tmp_path_factory.mktemp("runs")
-    roots = tmp_path_factory.mktemp("clips")
-    shutil.copyfile(SHIPPED[0].video, roots / "clip.mp4")
-    with LiveServer(home, roots=(roots,), sample=False) as server, sync_playwright() as playwright:
-        video = str(server.add_video(roots / "clip.mp4")["id"])
-        run = tracked(server, video, {"stop": FRAMES})
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield Desk(server, browser, video, run)
-        browser.close()
+    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": FRAMES}, "clip.mp4") as desk:
+        yield desk
 
 
 def exported(desk: Desk, folder: Path) -> Path:

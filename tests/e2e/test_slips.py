@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, faultless, open_desk, saved, state, tracked, wait
+from tests.e2e.review_desk import Desk, open_desk, saved, state, tracked, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -33,12 +33,6 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 def other(desk: Desk) -> str:
     """Another run of the same video: its tracks have the same names."""
     return tracked(desk.server, desk.video, {"stop": FRAMES, "name": "Second"})
-
-
-@pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page()) as page:
-        yield page
 
 
 def select(page: Page, place: int) -> str:

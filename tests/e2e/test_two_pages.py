@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator
 
 import pytest
 
@@ -12,7 +11,6 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page
 
-from sample_videos import SHIPPED
 from tests.e2e.review_desk import (
     PATIENCE,
     Desk,
@@ -21,8 +19,6 @@ from tests.e2e.review_desk import (
     choose,
     drag,
     edited,
-    faultless,
-    open_desk,
     saved,
     state,
     wait,
@@ -34,18 +30,6 @@ pytestmark = [
     pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
-
-
-@pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
-        yield desk
-
-
-@pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
-    with faultless(desk.page()) as page:
-        yield page
 
 
 def meeting(desk: Desk, page: Page) -> tuple[Page, str]:

@@ -5,7 +5,13 @@ from __future__ import annotations
 import random
 from typing import Any
 
+from pydantic import TypeAdapter
+
+from app.edits.apply import CommandError, apply_command
+from app.edits.commands import Command
 from app.edits.documents import TrackDoc, engine_doc
+
+ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 
 SPANS = {1: (0, 20), 2: (15, 40), 3: (50, 70)}
 """Engine tracks: first and last frame."""
@@ -70,3 +76,15 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
         {"name": "remove_note", **on, "note_id": note},
     ]
     return rng.choice(choices)
+
+
+def some_documents(seed: int, length: int) -> dict[str, TrackDoc]:
+    """Documents of the toy tracks after some random commands."""
+    rng, docs = random.Random(seed), beginning()
+    for step in range(length):
+        command = ADAPTER.validate_python(a_command(rng, docs, step))
+        try:
+            docs |= apply_command(docs, command)
+        except CommandError:
+            continue
+    return docs

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import random
-from typing import Any
-
 import numpy as np
 import pytest
-from edit_toys import SPANS, a_command, beginning, machine
+from edit_toys import SPANS, beginning, machine, some_documents
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import TypeAdapter
 
 from app.compare.annotation import corrected_boxes
-from app.edits.apply import CommandError, apply_command
-from app.edits.commands import Command
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.effective import box_at
 from app.evidence.tables import BoxTable
 
-ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 LABELS = {1: 14, 2: 13, 3: 1}
 LAST = 76
 
@@ -32,17 +25,6 @@ def table() -> BoxTable:
     return BoxTable(
         frame, track, boxes, label, np.zeros(len(rows), bool), frame % 3, tuple(f"m{track}" for track in SPANS)
     )
-
-
-def some_documents(seed: int, length: int) -> dict[str, TrackDoc]:
-    rng, docs = random.Random(seed), beginning()
-    for step in range(length):
-        command = ADAPTER.validate_python(a_command(rng, docs, step))
-        try:
-            docs |= apply_command(docs, command)
-        except CommandError:
-            continue
-    return docs
 
 
 @settings(max_examples=150, deadline=None)

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[1] / "edits"))
 sys.path.insert(0, str(Path(__file__).parent))
 
-from exchange_desk import Desk, open_desk
+from exchange_desk import Desk, open_desk, unzipped
 from toy_home import ToyHome, make_home
 
 
@@ -39,3 +39,9 @@ def untouched(tracked: ToyHome, tmp_path_factory: pytest.TempPathFactory) -> Ite
     made = open_desk(tracked, tmp_path_factory.mktemp("untouched"))
     with made.server.client:
         yield made
+
+
+@pytest.fixture(scope="module")
+def annotations(untouched: Desk) -> bytes:
+    """The run as a CVAT file, before anybody has corrected it; the same in every copy."""
+    return unzipped(untouched.download(untouched.export()))["annotations.xml"]

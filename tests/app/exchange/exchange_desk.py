@@ -119,6 +119,15 @@ def unzipped(content: bytes) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
+def zipped(files: dict[str, bytes]) -> bytes:
+    """An archive."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
 def manifest_of(content: bytes) -> Any:
     """The manifest in an export."""
     return json.loads(unzipped(content)["manifest.json"])

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import random
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from edit_toys import SPANS, a_command, beginning, machine
+from edit_toys import SPANS, machine, some_documents
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import TypeAdapter
 
-from app.edits.apply import CommandError, apply_command
-from app.edits.commands import Command
 from app.edits.documents import KeyFrame, TrackDoc, engine_doc
 from app.edits.effective import EffectiveTrack, effective_track
 from app.exchange.as_annotation import THIN_PX, annotate
 from app.exchange.laid_over import alike, laid_over
 from tsr_engine.exchange.dataset import Track
 
-ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 SIZE = (500, 300)
 STOP = 76
 ENGINE = 14
@@ -48,14 +43,7 @@ def as_track(document: TrackDoc) -> tuple[Track, EffectiveTrack]:
 
 def somebody(seed: int, length: int) -> list[TrackDoc]:
     """Documents after some random commands, those that show something."""
-    rng, docs = random.Random(seed), beginning()
-    for step in range(length):
-        command = ADAPTER.validate_python(a_command(rng, docs, step))
-        try:
-            docs |= apply_command(docs, command)
-        except CommandError:
-            continue
-    return [doc for doc in docs.values() if len(as_track(doc)[1].frame)]
+    return [doc for doc in some_documents(seed, length).values() if len(as_track(doc)[1].frame)]
 
 
 def altered(track: Track, rng: np.random.Generator) -> Track:
