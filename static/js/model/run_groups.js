@@ -10,10 +10,14 @@
  * @returns {{run: Run, whatifs: Run[]}[]} in the order of the runs; a what-if whose run is not among them stands for itself
  */
 export function groupRuns(runs) {
-  const known = new Set(runs.map(({ id }) => id));
-  /** @param {Run} run */
-  const parentOf = (run) => (run.kind === 'whatif' && run.parent_id !== null && known.has(run.parent_id) ? run.parent_id : null);
-  return runs.filter((run) => parentOf(run) === null).map((run) => ({ run, whatifs: runs.filter((other) => parentOf(other) === run.id) }));
+  const below = new Map(runs.map(({ id }) => [id, /** @type {Run[]} */ ([])]));
+  /** @type {Run[]} */
+  const tops = [];
+  for (const run of runs) {
+    const siblings = run.kind === 'whatif' && run.parent_id !== null ? below.get(run.parent_id) : undefined;
+    (siblings ?? tops).push(run);
+  }
+  return tops.map((run) => ({ run, whatifs: below.get(run.id) ?? [] }));
 }
 
 /**
