@@ -107,6 +107,7 @@ def test_a_half_written_note_stays_with_its_track(desk: Desk, page: Page) -> Non
     page.locator(".picture-stage").focus()
     select(page, 0)
     expect(note).to_have_value("of the first")
+    page.wait_for_url(re.compile(f"track={first}$"))  # the address is written a moment later
     page.reload()
     wait(page, lambda s: s["selected"] == first and s["tracks"] is not None and s["shown"] == s["frame"])
     expect(note).to_have_value("of the first")
