@@ -217,7 +217,7 @@ def test_a_closer_look_at_a_window_that_was_sought_tells_the_sign_s_size() -> No
         assert all(np.array_equal(box, track.relocalisation.box) for box in asked)
         (event,) = [event for event in frame.events if event.kind == "relocalised"]
         values = [event.values.get(name) for name in ("score", "x1", "y1", "x2", "y2")]
-        assert values == ([None] * 5 if seen is None or "closer" not in event.text else [seen.score, *seen.box])
+        assert values == ([None] * 5 if seen is None or "sees a sign" not in event.text else [seen.score, *seen.box])
         return track.box, event.text
 
     found, text = box_of(Sighting(edges, 5.0))
@@ -226,10 +226,42 @@ def test_a_closer_look_at_a_window_that_was_sought_tells_the_sign_s_size() -> No
     as_it_is, text = box_of(None)
     assert to_cxcywh(as_it_is)[2] < 33
     assert text.endswith("a window like it is 6 px left.")
-    assert np.array_equal(as_it_is, box_of(Sighting(edges, 1.9))[0]), "too unlike a sign to be measured"
+    refused, text = box_of(Sighting(edges, 1.9), refused_doubt=False)
+    assert np.array_equal(as_it_is, refused), "too unlike a sign to be measured"
+    assert text.endswith("a window like it is 6 px left.")
     assert np.array_equal(as_it_is, box_of(Sighting(edges, 5.0), closer_look=False)[0])
     sure, doubtful = (box_of(Sighting(edges, score), closer_noise=1.0)[0] for score in (9.0, 3.0))
     assert to_cxcywh(sure)[2] > to_cxcywh(doubtful)[2] > to_cxcywh(as_it_is)[2]
+
+
+def test_a_window_counts_the_less_the_less_a_closer_look_takes_it_for_a_sign() -> None:
+    """What hides a sign looks little like one; where the look is not asked, or sees nothing, it counts in full."""
+
+    def left(seen: Sighting | None, **settings: object) -> tuple[float, str, object]:
+        bench = Bench(relocalise_after=1, **settings)
+        bench.core._parts = replace(bench.core._parts, look=lambda pixels, box: seen)
+        frame = bench.step(NONE)
+        (track,) = frame.tracks
+        assert track.prediction is not None
+        (event,) = [event for event in frame.events if event.kind == "relocalised"]
+        moved = float(to_cxcywh(track.prediction.box)[0] - to_cxcywh(track.box)[0])
+        return moved, event.text, event.values.get("score")
+
+    edges = np.array([70.0, 46, 108, 84])
+    whole, *_ = left(None)
+    hardly, text, score = left(Sighting(edges, 1.0))
+    not_at_all, *_ = left(Sighting(edges, -6.0))
+    assert whole > hardly > not_at_all > 0.0
+    assert text.endswith("6 px left, which counts little: a closer look takes it for no sign (score 1.0).")
+    assert score == 1.0
+    for settings in ({"refused_doubt": False}, {"closer_look": False}, {"noise_score": 0.0}):
+        assert left(Sighting(edges, -6.0), **settings)[0] == left(None, **settings)[0]
+    # a detection of that score would be as much less exact as the window has become
+    bench = Bench()
+    doubt = bench.core.params.tracking.doubt(1.0)
+    assert doubt > 2
+    alike, *_ = left(None, sought_noise=3.0 * doubt, sought_size_noise=16.0 * doubt)
+    assert hardly == pytest.approx(alike, rel=1e-9)
 
 
 def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> None:

@@ -55,6 +55,7 @@ DEPARTURES = (
 IN_QUESTION: Mapping[str, tuple[tuple[str, Any], ...]] = {
     "no online detector": (("use_online", False),),
     "a sought window's size counts as its place does": (("sought_size_noise", None),),
+    "a window that a closer look refuses counts as any": (("refused_doubt", False),),
     "motion constant_velocity": (("motion", "constant_velocity"),),
     "tau 10": (("tau", 10.0),),
     "tau 19": (("tau", 19.0),),

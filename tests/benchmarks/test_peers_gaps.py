@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +12,17 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks import gap_choice
+from benchmarks import gap_choice, online_choice
 from benchmarks.experiment import Result
 from benchmarks.experiments import gaps
+from benchmarks.experiments.tracked import Tracked
 from benchmarks.peers import gap as gap_module
 from benchmarks.peers.gap import LEAD_IN, Gap, Outcome, Still, carry, find_gaps, our_outcomes, summary
 from benchmarks.peers.generic import OpenCvTracker, maker
 from benchmarks.peers.multi import Missing
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame
 from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.evidence import ResultRow
 from tsr_engine.params import Params
 from tsr_engine.pipeline import FrameInput
 from tsr_engine.records import Detections, FrameEvidence, TrackFrame
@@ -182,6 +186,22 @@ def test_the_report_says_who_ends_nearer(tmp_path: Path) -> None:
     assert "<svg" in (tmp_path / "gaps.svg").read_text()
 
 
+def test_the_report_tells_stress_by_stress_where_the_filter_alone_ends_nearer() -> None:
+    def row(*errors: float) -> dict[str, Any]:
+        return {str(n): {"gaps": 3, "error": e} for n, e in zip((5, 10), errors, strict=True)} | {"20": {"gaps": 0}}
+
+    rows = {"default": _row(0.1), "paper": _row(0.3)}
+    worse, better = row(0.07, 0.08), row(0.06, 0.05)
+    stresses = {"turn": {"default": better, "KF alone": worse, gaps.PAPER_KF: row(0.3, 0.4)}}
+    figures = {"groups": {"approaches": rows}, "missing": {}, "stresses": stresses}
+    text = gaps.EXPERIMENT.tell(Result("gaps", "toys", figures))
+    assert "| turn (3, 3, 0) | 0.0600 | 0.0700 | 0.3000 | 0.0500 | 0.0800 | 0.4000 |" in text
+    assert "nearer than by KF alone, under every stress after any number of frames.\n" in text
+    stresses["blur"] = {"default": row(0.07, 0.05), "KF alone": row(0.07, 0.08), gaps.PAPER_KF: worse}
+    text = gaps.EXPERIMENT.tell(Result("gaps", "toys", figures))
+    assert "nearer than by KF alone, but for blur, 5 frames: 0.0700 against 0.0700.\n" in text
+
+
 def _approaches(folder: Path, *scenes: str) -> Path:
     """Clips without a sign, one a scene; each is noted where it is looked at."""
     clips = [{"clip": f"{name}_turn", "stress": "turn", "image": f"{name}.jpg"} for name in scenes]
@@ -230,3 +250,45 @@ def test_a_choice_that_cannot_be_made_is_refused_in_a_sentence(
         assert sentence in capsys.readouterr().err
     assert gap_choice.main(["--clips", str(tmp_path), "--setting", "x:no_such=1"]) == 1
     assert "There is no parameter 'no_such'" in capsys.readouterr().err
+
+
+def test_what_the_online_detector_is_worth_is_told_on_no_scene_that_is_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    looked: list[str] = []
+
+    def look(videos: list[Annotated], scratch: Path) -> list[Seen]:
+        looked.extend(video.name for video in videos)
+        return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
+
+    def track(seen: Seen, chosen: Mapping[str, Params], parts: object) -> dict[str, Tracked]:
+        """One track on the sign, off by as much as the filter alone or the setting says."""
+        runs = {}
+        for name, params in chosen.items():
+            off = 4.0 if not params.online.use_online else params.pipeline.sought_noise
+            boxes = [(frame.ordinal, _box(frame.ordinal) + off) for frame in seen.frames]
+            rows = [ResultRow(k, 1, *box.tolist(), 0, 1.0, "detected") for k, box in boxes]
+            runs[name] = Tracked(rows, {}, len(seen.frames))
+        return runs
+
+    monkeypatch.setattr(online_choice, "look", look)
+    monkeypatch.setattr(online_choice, "track_together", track)
+    monkeypatch.setattr(online_choice, "load_components", lambda params: None)
+    tuned = [_approaches(tmp_path / name, "0", scene) for name, scene in (("one", "1"), ("two", "2"))]
+    judged = _approaches(tmp_path / "judged", "1")
+    call = ["--looming", *map(str, tuned), "--judged", str(judged)]
+    assert online_choice.main([*call, "--setting", "near:sought_noise=1", "--setting", "same:sought_noise=4"]) == 0
+    assert looked == ["one/0_turn", "two/0_turn", "two/2_turn"]
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[:2] for line in lines[:4]] == [["turn", n] for n in ("default", "KF", "near", "same")]
+    assert [line.split()[0] for line in lines[4:]] == ["all"] * 4
+    frames = 3 * len(_seen().frames)
+    error = [1 - (40 - off) ** 2 / 1600 for off in (3.0, 4.0, 1.0)]
+    assert lines[0].endswith(f"Eq. 7 {error[0]:.4f}, {frames} boxes changed: {error[0]:.4f}, without {error[1]:.4f}")
+    assert lines[1].endswith(f"KF alone  coverage 1.0000, Eq. 7 {error[1]:.4f}")
+    assert f"near      coverage 1.0000, Eq. 7 {error[2]:.4f}, " in lines[2]
+    assert lines[3].endswith(f"same      coverage 1.0000, Eq. 7 {error[1]:.4f}")
+    assert online_choice.main([*call, "--setting", "x:no_such=1"]) == 1
+    assert "There is no parameter 'no_such'" in capsys.readouterr().err
+    assert online_choice.main(["--looming", str(judged), "--judged", str(judged)]) == 1
+    assert "no clip of a scene that may be shown" in capsys.readouterr().err

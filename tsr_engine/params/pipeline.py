@@ -52,6 +52,11 @@ class PipelineParams(Section):
     closer_noise: float = Field(
         1.0, gt=0, le=100, description="noise of what a closer look sees, relative to a detection of that score"
     )
+    refused_doubt: bool = Field(
+        True,
+        description="the less such a window looks like a sign to a closer look that takes it for none, the less exact "
+        "a measurement it is: its noise grows as that of a detection of that score",
+    )
     sought_sigmas: float | None = Field(
         3.0,
         gt=0,

@@ -29,6 +29,7 @@ ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
         "gate.position_offset": 0.0,
         "pipeline.relocalise_after": None,
         "pipeline.closer_look": False,
+        "pipeline.refused_doubt": False,
         "pipeline.sought_sigmas": None,
         "pipeline.sought_size_noise": None,
         "online.learn_undetected": True,

@@ -196,12 +196,17 @@ class TrackingCore:
             return astray(track_id, alone, prediction.box, found, sigmas)
         sure = found.probability >= p.sure_probability
         seen = self._parts.look(pixels, found.box) if p.closer_look and self._parts.look is not None else None
-        if seen is None or seen.score < p.closer_score:
-            seen, box, sight = None, found.box, Sight(p.sought_noise, p.sought_size_noise or p.sought_noise)
+        taken = seen if seen is not None and seen.score >= p.closer_score else None
+        # What hides a sign, or blurs it, looks little like one, and a window on it says little of where the sign is.
+        refused = seen if taken is None and p.refused_doubt else None
+        doubted = taken or refused
+        doubt = 1.0 if doubted is None else self.params.tracking.doubt(doubted.score)
+        if taken is not None:
+            box, sight = taken.box, DETECTION.times(p.closer_noise * doubt)
         else:
-            box, sight = seen.box, DETECTION.times(p.closer_noise * self.params.tracking.doubt(seen.score))
+            box, sight = found.box, Sight(p.sought_noise, p.sought_size_noise or p.sought_noise).times(doubt)
         self._tracker.correct(track_id, box, source="relocalised", sight=sight, confident=sure)
-        return sought(track_id, alone, prediction.box, found, seen)
+        return sought(track_id, alone, prediction.box, found, taken, refused)
 
     def _judge(self, frame: FrameInput, box: FloatArray, companion: Companion) -> GateVerdict:
         centre, before = to_cxcywh(box), to_cxcywh(companion.box)

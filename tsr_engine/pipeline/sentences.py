@@ -33,17 +33,31 @@ def relocalised(
 
 
 def sought(
-    track_id: int, undetected: int, prediction: FloatArray, found: Relocalisation, seen: Sighting | None
+    track_id: int,
+    undetected: int,
+    prediction: FloatArray,
+    found: Relocalisation,
+    seen: Sighting | None,
+    refused: Sighting | None = None,
 ) -> Event:
     """The online detector has found a sign that the offline detector has not seen for some frames.
 
-    ``seen``: what a closer look took for a sign there; None: nothing, or none was taken.
+    Args:
+        track_id: of the sign.
+        undetected: frames in a row without a detection.
+        prediction: box, shape (4,).
+        found: the online detector's window.
+        seen: what a closer look took for a sign there; None: nothing, or none was taken.
+        refused: what it saw and took for none, where the window counts the less for it.
     """
     dx, dy = _displacement(prediction, found)
     text = f"Track {track_id} has had no detection for {undetected} frames; a window like it is {_move(dx, dy)}"
     values: dict[str, float | int | str] = {
         "undetected": undetected, "dx": dx, "dy": dy, "probability": found.probability,
     }  # fmt: skip
+    if refused is not None:
+        text += f", which counts little: a closer look takes it for no sign (score {refused.score:.1f})."
+        return Event("relocalised", track_id, text, values | {"score": refused.score})
     if seen is None:
         return Event("relocalised", track_id, f"{text}.", values)
     text += f", where a closer look sees a sign with score {seen.score:.1f}."

@@ -1,0 +1,106 @@
+"""What the online detector's parameters are worth where signs are lost by themselves, told on videos nobody reports.
+
+    python -m benchmarks.online_choice --looming DIR... --judged DIR [--setting NAME:key=value,...]...
+
+Looks at simulated approaches to scenes that ``--judged`` does not show. ``default`` and the filter alone are run beside
+the named settings, all on the same detections. One line a stress and configuration: coverage, mean Eq. 7, and how many
+boxes the online detector has changed, with Eq. 7 of these with it and without it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import cv2
+
+from benchmarks.experiment import Skip
+from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.experiments.tracked import results_of, track_together
+from benchmarks.peers.seen import Annotated, Seen, look
+from benchmarks.tracking_stress import configurations
+from tsr_engine.errors import TsrError
+from tsr_engine.evaluation.tracking import VideoReport, changed_errors, evaluate_video, summarise
+from tsr_engine.params import Params
+from tsr_engine.pipeline import load_components
+
+ALONE = "KF alone"
+ALL = "all"
+
+Reports = dict[str, dict[str, list[VideoReport]]]
+"""Stress -> configuration -> a report a video."""
+
+
+def videos_of(folders: Iterable[Path], judged: Path) -> list[Annotated]:
+    """Approaches of all folders that show no scene of those that are judged.
+
+    Raises:
+        Skip: there are none.
+    """
+    scenes = read_looming(judged).scenes
+    found = [(folder.name, read_looming(folder, without=scenes)) for folder in folders]
+    return [
+        Annotated(f"{folder}/{name}", made.stress[name], *video)
+        for folder, made in found
+        for name, video in made.videos.items()
+    ]
+
+
+def reports_of(videos: Iterable[Seen], chosen: Mapping[str, Params]) -> Reports:
+    """Every configuration on every video, by stress and together."""
+    parts = {name: load_components(params) for name, params in chosen.items()}
+    found: Reports = {}
+    for seen in videos:
+        runs = track_together(seen, chosen, parts)
+        for name, run in runs.items():
+            size = (seen.width, seen.height)
+            report = evaluate_video(seen.video.name, seen.video.truth, results_of(run.rows), run.frames, size=size)
+            for stress in (seen.video.group, ALL):
+                found.setdefault(stress, {}).setdefault(name, []).append(report)
+    return found
+
+
+def rows(reports: Reports) -> list[str]:
+    """One line for each stress and configuration."""
+    lines = []
+    for stress in sorted(reports, key=lambda stress: (stress == ALL, stress)):
+        by_name = reports[stress]
+        width = max(map(len, by_name))
+        for name, found in by_name.items():
+            s, changed = summarise(found), changed_errors(found, by_name[ALONE])
+            line = f"{stress:14s}{name:{width}s}  coverage {s.coverage or 0:.4f}, Eq. 7 {s.mean_error or 0:.4f}"
+            if changed["n"]:
+                line += f", {changed['n']} boxes changed: {changed['ours']:.4f}, without {changed['theirs']:.4f}"
+            lines.append(line)
+    return lines
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.online_choice",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--looming", type=Path, required=True, nargs="+", help="folders of simulated approaches")
+    parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
+    parser.add_argument("--setting", action="append", default=[], help="a further configuration")
+    parser.add_argument("--scratch", type=Path, help="where detections are kept for the next call")
+    args = parser.parse_args(argv)
+    cv2.setNumThreads(1)
+    try:
+        chosen = {name: params for name, params in configurations(args.setting).items() if name != "paper"}
+        with tempfile.TemporaryDirectory() as folder:
+            seen = look(videos_of(args.looming, args.judged), args.scratch or Path(folder))
+            sys.stdout.write("".join(f"{line}\n" for line in rows(reports_of(seen, chosen))))
+    except (TsrError, Skip) as error:
+        sys.stderr.write(f"online_choice: {error}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
