@@ -91,7 +91,7 @@ class Guard:
         if len(headers.getlist("host")) != 1 or not (name in self.hosts or (name and name == _reached(scope))):
             return 400, "bad_host", "This server does not answer under that name. Open the address that it printed."
         unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE
-        if unsafe and not _same_origin(headers, host):
+        if unsafe and not _same_origin(headers, host, scope["scheme"]):
             return 403, "bad_origin", "The request comes from another page. Use the page of this server."
         path = scope["path"]
         if not (path in _OPEN_EXACT or path.startswith(_OPEN)) and not self._known(headers, scope):
@@ -145,12 +145,17 @@ def _without_port(host: str) -> str:
     return name.lower() if not port or (port.isascii() and port.isdigit()) else ""
 
 
-def _same_origin(headers: Headers, host: str) -> bool:
+def _same_origin(headers: Headers, host: str, served: str) -> bool:
     if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
         return False
     origin = headers.get("origin")
+    if origin is None:
+        return True
     # An origin is scheme://host and nothing else; what is no origin is not ours. (urlsplit raises for some of that.)
-    return origin is None or origin.partition("://")[2].lower() == host.lower()
+    scheme, _, name = origin.lower().partition("://")
+    # A proxy that speaks TLS in front need not tell us, so https is ours too; the way back from https to http is not.
+    ours = ("https",) if served in ("https", "wss") else ("http", "https")
+    return scheme in ours and name == host.lower()
 
 
 def _cookies(header: str, name: str) -> Iterator[str]:

@@ -111,6 +111,10 @@ NO_ORIGINS = (
     "http:/127.0.0.1",
     "http://127.0.0.1@evil",
     "\xff://",
+    "://127.0.0.1",
+    "ftp://127.0.0.1",
+    "file://127.0.0.1",
+    "ws://127.0.0.1",
 )
 
 
@@ -139,11 +143,25 @@ def test_other_pages_change_nothing(server: Server, headers: dict[str, str | byt
     assert server.client.post("/api/session/links", headers={"Origin": "http://127.0.0.1"}).status_code == 201
 
 
+def test_an_origin_has_the_scheme_that_is_served_or_that_of_a_proxy_in_front(server: Server) -> None:
+    from starlette.testclient import TestClient
+
+    def asked(base: str, origin: str) -> int:
+        client = TestClient(server.app, base_url=base)
+        headers = {"Authorization": f"Bearer {SECRET}", "Origin": origin}
+        return client.post("/api/session/links", headers=headers).status_code
+
+    assert asked("http://127.0.0.1", "http://127.0.0.1") == 201
+    assert asked("http://127.0.0.1", "https://127.0.0.1") == 201, "the proxy takes TLS off"
+    assert asked("https://127.0.0.1", "HTTPS://127.0.0.1") == 201
+    assert asked("https://127.0.0.1", "http://127.0.0.1") == 403
+
+
 def test_sockets_pass_the_same_door(server: Server) -> None:
     from starlette.websockets import WebSocketDisconnect
 
     known = {"Authorization": f"Bearer {SECRET}"}
-    foreign = [{**known, "Origin": origin} for origin in ("http://evil.example", "http://[")]
+    foreign = [{**known, "Origin": origin} for origin in ("http://evil.example", "http://[", "ftp://127.0.0.1")]
     for extra, code in (({}, 4401), *((one, 4403) for one in foreign)):
         headers = {"Host": "127.0.0.1", **extra}
         with (
