@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from sqlalchemy import delete, select
@@ -55,13 +54,6 @@ class TruthService:
             session.execute(delete(Truth).where(Truth.video_id == video_id, Truth.name == name))
             session.add(truth)
         return truth
-
-    def register_sample_truth(self, video_id: str, path: Path) -> Truth:
-        """Import the exact truth that lies beside a bundled drive, unless it is there already."""
-        with self._database.read() as session:
-            query = select(Truth).where(Truth.video_id == video_id, Truth.name == "exact truth")
-            known = session.scalars(query).first()
-        return known if known is not None else self.put(video_id, "exact truth", path.read_bytes())
 
     def of_video(self, video_id: str) -> Sequence[Truth]:
         """Truths of a video by name.

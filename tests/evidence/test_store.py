@@ -134,17 +134,6 @@ def test_summaries_and_result_rows(
         assert run.quiet_frame(before=3) is None
 
 
-def test_stage_times(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
-    write(
-        folder, header, [make_frame(k, timings={"detect": float(k)} | ({"fuse": 0.5} if k else {})) for k in range(5)]
-    )
-    with EvidenceReader(folder) as run:
-        times = run.stage_times()
-    assert list(times) == ["detect", "fuse"]
-    assert (times["detect"].total, times["detect"].frames, times["detect"].median) == (10.0, 5, 2.0)
-    assert (times["fuse"].total, times["fuse"].frames) == (2.0, 4)
-
-
 def test_resume_equals_an_uninterrupted_run(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:
     frames = [make_frame(k, tracks=k % 3) for k in range(40)]
     write(folder, header, frames, chunk=8)

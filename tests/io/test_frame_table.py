@@ -1,4 +1,4 @@
-"""The frame table: exact times, look-up by time, and forms that survive storage."""
+"""The frame table: exact times, and forms that survive storage."""
 
 from __future__ import annotations
 
@@ -56,21 +56,6 @@ def test_times_are_exact() -> None:
     assert table.interval() == Fraction(1001, 30000)
     with pytest.raises(IndexError, match=r"0\.\.3\. Got 4"):
         table.time(4)
-
-
-@pytest.mark.parametrize(
-    ("time", "ordinal"),
-    [
-        (Fraction(-1), 0),
-        (Fraction(0), 0),
-        (Fraction(1001, 30000), 1),
-        (Fraction(1001, 30000) - Fraction(1, 10**12), 0),
-        (Fraction(2002, 30000) + Fraction(1, 10**12), 2),
-        (Fraction(99), 3),
-    ],
-)
-def test_the_frame_on_screen(time: Fraction, ordinal: int) -> None:
-    assert table_of([0, 1001, 2002, 3003]).ordinal_at(time) == ordinal
 
 
 def test_the_interval_is_the_median_step() -> None:

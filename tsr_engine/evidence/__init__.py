@@ -6,7 +6,7 @@ One folder a run: ``run.json`` (what it was made of) and ``evidence.sqlite`` (wh
 from tsr_engine.evidence.compare import differences
 from tsr_engine.evidence.encode import TableEntry, TrackSummary
 from tsr_engine.evidence.header import RunHeader, RunState, VideoIdentity, read_header
-from tsr_engine.evidence.reader import RESULT_HEADER, EvidenceReader, ResultRow, StageTime
+from tsr_engine.evidence.reader import RESULT_HEADER, EvidenceReader, ResultRow
 from tsr_engine.evidence.regions import FramePixels, StoredPixels
 from tsr_engine.evidence.schema import SCHEMA_VERSION
 from tsr_engine.evidence.writer import DEFAULT_CHUNK, EvidenceWriter, refuse_run_files
@@ -21,7 +21,6 @@ __all__ = [
     "ResultRow",
     "RunHeader",
     "RunState",
-    "StageTime",
     "StoredPixels",
     "TableEntry",
     "TrackSummary",

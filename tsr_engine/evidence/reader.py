@@ -7,15 +7,11 @@ checkpoints nor grows with the length of the run.
 from __future__ import annotations
 
 import sqlite3
-from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.decode import EventRow, FrameRows, event_of, frame_of, region_of, track_of
@@ -62,15 +58,6 @@ class ResultRow(NamedTuple):
 
 
 RESULT_HEADER = ",".join(ResultRow._fields)
-
-
-@dataclass(frozen=True, slots=True)
-class StageTime:
-    """One stage over all frames that went through it, in seconds."""
-
-    total: float
-    frames: int
-    median: float
 
 
 class EvidenceReader:
@@ -229,14 +216,6 @@ class EvidenceReader:
     def regions(self, frame: int) -> tuple[Region, ...]:
         """The pixels kept of one frame; empty without any."""
         return tuple(region_of(row) for row in self._rows("regions", frame, frame + 1))
-
-    def stage_times(self) -> dict[str, StageTime]:
-        """Seconds per stage, over the frames that went through it, in order of first appearance."""
-        seconds: dict[str, array[float]] = {}
-        for first, behind in self._blocks(0, None, 4096):
-            for row in self._rows("timings", first, behind):
-                seconds.setdefault(row[2], array("d")).append(row[3])
-        return {stage: StageTime(float(np.sum(v)), len(v), float(np.median(v))) for stage, v in seconds.items()}
 
     def _blocks(self, start: int, stop: int | None, size: int = _BLOCK) -> Iterator[tuple[int, int]]:
         first, last = self.first_frame, self.last_frame

@@ -76,13 +76,6 @@ class FrameTable:
             raise IndexError(f"The video has frames 0..{len(self) - 1}. Got {k}.")
         return int(self.pts[k]) * self.time_base
 
-    def ordinal_at(self, time: Fraction) -> int:
-        """The frame on screen at ``time`` seconds: the last one shown at or before it, else frame 0."""
-        if not len(self):
-            raise IndexError("The frame table is empty.")
-        ticks = Fraction(time) / self.time_base
-        return max(0, int(np.searchsorted(self.pts, ticks.numerator // ticks.denominator, side="right")) - 1)
-
     def interval(self) -> Fraction:
         """The median time from one frame to the next in seconds, exact; 1/25 for a single frame."""
         steps = np.sort(np.diff(self.pts))

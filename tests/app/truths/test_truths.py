@@ -93,11 +93,3 @@ def test_import_replace_read_remove(home: Any) -> None:
             call()
     with pytest.raises(NotFound):
         truths.put("0" * 64, "mine", (HEAD + GOOD).encode())
-
-
-def test_the_sample_truth_is_registered_once(home: Any, tmp_path: Any) -> None:
-    truths = TruthService(home.database)
-    path = tmp_path / "truth.csv"
-    path.write_text(HEAD + GOOD)
-    first = truths.register_sample_truth(home.video_id, path)
-    assert truths.register_sample_truth(home.video_id, path).id == first.id
