@@ -22,7 +22,11 @@ class OfflineDetector(Protocol):
     name: str
 
     def detect(self, picture: Picture) -> Detections:
-        """Detections of one BGR picture of any size, best first, after non-maximum suppression."""
+        """Detections of one BGR picture of any size, best first, after non-maximum suppression.
+
+        Raises:
+            ValueError: not uint8 of shape (h, w, 3), or without a pixel.
+        """
         ...
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sample_videos import SHIPPED
+from tests.detection.toys import NO_PICTURES
 from tsr_engine.channels.pyramid import Level
 from tsr_engine.detection.window import Window
 from tsr_engine.io.video import open_video
@@ -40,6 +41,18 @@ def test_several_threads_may_ask_at_a_time(pictures: list[Picture]) -> None:
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(detector.detect, pictures * 5))
     assert all(same(a, b) for a, b in zip(alone * 5, together, strict=True))
+
+
+@pytest.mark.parametrize("wrong", NO_PICTURES)
+def test_what_is_no_picture_is_refused_by_what_was_given(wrong: str) -> None:
+    with pytest.raises(ValueError, match="A picture must") as refused:
+        load_detector(Params()).detect(NO_PICTURES[wrong])
+    assert str(NO_PICTURES[wrong].shape) in str(refused.value)
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 3), (1, 50, 3), (20, 20, 3)])
+def test_a_picture_smaller_than_a_sign_has_none(shape: tuple[int, int, int]) -> None:
+    assert len(load_detector(Params()).detect(np.zeros(shape, np.uint8))) == 0
 
 
 @pytest.mark.parametrize("edge", [0, 1, 2, 3])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.detection.toys import NO_PICTURES
 from tsr_engine.detection.onnx import OnnxDetector, decode, letterbox
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.params.tracking import TrackingParams
@@ -73,6 +74,14 @@ def test_what_it_sees_in_the_bars_is_left_out_and_starts_no_track(height: int) -
     assert len(found) == 1
     tracker = Tracker(TrackingParams(), 256, height)
     assert [len(tracker.step(frame, found).tracks) for frame in range(3)] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("wrong", NO_PICTURES)
+def test_what_is_no_picture_is_refused_by_what_was_given(wrong: str) -> None:
+    detector = OnnxDetector(redness_network(64, 16, "v8"), (64, 64))
+    with pytest.raises(ValueError, match="A picture must") as refused:
+        detector.detect(NO_PICTURES[wrong])
+    assert str(NO_PICTURES[wrong].shape) in str(refused.value)
 
 
 def test_letterbox_and_back() -> None:

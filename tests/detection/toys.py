@@ -22,3 +22,16 @@ def random_ensemble(rng: np.random.Generator, trees: int = 20, depth: int = 3, w
 
 def random_cells(rng: np.random.Generator, rows: int = 23, columns: int = 31) -> np.ndarray:
     return rng.integers(0, 256, (10, rows, columns), dtype=np.uint8)
+
+
+NO_PICTURES = {
+    "empty": np.zeros((0, 0, 3), np.uint8),
+    "no columns": np.zeros((40, 0, 3), np.uint8),
+    "grey": np.zeros((20, 20), np.uint8),
+    "grey, large": np.zeros((540, 960), np.uint8),
+    "one channel": np.zeros((40, 40, 1), np.uint8),
+    "BGRA": np.zeros((20, 20, 4), np.uint8),
+    "float": np.zeros((40, 40, 3), np.float32),
+    "16 bits": np.zeros((40, 40, 3), np.uint16),
+}
+"""What a caller may take for a picture, by what is wrong with it."""

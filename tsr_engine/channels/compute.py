@@ -200,7 +200,7 @@ def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
     return out
 
 
-def check_picture(picture: Picture, shrink: int) -> None:
+def check_picture(picture: Picture, shrink: int = 1) -> None:
     """Refuse what is not a picture of at least one cell.
 
     Raises:

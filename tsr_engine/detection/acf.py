@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.channels.compute import check_picture
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.detection.likeness import Likeness
@@ -178,8 +179,13 @@ class AcfDetector:
     def detect(self, picture: Picture) -> Detections:
         """Detections of one BGR picture, best final score first.
 
-        ``raw_scores`` are log-odds of being a sign; those below ``keep_score`` are left out.
+        ``raw_scores`` are log-odds of being a sign; those below ``keep_score`` are left out. A picture smaller than a
+        sign has none.
+
+        Raises:
+            ValueError: not uint8 of shape (h, w, 3), or without a pixel.
         """
+        check_picture(picture)
         height, width = picture.shape[:2]
         refined, raw = self.model.look(picture, *self.candidates(picture))
         likely = raw >= self.params.keep_score

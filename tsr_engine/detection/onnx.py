@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.channels.compute import check_picture
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
@@ -66,7 +67,12 @@ class OnnxDetector:
         self.prior_params = prior_params or PriorParams()
 
     def detect(self, picture: Picture) -> Detections:
-        """Detections of one BGR picture, best final score first."""
+        """Detections of one BGR picture, best final score first.
+
+        Raises:
+            ValueError: not uint8 of shape (h, w, 3), or without a pixel; or the network's output is of another layout.
+        """
+        check_picture(picture)
         height, width = picture.shape[:2]
         canvas, scale, offset = letterbox(picture, self._size)
         self._net.setInput(cv2.dnn.blobFromImage(canvas, 1 / 255.0, swapRB=True))
