@@ -29,10 +29,13 @@ class Detections:
     """The offline detections of one frame, best first.
 
     Attributes:
-        boxes: shape (n, 4), float64, ``x1, y1, x2, y2`` in pixels.
-        raw_scores: shape (n,), the detector's score before the spatial prior.
+        boxes: shape (n, 4), float64, ``x1, y1, x2, y2`` in pixels, finite.
+        raw_scores: shape (n,), the detector's score before the spatial prior; NaN: an imported file says none.
         prior: shape (n,), ``P_spatial`` at the box centre, in [0, 1] (Eq. 2).
-        scores: shape (n,), the final score ``raw + (P - 1/2) * lambda`` (Eq. 2).
+        scores: shape (n,), the final score ``raw + (P - 1/2) * lambda`` (Eq. 2); NaN as for ``raw_scores``.
+
+    Raises:
+        ValueError: a shape does not fit, a box is not finite, or a score is infinite.
     """
 
     boxes: FloatArray
@@ -47,6 +50,18 @@ class Detections:
         for name in ("raw_scores", "prior", "scores"):
             if getattr(self, name).shape != (n,):
                 raise ValueError(f"Detections.{name} must have shape ({n},). Got {getattr(self, name).shape} instead.")
+        # One of these in a filter spreads over its whole track, and from there into every later frame.
+        finite = np.isfinite(self.boxes)
+        if not finite.all():
+            row = int(np.flatnonzero(~finite.all(axis=1))[0])
+            raise ValueError(f"Detections.boxes must be finite. Got {self.boxes[row].tolist()} in row {row} instead.")
+        for name in ("raw_scores", "prior", "scores"):
+            infinite = np.isinf(getattr(self, name))
+            if infinite.any():
+                row = int(infinite.argmax())
+                raise ValueError(
+                    f"Detections.{name} must not be infinite. Got {float(getattr(self, name)[row])} in row {row}."
+                )
 
     def __len__(self) -> int:
         return len(self.boxes)

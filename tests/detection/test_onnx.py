@@ -1,5 +1,7 @@
 """The plug-in runs a real network: one convolution that answers where the picture is red."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -89,6 +91,17 @@ def test_letterbox_and_back() -> None:
     assert (scale, offset) == (0.5, (0.0, 75.0))
     assert canvas[:75].min() == 114
     assert canvas[75:125].max() == 0
+
+
+@pytest.mark.parametrize("layout", ["v8", "v5"])
+@pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf])
+def test_rows_that_are_not_finite_are_left_out(layout: Literal["v8", "v5"], odd: float) -> None:
+    rows = np.tile(np.array([20, 30, 10, 10, 0.5, 0.5], np.float32), (12, 1))
+    for column in range(rows.shape[1]):
+        rows[column + 2, column] = odd
+    boxes, confidence = decode((rows.T if layout == "v8" else rows)[None], layout)
+    assert boxes.tolist() == [[15, 25, 25, 35]] * 6
+    assert confidence.tolist() == [0.5 if layout == "v8" else 0.25] * 6
 
 
 def test_other_outputs_and_files_are_refused() -> None:

@@ -7,6 +7,7 @@ import json
 import math
 import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from tsr_engine.evidence import (
     VideoIdentity,
     differences,
 )
+from tsr_engine.evidence.schema import DATABASE
 from tsr_engine.params import Params
 from tsr_engine.records import Detections, FrameEvidence, GateVerdict, TrackFrame
 
@@ -47,15 +49,27 @@ def test_everything_comes_back_bit_by_bit(folder: Path, header: RunHeader, make_
 
 
 def test_awkward_numbers_survive(folder: Path, header: RunHeader, make_frame: MakeFrame, make_track: MakeTrack) -> None:
-    odd = [-0.0, 0.0, math.inf, -math.inf, math.nan, 5e-324, 1e308, 3.0, 0.1 + 0.2]
+    odd = np.array([-0.0, 0.0, math.nan, 5e-324, 1e308, 3.0, 0.1 + 0.2])
     gate = GateVerdict(-0.0, math.inf, 0.0, math.nan, 2.0, confident=False)
     track = make_track(np.random.default_rng(0), 1, score=-0.0, gate=gate, box=np.array([-0.0, 1.0, math.nan, 2.5]))
-    n = len(odd)
-    found = Detections(np.array([odd[:4]] * n), np.array(odd), np.array(odd[::-1]), np.array(odd))
+    found = Detections(np.tile([-0.0, 5e-324, 0.1 + 0.2, 1e308], (len(odd), 1)), odd, odd[::-1].copy(), odd)
     frame = make_frame(0, detections=found, tracks=(track,), seconds=-0.0, timings={"a": 0.0, "b": -0.0})
     write(folder, header, [frame])
     with EvidenceReader(folder) as run:
         assert list(differences(frame, next(run.frames()))) == []
+
+
+@pytest.mark.parametrize("value", ["9e999", "NULL"])
+def test_a_stored_box_that_is_not_finite_is_damage(
+    value: str, folder: Path, header: RunHeader, make_frame: MakeFrame
+) -> None:
+    zero = np.zeros(1)
+    write(folder, header, [make_frame(0, detections=Detections(np.array([[0.0, 0.0, 9.0, 9.0]]), zero, zero, zero))])
+    with closing(sqlite3.connect(folder / DATABASE)) as connection:
+        connection.execute(f"UPDATE detections SET x2 = {value}")
+        connection.commit()
+    with EvidenceReader(folder) as run, pytest.raises(EvidenceError, match=r"frame 0 is damaged: Detections.boxes"):
+        next(run.frames())
 
 
 def test_an_empty_frame_and_an_empty_run(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:

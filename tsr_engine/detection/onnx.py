@@ -107,6 +107,8 @@ def letterbox(picture: Picture, size: tuple[int, int]) -> tuple[Picture, float, 
 def decode(output: NDArray[np.float32], layout: Layout) -> tuple[FloatArray, FloatArray]:
     """Boxes (n, 4), corners in input px, and confidences (n,) of a network's output.
 
+    Rows with a number that is not finite are left out: a network of half precision overflows here and there.
+
     Raises:
         ValueError: the output does not have the layout's shape.
     """
@@ -116,7 +118,8 @@ def decode(output: NDArray[np.float32], layout: Layout) -> tuple[FloatArray, Flo
         raise ValueError(f"Expected a '{layout}' output of one picture and at least one class. Got {output.shape}.")
     if rows.shape[0] < rows.shape[1]:  # a grid has more cells than columns: this is the other layout, transposed
         raise ValueError(f"Expected more boxes than columns in a '{layout}' output. Got {output.shape}.")
-    rows = rows.astype(np.float64)
+    finite = np.isfinite(rows).all(axis=1)
+    rows = (rows if finite.all() else rows[finite]).astype(np.float64)
     confidence = rows[:, 4:].max(axis=1) if layout == "v8" else rows[:, 4] * rows[:, 5:].max(axis=1)
     half = rows[:, 2:4] / 2
     return np.concatenate([rows[:, :2] - half, rows[:, :2] + half], axis=1), confidence
