@@ -27,6 +27,7 @@ from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument
+from app.videos.same_file import ChangedFiles
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
 
@@ -38,6 +39,7 @@ class EditService:
         self._database = database
         self._events = events
         self._evidence = evidence
+        self._files = ChangedFiles(database)
 
     def annotation(self, run_id: str, author: str) -> Annotation:
         """All documents of a run, and what ``author`` can undo.
@@ -81,9 +83,15 @@ class EditService:
         Raises:
             NotFound: no such run.
             PreconditionRequired: a revision is missing.
-            Conflict: a track has changed since (``details`` holds both versions), or the video's frames are not known.
+            Conflict: a track has changed since (``details`` holds both versions), the video's frames are not known, or
+                its file is another one by now (``file_changed``).
             Invalid: the command makes no sense, or is about a frame that the video does not have.
         """
+        try:
+            self._files.refuse(run_id)  # it may read the whole file: not while others wait to write
+        except Conflict:
+            if not self._is_stored(op_id):  # what was stored before the file changed is answered as ever
+                raise
         reverting = isinstance(command, Undo | Redo)
         with self._database.write() as session:
             lock_for_edit(session, run_id, op_id, author, () if reverting else touched_keys(command))
@@ -148,8 +156,9 @@ class EditService:
         Raises:
             NotFound: no such run.
             Invalid: the runs are of different videos, or the same.
-            Conflict: this run is not complete.
+            Conflict: this run is not complete, or the video's file is another one by now.
         """
+        self._files.refuse(run_id)
         with self._database.read() as session:
             new, old = _require_run(session, run_id), _require_run(session, from_run)
             if new.id == old.id or new.video_id != old.video_id:
@@ -193,8 +202,10 @@ class EditService:
 
         Raises:
             NotFound: no such run.
+            Conflict: the video's file is another one by now.
             Invalid: a document is about frames that the video does not have.
         """
+        self._files.refuse(run_id)
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
@@ -260,6 +271,10 @@ class EditService:
         )
         self._tell(session, row)
         return row
+
+    def _is_stored(self, op_id: str) -> bool:
+        with self._database.read() as session:
+            return session.scalars(select(Edit.seq).where(Edit.op_id == op_id)).first() is not None
 
     def _again(self, session: Session, edit: Edit, run_id: str, author: str) -> EditAnswer:
         if edit.run_id != run_id:

@@ -19,7 +19,7 @@ from app.storage.models import Video as VideoRow
 from app.videos.encoded import EncodedCache
 from app.videos.glance import glance_path
 from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
-from app.videos.same_file import is_same
+from app.videos.same_file import file_changed, file_stamp, is_same
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.errors import TsrError
@@ -135,7 +135,7 @@ class FrameService:
             reel = self._open.get(video_id)
             if reel is not None:
                 self._open.move_to_end(video_id)
-        if reel is not None and _status(reel.path) != reel.status:
+        if reel is not None and file_stamp(reel.path) != reel.status:
             self.forget(video_id)
             return None
         return reel
@@ -167,25 +167,15 @@ class FrameService:
         if row.state != "ready" or row.frame_table is None:
             raise Conflict(f"{row.name} is {row.state}: its frames cannot be shown yet.", code="not_ready")
         path = Path(row.path)
-        status = _status(path)
+        status = file_stamp(path)
         if status is None:
             there = "Upload it again." if row.owned else "Put it back, or add the video from where it lies now."
             raise NotFound(in_words(row, f"{path} is not there any more. {there}"), code="missing")
         try:
             if not is_same(row, path):
-                changed = f"{path} has changed since it was added; add it again as another video."
-                raise Conflict(in_words(row, changed), code="file_changed")
+                raise file_changed(row)
             table = unpack(row.frame_table)
             video = open_video(path, limits=self._settings.video_limits, table=table)
         except TsrError as error:
             raise Conflict(in_words(row, str(error)), code="unreadable") from None
         return Reel(video_id, video, table, self._cache, status, glance_path(self._settings.home, video_id))
-
-
-def _status(path: Path) -> tuple[int, ...] | None:
-    """Size, time of change and place of a regular file; None where there is none."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return (found.st_size, found.st_mtime_ns, found.st_dev, found.st_ino) if path.is_file() else None

@@ -27,6 +27,8 @@ const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
 const NAMED = 5;
 /** Answers after which the same operation can never succeed; after all others it is sent again. */
 const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
+/** Code of the one 409 that can pass: another file lies in the place of the video, until it is put back. */
+const CHANGED = 'file_changed';
 
 /**
  * @typedef {object} Editor
@@ -149,7 +151,7 @@ export function createEditor({ store, api, outbox, signal, toast, author, edited
       } catch (thrown) {
         if (signal.aborted) break;
         if (run !== here) continue;
-        if (thrown instanceof ApiError && !FINAL.has(thrown.status)) {
+        if (thrown instanceof ApiError && (!FINAL.has(thrown.status) || thrown.code === CHANGED)) {
           if (thrown.code !== 'offline') {
             store.dispatch((state) => showBanner(state, { id: 'saving', tone: 'warning', text: `${thrown.message} Your changes are kept in this page and sent again.` }));
           }
@@ -377,7 +379,8 @@ export function createEditor({ store, api, outbox, signal, toast, author, edited
       early = [];
       pending = [];
       held = [];
-      store.dispatch((state) => hideBanner(state, 'conflict')); // asked again when the run is opened again
+      // said again when the run is opened again
+      store.dispatch((state) => hideBanner(hideBanner(state, 'conflict'), 'saving'));
       wake();
     },
     edit,

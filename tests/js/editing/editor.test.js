@@ -93,6 +93,41 @@ for (const status of [0, 401, 403, 500, 503, 507]) {
   });
 }
 
+test('while another file lies in the place of the video, edits stay in sight and in the outbox, with the reason', async () => {
+  const { editor, server, store, review, outbox, toasts } = await createWorld();
+  const reason = 'drive.mp4 has changed since it was added. Put it back as it was, or add it as another video.';
+  let tries = 0;
+  server.before = () => {
+    if (++tries < 3) throw new ApiError(409, 'file_changed', reason);
+    const told = store.get().banners.find(({ id }) => id === 'saving')?.text ?? '';
+    assert.ok(told.startsWith(reason), told);
+    assert.match(told, /Your changes are kept in this page/);
+    assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
+    assert.equal(review().unsaved.length, 1);
+  };
+  editor.edit(setBox('m1', 5, 20));
+  assert.equal((await outbox.load(RUN)).length, 1);
+  await editor.settled(); // the file is back
+  assert.deepEqual([server.log, toasts, review().unsaved, store.get().banners], [['set_box'], [], [], []]);
+});
+
+test('what is said of a file that changed goes with its run, and so do the edits that wait for it', async () => {
+  const { editor, server, store, outbox } = await createWorld();
+  const refusal = new Promise((resolve) => {
+    server.before = () => {
+      resolve(undefined);
+      throw new ApiError(409, 'file_changed', 'drive.mp4 has changed since it was added.');
+    };
+  });
+  editor.edit(setBox('m1', 5, 20));
+  await refusal;
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  assert.equal(store.get().banners.length, 1);
+  editor.close();
+  assert.deepEqual(store.get().banners, []);
+  assert.equal((await outbox.load(RUN)).length, 1);
+});
+
 test('an answer that is lost does not store the edit twice', async () => {
   const { editor, server } = await createWorld();
   let lost = 0;

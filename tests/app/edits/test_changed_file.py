@@ -1,0 +1,107 @@
+"""Edits while another file lies where the video was: none is stored. Where there is no file, work goes on."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from edit_desk import FRAMES, Desk
+from pydantic import TypeAdapter
+from sqlalchemy import func, select
+
+from app.edits.commands import Command, Undo
+from app.edits.documents import TrackDoc
+from app.edits.service import EditAnswer
+from app.errors import Conflict, NotFound
+from app.storage.models import Edit, Run, Video
+from tsr_engine.io.video_probe import video_sha256
+
+ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
+CONTENT = b"the bytes of a drive"
+FIRST, SECOND = "c" * 32, "d" * 32
+
+
+@pytest.fixture
+def path(desk: Desk, tmp_path: Path) -> Path:
+    """The file of a video with two runs, on the desk."""
+    path = tmp_path / "drive.mp4"
+    path.write_bytes(CONTENT)
+    video = Video(
+        id=video_sha256(path), name="d", path=str(path), size=len(CONTENT), warnings=[], state="ready", frames=FRAMES
+    )
+    with desk.database.write() as session:
+        session.add(video)
+        session.flush()
+        for run in (FIRST, SECOND):
+            session.add(Run(id=run, video_id=video.id, state="complete", parameters={}, models={}, summary={}))
+    return path
+
+
+def verdict(desk: Desk, op: str = "op-00000001", track: str = "m1") -> EditAnswer:
+    command = ADAPTER.validate_python({"name": "set_review", "frame": 3, "key": track, "review": "accepted"})
+    return desk.service.apply(FIRST, op, "ann", command, {track: 0})
+
+
+def stored(desk: Desk) -> int:
+    with desk.database.read() as session:
+        return session.scalars(select(func.count(Edit.seq))).one()
+
+
+@pytest.mark.parametrize("content", [b"other bytes, as many", b"cut"])
+def test_nothing_is_said_of_a_video_whose_file_is_another_one(desk: Desk, path: Path, content: bytes) -> None:
+    first = verdict(desk)
+    path.write_bytes(content)
+    os.utime(path, ns=(1, 1))
+    drawn = ADAPTER.validate_python({"name": "create_track", "frame": 3, "key": "hdrawn01", "box": [1, 1, 20, 20]})
+    document = TrackDoc(key="hdrawn02")
+    for edit in (
+        lambda: verdict(desk, "op-00000002", "m2"),
+        lambda: desk.service.apply(FIRST, "op-00000003", "ann", drawn, {}),
+        lambda: desk.service.apply(FIRST, "op-00000004", "ann", Undo(name="undo", op_id="op-00000001"), None),
+        lambda: desk.service.adopt(SECOND, FIRST, "ann"),
+        lambda: desk.service.put_documents(FIRST, "ann", {"name": "import"}, lambda _: {"hdrawn02": document}),
+    ):
+        with pytest.raises(Conflict, match=r"drive\.mp4 has changed since it was added\. Put it back") as refused:
+            edit()
+        assert refused.value.code == "file_changed"
+    assert stored(desk) == 1
+    assert verdict(desk).seq == first.seq, "its answer was lost on the way: it is stored"
+    path.write_bytes(CONTENT)
+    os.utime(path, ns=(2, 2))
+    assert verdict(desk, "op-00000002", "m2").docs[0].review == "accepted"
+
+
+def test_where_there_is_no_file_work_goes_on(desk: Desk, path: Path) -> None:
+    path.unlink()
+    assert verdict(desk).docs[0].review == "accepted"
+    path.mkdir()
+    assert verdict(desk, "op-00000002", "m2").docs[0].review == "accepted"
+
+
+def test_a_file_is_read_only_after_it_was_touched_and_once(
+    desk: Desk, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[Path] = []
+
+    def counted(one: Path) -> str:
+        read.append(one)
+        return video_sha256(one)
+
+    monkeypatch.setattr("app.videos.same_file.video_sha256", counted)
+    os.utime(path, ns=(1, 1))
+    verdict(desk)
+    verdict(desk, "op-00000002", "m2")
+    assert read == [path]
+    path.write_bytes(CONTENT.upper())
+    os.utime(path, ns=(2, 2))
+    for _ in range(2):
+        with pytest.raises(Conflict):
+            verdict(desk, "op-00000003", "m3")
+    assert read == [path, path]
+
+
+def test_a_run_that_is_not_there_is_told_as_before(desk: Desk) -> None:
+    with pytest.raises(NotFound):
+        desk.service.put_documents("e" * 32, "ann", {"name": "import"}, dict)
