@@ -4,6 +4,7 @@
 
     ApiError                status
       Invalid               422   a value is wrong; ``field`` names it
+      Unsafe                400   a file that asks for what attacks ask for
       NotFound              404
       Refused               403   not allowed, whoever asks
       Conflict              409   somebody was faster; ``details`` holds both versions
@@ -18,7 +19,9 @@ Every answer of status 400 and above is ``{"error": {"code", "message", "field",
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
+
+from tsr_engine.errors import ImportProblem
 
 __all__ = [
     "ApiError",
@@ -30,7 +33,9 @@ __all__ = [
     "Refused",
     "StorageFull",
     "TooLarge",
+    "Unsafe",
     "UnsupportedMedia",
+    "bad_file",
 ]
 
 
@@ -80,6 +85,12 @@ class Invalid(ApiError):
     status, default_code = 422, "invalid"
 
 
+class Unsafe(ApiError):
+    """A file asks for what no honest one needs."""
+
+    status, default_code = 400, "unsafe"
+
+
 class NotFound(ApiError):
     """There is no such thing."""
 
@@ -126,3 +137,11 @@ class StorageFull(ApiError):
     """Nothing more can be written."""
 
     status, default_code = 507, "storage_full"
+
+
+_OF_FILES: Final[dict[ImportProblem, type[ApiError]]] = {"broken": Invalid, "too_large": TooLarge, "unsafe": Unsafe}
+
+
+def bad_file(sentence: str, kind: ImportProblem, code: str = "bad_file") -> ApiError:
+    """The refusal of a file that somebody wanted to import, by what is wrong with it."""
+    return _OF_FILES[kind](f"{sentence} Nothing was imported.", field="body", code=code)

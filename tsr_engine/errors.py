@@ -14,6 +14,12 @@ what was got and where, then what to do. 1 is left to unexpected failures, 130 t
 
 from __future__ import annotations
 
+from typing import Literal
+
+ImportProblem = Literal["broken", "too_large", "unsafe"]
+"""What is wrong with a file of another tool: it breaks a rule of its format; there is or unfolds more of it than is
+read; or it asks for what no annotations need and attacks do (names that lead out of an archive, a DOCTYPE)."""
+
 
 class TsrError(Exception):
     """Base of all errors that are explained to the user in one sentence."""
@@ -62,4 +68,12 @@ class ExportError(TsrError):
 
 
 class ImportFormatError(InputError):
-    """A file of another tool that breaks a rule of its format; says file, line and rule."""
+    """A file of another tool that breaks a rule; says file, line and rule.
+
+    Attributes:
+        kind: of rule; the same to a person, but not to a server that is asked.
+    """
+
+    def __init__(self, message: str, kind: ImportProblem = "broken") -> None:
+        super().__init__(message)
+        self.kind: ImportProblem = kind

@@ -13,7 +13,7 @@ from app.api.responses import failures
 from app.api.runs import VideoId
 from app.artefacts.view import ArtefactView, artefact_view
 from app.context import Context, ContextDep
-from app.errors import Invalid
+from app.errors import Invalid, bad_file
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
 from app.exchange.imports import ImportKind, ImportResult, Incoming
@@ -94,7 +94,7 @@ def _bring_in(context: Context, video_id: str, incoming: Incoming, kind: ImportK
     try:
         return context.imports.bring_in(video_id, incoming, kind, run)
     except ImportFormatError as error:
-        raise Invalid(f"{error} Nothing was imported.", field="body", code="bad_file") from None
+        raise bad_file(str(error), error.kind) from None
 
 
 def _json(shape: TypeAdapter[Any], text: str, field: str) -> Any:

@@ -19,7 +19,7 @@ from app.artefacts.placing import Placing, placing
 from app.bundles.corrections import moved_document, read_corrections
 from app.edits.documents import TrackDoc, engine_doc
 from app.edits.service import EditService
-from app.errors import Invalid
+from app.errors import ApiError, bad_file
 from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.runs.focus import focus_of
@@ -36,7 +36,7 @@ from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.judge import sentence
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
 from tsr_engine.bundle.manifest import Manifest
-from tsr_engine.errors import ImportFormatError, UsageError
+from tsr_engine.errors import ImportFormatError, ImportProblem, UsageError
 from tsr_engine.params import PRESETS, Params
 
 __all__ = ["BundleImport", "BundleImports", "BundleReportView"]
@@ -111,7 +111,7 @@ class BundleImports:
             author: whose name the corrections carry.
 
         Raises:
-            Invalid: the first thing that breaks a rule.
+            Invalid, TooLarge, Unsafe: the first thing that breaks a rule.
         """
         facts = self._checked(path, folder)
         place = folder / "bundle"
@@ -120,7 +120,7 @@ class BundleImports:
             documents = read_corrections(place / CORRECTIONS)
             expectation = read_expectation(place / EXPECTATION)
         except ImportFormatError as error:
-            raise _refused(str(error)) from None
+            raise _refused(str(error), error.kind) from None
         frames, offset = manifest.frames, manifest.clip.offset
         spans = {int(track): (span[0], span[1]) for track, span in facts["tracks"].items()}
         moved = {doc.key: moved_document(doc, frames.start, frames.stop, offset, spans) for doc in documents}
@@ -177,7 +177,8 @@ class BundleImports:
             raise _refused(f"{path.name} cannot be read: the process that checked it died.") from None
         if "error" in answer:
             # Where it was unpacked means nothing to anybody, and is gone soon.
-            raise _refused(str(answer["error"]).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), ""))
+            told = str(answer["error"]).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), "")
+            raise _refused(told, answer["kind"])
         found: dict[str, Any] = answer["ok"]
         return found
 
@@ -309,5 +310,5 @@ def _clip_name(manifest: Manifest) -> str:
     return f"{stem} {frames.first}-{frames.stop - 1}.{manifest.clip.file.rsplit('.', 1)[1]}"
 
 
-def _refused(sentence_: str) -> Invalid:
-    return Invalid(f"{sentence_} Nothing was imported.", field="body", code="bad_bundle")
+def _refused(sentence_: str, kind: ImportProblem = "broken") -> ApiError:
+    return bad_file(sentence_, kind, "bad_bundle")

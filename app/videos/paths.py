@@ -25,15 +25,18 @@ def allowed_path(text: str, roots: Sequence[Path]) -> Path:
     whether it exists or not.
 
     Raises:
-        Invalid: not an absolute path, or with characters that no video of ours has.
-        Refused: outside the roots, by itself or through a link.
+        Invalid: not an absolute path, or longer than one can be.
+        Refused: outside the roots, by itself or through a link; with characters that hide what it is; or of another
+            machine (``//server/share``).
     """
-    if not text or _odd(text) or len(text) > 4096 or any(len(os.fsencode(part)) > 255 for part in text.split("/")):
-        raise Invalid("The path holds characters that cannot be in the name of a file here.", field="path")
-    if not text.startswith("/") or text.startswith("//"):
-        raise Invalid("The path must be absolute, as in /data/drive.mp4.", field="path")
-    if ".." in text.split("/"):
+    if _odd(text):
+        raise Refused("The path holds characters that cannot be in the name of a file here.", field="path")
+    if len(text) > 4096 or any(len(os.fsencode(part)) > 255 for part in text.split("/")):
+        raise Invalid("The path is longer than that of a file can be. Check it.", field="path")
+    if text.startswith(("//", "\\\\")) or ".." in text.split("/"):
         raise Refused(_OUTSIDE, field="path")
+    if not text.startswith("/"):
+        raise Invalid("The path must be absolute, as in /data/drive.mp4.", field="path")
     plain = Path(os.path.normpath(text))
     if not _inside(plain, roots):
         raise Refused(_OUTSIDE, field="path")

@@ -65,10 +65,12 @@ BODIES = [
 @pytest.mark.parametrize("bad", [r"\ud800", r"\u0000", r"\udc00x"])
 @pytest.mark.parametrize(("path", "body"), BODIES)
 def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: str) -> None:
+    # a NUL is the one of these that is text: in a path it is refused like all that leads elsewhere
+    status = 403 if bad == r"\u0000" and "/aBAD" in body else 422
     path, body = (text.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id) for text in (path, body))
     content = body.replace("BAD", bad).encode()
     answer = door.client.post(path, content=content, headers={**JSON, "If-Match": '"m1:0"'})
-    assert answer.status_code == 422, (answer.status_code, answer.text)
+    assert answer.status_code == status, (answer.status_code, answer.text)
     assert answer.json()["error"]["message"].endswith(".")
     assert door.client.get(f"/api/runs/{toy.run_id}/edits").json() == {"edits": []}
 

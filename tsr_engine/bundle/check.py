@@ -3,7 +3,7 @@
 ``python -m tsr_engine.bundle.check BUNDLE FOLDER PIXELS BYTES``: largest picture, px, and memory that may be used.
 
 Everything that a stranger's file can harm happens here: unpacking, decoding, reading a foreign database. The last line
-on stdout is JSON: ``{"ok": {...}}``, or ``{"error": "one sentence"}``. In the folder stay
+on stdout is JSON: ``{"ok": {...}}``, or ``{"error": "one sentence", "kind": ...}``. In the folder stay
 
 * ``bundle/``: the unpacked bundle, all files with the hashes of the manifest;
 * ``evidence/``: its evidence written anew, record by record, with the clip's own numbers of frames.
@@ -132,15 +132,21 @@ def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
 
 
 def answer(path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
-    """What ``make_ready`` says, as the process tells it: ``{"ok": {...}}``, or ``{"error": "one sentence"}``."""
+    """What ``make_ready`` says, as the process tells it.
+
+    ``{"ok": {...}}``, or ``{"error": "one sentence", "kind": ...}``, see ``tsr_engine.errors.ImportProblem``.
+    """
     try:
         return {"ok": make_ready(path, folder, limits)}
+    except ImportFormatError as error:
+        return {"error": str(error), "kind": error.kind}
     except TsrError as error:
-        return {"error": str(error)}
+        return {"error": str(error), "kind": "broken"}
     except MemoryError:
-        return {"error": f"{path.name} needs more memory than it may have."}
+        return {"error": f"{path.name} needs more memory than it may have.", "kind": "broken"}
     except Exception as error:  # whatever a hostile file brings about must be one sentence
-        return {"error": f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."}
+        told = f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."
+        return {"error": told, "kind": "broken"}
 
 
 def main(arguments: list[str]) -> int:

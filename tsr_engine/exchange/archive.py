@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
-from tsr_engine.errors import ImportFormatError
+from tsr_engine.errors import ImportFormatError, ImportProblem
 from tsr_engine.exchange.files_below import files_below
 from tsr_engine.exchange.opened_zip import ArchiveLimits, opened
 from tsr_engine.exchange.spool import Spool
@@ -150,11 +150,11 @@ def _copy(path: Path, entry: zipfile.ZipInfo, source: object, out: BinaryIO, bef
             raise _refuse(path, entry, "is an archive within the archive")
         done += len(chunk)
         if done > limits.single:
-            raise _refuse(path, entry, f"unfolds to more than {limits.single} bytes")
+            raise _refuse(path, entry, f"unfolds to more than {limits.single} bytes", "too_large")
         if before + done > limits.total:
-            raise _refuse(path, entry, f"brings the archive to more than {limits.total} bytes")
+            raise _refuse(path, entry, f"brings the archive to more than {limits.total} bytes", "too_large")
         if done > _FREE_RATIO and done / packed > limits.ratio:
-            raise _refuse(path, entry, f"unfolds to more than {limits.ratio} times its packed size")
+            raise _refuse(path, entry, f"unfolds to more than {limits.ratio} times its packed size", "too_large")
         out.write(chunk)
     return done
 
@@ -166,17 +166,17 @@ def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:
         raise _refuse(path, entry, "is encrypted")
     kind = stat.S_IFMT(entry.external_attr >> 16)
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
-        raise _refuse(path, entry, "is a link or another special file")
+        raise _refuse(path, entry, "is a link or another special file", "unsafe")
     if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise _refuse(path, entry, "is packed in another way than deflate")
     # zipfile cuts a name at a NUL; what it was before shows in orig_filename.
     if "\0" in entry.orig_filename or _CONTROL.search(name):
-        raise _refuse(path, entry, "has control characters in its name")
+        raise _refuse(path, entry, "has control characters in its name", "unsafe")
     if name.startswith("/") or "\\" in name or name[1:2] == ":":
-        raise _refuse(path, entry, "has an absolute name or one of another system")
+        raise _refuse(path, entry, "has an absolute name or one of another system", "unsafe")
     parts = [part for part in name.split("/") if part not in ("", ".")]
     if ".." in parts:
-        raise _refuse(path, entry, "leads out of its folder")
+        raise _refuse(path, entry, "leads out of its folder", "unsafe")
     if len(parts) > 32 or (len(name) > 63 and any(len(part.encode("utf-8", "replace")) > 255 for part in parts)):
         raise _refuse(path, entry, "has too long a name")
     if parts and not entry.is_dir() and parts[-1].lower().endswith(_ARCHIVES):
@@ -188,6 +188,7 @@ def _is_rubbish(name: str) -> bool:
     return name.startswith("__MACOSX/") or name.rsplit("/", 1)[-1] in (".DS_Store", "Thumbs.db", "desktop.ini")
 
 
-def _refuse(path: Path, entry: zipfile.ZipInfo, rule: str) -> ImportFormatError:
+def _refuse(path: Path, entry: zipfile.ZipInfo, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:
     name = ascii(entry.filename[:120])[1:-1]
-    return ImportFormatError(f"{path.name}: the entry {name} {rule}. Pack only the annotation files, as they are.")
+    advice = "Pack only the annotation files, as they are."
+    return ImportFormatError(f"{path.name}: the entry {name} {rule}. {advice}", kind)

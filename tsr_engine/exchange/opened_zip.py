@@ -124,4 +124,4 @@ class _Watched(io.BufferedReader):
 
     def _refused(self, has: str) -> ImportFormatError:
         most = f"at most {self._limits.entries} in {self._limits.directory} bytes are read"
-        return ImportFormatError(f"{self._path.name}: has {has}; {most}. {self._limits.advice}")
+        return ImportFormatError(f"{self._path.name}: has {has}; {most}. {self._limits.advice}", "too_large")

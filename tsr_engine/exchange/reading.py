@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from tsr_engine.errors import ImportFormatError
+from tsr_engine.errors import ImportFormatError, ImportProblem
 
 __all__ = ["MAX_JSON_BYTES", "decoded", "open_text", "place_of", "read_json", "read_text", "refuse"]
 
@@ -16,9 +16,13 @@ MAX_JSON_BYTES = 512 << 20
 """Largest text that is read into memory."""
 
 
-def refuse(file: str, line: int | str | None, rule: str) -> ImportFormatError:
+def refuse(file: str, line: int | str | None, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:
     """The error for a broken rule: ``FILE, line N: rule``; a text instead of a number names the place in words."""
-    return ImportFormatError(f"{place_of(file, line)}: {rule}")
+    return ImportFormatError(f"{place_of(file, line)}: {rule}", kind)
+
+
+def _too_large(file: str, size: int, limit: int) -> ImportFormatError:
+    return refuse(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.", "too_large")
 
 
 def place_of(file: str, line: int | str | None) -> str:
@@ -34,7 +38,7 @@ def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
     """
     size = path.stat().st_size
     if size > limit:
-        raise refuse(path.name, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+        raise _too_large(path.name, size, limit)
     return decoded(path.read_bytes(), path.name, limit=limit)
 
 
@@ -45,7 +49,7 @@ def decoded(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> str:
         ImportFormatError: as ``read_text``.
     """
     if len(content) > limit:
-        raise refuse(file, None, f"has {len(content)} bytes, more than the {limit} that are read. Split it.")
+        raise _too_large(file, len(content), limit)
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise refuse(file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
     try:
@@ -65,7 +69,7 @@ def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
     """
     size = path.stat().st_size
     if size > limit:
-        raise refuse(path.name, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+        raise _too_large(path.name, size, limit)
     with path.open(encoding="utf-8-sig", newline="") as stream:
         try:
             yield stream

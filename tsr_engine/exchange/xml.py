@@ -162,9 +162,8 @@ def elements(path: Path, root: str, wanted: Iterable[str], *, name: str | None =
         parser.close()
     except DefusedXmlException:
         line = int(builder.expat.CurrentLineNumber)
-        raise refuse(
-            file, line, "a DOCTYPE or entity declaration is not allowed; annotations need none. Delete it."
-        ) from None
+        rule = "a DOCTYPE or entity declaration is not allowed; annotations need none. Delete it."
+        raise refuse(file, line, rule, "unsafe") from None
     except ParseError as error:
         line, _ = error.position
         reason = str(error).split(": line")[0]

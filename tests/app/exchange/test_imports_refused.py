@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import signal
 import subprocess
 import sys
@@ -32,14 +33,8 @@ def state(desk: Desk) -> tuple[int, int, int, list[str]]:
 REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "frame": (lambda text: text.replace(b'frame="30"', b'frame="3000"'), {}, "must be in 0 to 74"),
     "nan": (lambda text: text.replace(b'xtl="', b'xtl="nan', 1), {}, "line"),
-    "entity": (
-        lambda text: b'<!DOCTYPE a [<!ENTITY e "x">]>' + text.split(b"?>", 1)[-1],
-        {},
-        "",
-    ),
     "cut": (lambda text: text[: len(text) // 2], {}, ""),
     "nothing": (lambda _: b"hello", {}, "is none of"),
-    "traversal": (lambda text: zipped({"annotations.xml": text, "../../evil": b"x"}), {}, ""),
     "half an archive": (lambda text: zipped({"annotations.xml": text})[:-40], {}, "whose end is missing"),
     **{
         name: (lambda text, change=change: change(zipped({"annotations.xml": text})), {}, "the archive is damaged")
@@ -76,6 +71,39 @@ def test_what_breaks_a_rule_changes_nothing(untouched: Desk, annotations: bytes,
         assert state(desk) == before
 
 
+def deflated(content: bytes) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("annotations.xml", content)
+    return out.getvalue()
+
+
+HOSTILE: dict[str, tuple[Any, int, str]] = {
+    "entity": (lambda text: b'<!DOCTYPE a [<!ENTITY e "x">]>' + text.split(b"?>", 1)[-1], 400, "DOCTYPE"),
+    "entity of an archive": (
+        lambda _: zipped({"annotations.xml": b'<!DOCTYPE a SYSTEM "file:///etc/passwd"><annotations/>'}),
+        400,
+        "DOCTYPE",
+    ),
+    "traversal": (lambda text: zipped({"annotations.xml": text, "../../evil": b"x"}), 400, "leads out of its folder"),
+    "absolute": (lambda text: zipped({"annotations.xml": text, "/evil": b"x"}), 400, "absolute name"),
+    "ratio": (lambda _: deflated(b"\0" * (8 << 20)), 413, "times its packed size"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_attacks_or_is_too_much_has_statuses_of_its_own(untouched: Desk, annotations: bytes, name: str) -> None:
+    change, status, words = HOSTILE[name]
+    before = state(untouched)
+    for kind in ("truth", "run", "annotation"):
+        answer = untouched.try_import(change(annotations), kind, name="bad.xml")
+        error = answer.json()["error"]
+        assert (answer.status_code, error["code"]) == (status, "bad_file"), answer.text
+        assert words in error["message"]
+        assert error["message"].endswith("Nothing was imported.")
+        assert state(untouched) == before
+
+
 def test_a_list_over_the_limit_is_not_read_in_the_servers_process(
     untouched: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -89,7 +117,7 @@ def test_a_list_over_the_limit_is_not_read_in_the_servers_process(
     content = long_list(ArchiveLimits().entries + 1)
     monkeypatch.setattr(zipfile, "ZipInfo", Noted)
     answer = untouched.try_import(content, "run", name="long.zip")
-    assert answer.status_code == 422, answer.text
+    assert answer.status_code == 413, answer.text
     assert "400001 entries" in answer.json()["error"]["message"]
     assert "x" not in taken_apart
 

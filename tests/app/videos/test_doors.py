@@ -35,12 +35,11 @@ def test_only_the_roots_are_read(server: Server, outside: Path) -> None:
         f"{home}/../outside/secret.mp4": 403,
         f"{home}/a/../../outside/secret.mp4": 403,
         "/etc/passwd": 403,
-        "//server/share/x.mp4": 422,
+        "//server/share/x.mp4": 403,
+        "\\\\server\\share\\x.mp4": 403,
+        "../outside/secret.mp4": 403,
         "relative.mp4": 422,
         "": 422,
-        f"{home}/a\0b.mp4": 422,
-        f"{home}/\u202egpm.4": 422,
-        f"{home}/a\nb.mp4": 422,
         "/" + "a" * 5000: 422,
         str(home / "missing.mp4"): 404,
         str(home): 422,
@@ -52,6 +51,9 @@ def test_only_the_roots_are_read(server: Server, outside: Path) -> None:
         if status == 403:
             said.add(answer.json()["error"]["message"])
     assert len(said) == 1
+    for path in (f"{home}/a\0b.mp4", f"{home}/\u202egpm.4", f"{home}/a\nb.mp4", "\0"):
+        answer = server.client.post("/api/videos", json={"path": path})
+        assert (answer.status_code, answer.json()["error"]["code"]) == (403, "refused"), path
     for path in (str(outside), "/", "/etc", f"{home}/..", str(home / "folder")):
         assert server.client.get("/api/browse", params={"path": path}).status_code == 403, path
     assert server.client.get("/api/videos").json() == {"videos": []}
