@@ -9,7 +9,7 @@ from fastapi.responses import Response
 from pydantic import Field
 
 from app.api.responses import failures
-from app.api.runs import ParameterName, RunId
+from app.api.runs import ParameterName, ParameterValue, RunId
 from app.context import ContextDep
 from app.evidence.crops import CropOf
 from app.evidence.explain import Explanation
@@ -40,7 +40,7 @@ class Overlays(Model):
 class NewWhatIf(Model):
     """What to change, against the run that is replayed."""
 
-    parameters: dict[ParameterName, bool | int | float | str | list[float] | None] = Field(min_length=1, max_length=200)
+    parameters: dict[ParameterName, ParameterValue] = Field(min_length=1, max_length=200)
     name: str = Field("", max_length=120, pattern=PLAIN)
 
 
@@ -117,5 +117,4 @@ def explain_verdict(run_id: RunId, track_id: TrackId, frame: Frame, context: Con
 @router.post("/runs/{run_id}/whatif", operation_id="start_whatif", status_code=202, responses=failures(404, 409))
 def start_whatif(run_id: RunId, wanted: NewWhatIf, context: ContextDep) -> RunView:
     """Replay the run's evidence with other parameters; the answer is a run of its own."""
-    changed: dict[str, Any] = dict(wanted.parameters)
-    return run_view(context.whatif.start(run_id, changed, wanted.name))
+    return run_view(context.whatif.start(run_id, wanted.parameters, wanted.name))

@@ -5,19 +5,32 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path
-from pydantic import Field
+from pydantic import Field, PlainValidator
 
 from app.api.responses import failures
 from app.context import ContextDep
 from app.runs.view import RunView, run_view
 from app.shapes import PLAIN, Model
 
-__all__ = ["ParameterName", "RunId", "VideoId", "router"]
+__all__ = ["ParameterName", "ParameterValue", "RunId", "VideoId", "router"]
 
 router = APIRouter(tags=["runs"])
 
 RunId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the run: 32 hexadecimal digits")]
 ParameterName = Annotated[str, Field(min_length=1, max_length=64, pattern=PLAIN)]
+_Value = bool | int | float | str | list[float] | None
+
+
+def _plain(value: object) -> object:
+    """A value as it was written: whether it fits its parameter, and what would, is for the engine to say."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, list) and all(isinstance(one, int | float) for one in value):
+        return value
+    raise ValueError("must be a number, a list of numbers, text, true, false or null")
+
+
+ParameterValue = Annotated[Any, PlainValidator(_plain, json_schema_input_type=_Value)]
 VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]
 
 
@@ -25,7 +38,7 @@ class NewRun(Model):
     """What to run."""
 
     preset: str = Field("default", max_length=32, pattern=PLAIN)
-    parameters: dict[ParameterName, bool | int | float | str | list[float] | None] = Field({}, max_length=200)
+    parameters: dict[ParameterName, ParameterValue] = Field({}, max_length=200)
     first: int = Field(0, ge=0, le=2**31 - 1)
     stop: int | None = Field(None, ge=1, le=2**31 - 1)
     name: str = Field("", max_length=120, pattern=PLAIN)
@@ -58,9 +71,13 @@ def list_runs(video_id: VideoId, context: ContextDep) -> Runs:
 @router.post("/videos/{video_id}/runs", operation_id="start_run", status_code=202, responses=failures(404, 409))
 def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> RunView:
     """Queue a run of the engine."""
-    changed: dict[str, Any] = dict(wanted.parameters)
     run = context.runs.start(
-        video_id, preset=wanted.preset, parameters=changed, first=wanted.first, stop=wanted.stop, name=wanted.name
+        video_id,
+        preset=wanted.preset,
+        parameters=wanted.parameters,
+        first=wanted.first,
+        stop=wanted.stop,
+        name=wanted.name,
     )
     return run_view(run)
 

@@ -75,6 +75,30 @@ def test_bodies(door: Server, toy: toy_home.ToyHome, path: str, body: str, bad: 
     assert door.client.get(f"/api/runs/{toy.run_id}/edits").json() == {"edits": []}
 
 
+@pytest.mark.parametrize("path", ["/api/videos/VIDEO/runs", "/api/runs/RUN/whatif"])
+@pytest.mark.parametrize(
+    ("name", "value", "field", "words"),
+    [
+        ("tau", "true", "parameters.tau", "gate.tau: is no switch"),
+        ("search_scales", "[true]", "parameters.search_scales", "online.search_scales: is no switch"),
+        ("tau", "NaN", "parameters.tau", "gate.tau: Input should be a finite number. Got nan"),
+        ("tau", "1e400", "parameters.tau", "gate.tau: Input should be a finite number. Got inf"),
+        ("search_scales", "[NaN]", "parameters.search_scales", "finite number"),
+        ("tau", "{}", "parameters.tau", "parameters.tau: must be a number, a list of numbers, text"),
+        ("tau", '["x"]', "parameters.tau", "parameters.tau: must be a number, a list of numbers, text"),
+    ],
+)
+def test_values_of_parameters(
+    door: Server, toy: toy_home.ToyHome, path: str, name: str, value: str, field: str, words: str
+) -> None:
+    path = path.replace("VIDEO", toy.video_id).replace("RUN", toy.run_id)
+    body = f'{{"parameters": {{"{name}": {value}}}}}'.encode()
+    answer = door.client.post(path, content=body, headers=JSON)
+    error = answer.json()["error"]
+    assert (answer.status_code, error["field"]) == (422, field), answer.text
+    assert words in error["message"]
+
+
 @pytest.mark.parametrize("bad", ["%00", "%ed%a0%80", "%ff", "%c0%80"])
 def test_addresses(door: Server, toy: toy_home.ToyHome, bad: str) -> None:
     for path in (

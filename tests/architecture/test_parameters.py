@@ -33,6 +33,17 @@ def test_nan_is_refused_for_every_number(section: str, leaf: str) -> None:
         Params().with_settings([(leaf, "nan")])
 
 
+@pytest.mark.parametrize(("section", "leaf"), NAMES)
+def test_true_and_false_are_no_numbers(section: str, leaf: str) -> None:
+    if isinstance(getattr(getattr(Params(), section), leaf), bool):
+        changed = Params().with_settings([(leaf, True)])
+        assert getattr(getattr(changed, section), leaf) is True
+        return
+    for value in (True, False, [True], (0.5, True)):
+        with pytest.raises(UsageError, match=rf"{section}.{leaf}: is no switch"):
+            Params().with_settings([(leaf, value)])
+
+
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_presets_name_real_parameters_with_allowed_values(preset: str) -> None:
     params = Params.preset(preset)

@@ -73,6 +73,10 @@ class Params(Section):
                 raise UsageError(f"There is no parameter '{name}'. `tsr track --help` lists them all.")
             section, leaf = places[name]
             parsed = _parse(value)
+            if _has_switch(parsed) and not self._is_switch(section, leaf):
+                raise UsageError(
+                    f"Parameter {section}.{leaf}: is no switch to be true or false. Got {value!r} instead."
+                )
             alone = isinstance(parsed, str) and isinstance(tree[section][leaf], tuple)
             tree[section][leaf] = (parsed,) if alone else parsed
         try:
@@ -83,6 +87,13 @@ class Params(Section):
             raise UsageError(f"Parameter {where}: {first['msg']}. Got {first['input']!r} instead.") from None
 
     @classmethod
+    def _is_switch(cls, section: str, leaf: str) -> bool:
+        annotation = cls.model_fields[section].annotation
+        assert isinstance(annotation, type)
+        assert issubclass(annotation, Section)
+        return annotation.model_fields[leaf].annotation is bool
+
+    @classmethod
     def names(cls) -> Iterator[tuple[str, str]]:
         """All ``(section, leaf)`` names in order."""
         for section, field in cls.model_fields.items():
@@ -91,6 +102,11 @@ class Params(Section):
             assert issubclass(annotation, Section)
             for leaf in annotation.model_fields:
                 yield section, leaf
+
+
+def _has_switch(value: Any) -> bool:
+    """Whether a value is or holds true or false, which pydantic would take for 1 and 0."""
+    return any(isinstance(part, bool) for part in (value if isinstance(value, list | tuple) else (value,)))
 
 
 def _parse(value: Any) -> Any:
