@@ -5,9 +5,10 @@ from __future__ import annotations
 import fcntl
 import os
 import socket
+from contextlib import suppress
 from pathlib import Path
 
-from tsr_engine.io.locks import is_locked
+from tsr_engine.io.locks import is_locked, is_named
 
 __all__ = ["JobLock", "holder", "is_alive", "place_of"]
 
@@ -26,24 +27,39 @@ class JobLock:
 
     def __init__(self, home: Path, job_id: str) -> None:
         self._path = _path(home, job_id)
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600)
+        self._file: int | None = None
 
     def take(self) -> bool:
-        """Whether the lock is ours now."""
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(self._file)
-            return False
-        os.ftruncate(self._file, 0)
-        os.write(self._file, str(os.getpid()).encode())
+        """Whether the lock is ours now; False: another process holds it.
+
+        Raises:
+            OSError: there can be no lock file in the data folder.
+        """
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        while self._file is None:
+            file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                os.close(file)
+                return False
+            if is_named(file, self._path):
+                self._file = file
+            else:
+                os.close(file)  # who held it before has removed the name meanwhile: the lock is nobody's to see
+        with suppress(OSError):  # on a full disk the lock holds without the note, and the job itself says what is wrong
+            os.ftruncate(self._file, 0)
+            os.write(self._file, str(os.getpid()).encode())
         return True
 
     def free(self) -> None:
         """Give it back."""
-        self._path.unlink(missing_ok=True)
-        os.close(self._file)
+        if self._file is None:
+            return
+        file, self._file = self._file, None
+        with suppress(OSError):
+            self._path.unlink(missing_ok=True)
+        os.close(file)
 
 
 def is_alive(home: Path, job_id: str) -> bool:

@@ -6,7 +6,7 @@ import fcntl
 import os
 from pathlib import Path
 
-__all__ = ["is_locked"]
+__all__ = ["is_locked", "is_named"]
 
 
 def is_locked(path: Path) -> bool:
@@ -25,3 +25,15 @@ def is_locked(path: Path) -> bool:
     finally:
         os.close(descriptor)
     return False
+
+
+def is_named(handle: int, path: Path) -> bool:
+    """Whether an open file still has that name.
+
+    To be asked after a lock was taken: between opening and locking, who held the file before may have removed its name,
+    and the next one would lock another file of that name.
+    """
+    try:
+        return os.fstat(handle).st_ino == path.stat().st_ino
+    except OSError:
+        return False

@@ -16,6 +16,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from tsr_engine.io.locks import is_named
+
 __all__ = ["UnfinishedFile", "claim_folder", "fsync_path", "sweep"]
 
 _SUFFIX: Final = ".part"
@@ -155,11 +157,7 @@ def _lock_of_dead(path: Path) -> int | None:
 
 def _still_named(handle: int, path: Path) -> int | None:
     """The descriptor, if its file still has that name; else None, and closed."""
-    try:
-        same = os.fstat(handle).st_ino == path.stat().st_ino
-    except OSError:
-        same = False
-    if same:
+    if is_named(handle, path):
         return handle
     os.close(handle)
     return None

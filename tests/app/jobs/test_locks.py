@@ -1,0 +1,60 @@
+"""Locks of jobs: one holder at a time, whoever comes and goes meanwhile, also on a full disk."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+from pathlib import Path
+
+import pytest
+
+from app.jobs.locks import JobLock, holder, is_alive
+
+JOB = "a" * 32
+
+
+def test_one_holds_a_job_and_is_known(tmp_path: Path) -> None:
+    first, second = JobLock(tmp_path, JOB), JobLock(tmp_path, JOB)
+    assert first.take()
+    assert not second.take()
+    assert holder(tmp_path, JOB) == os.getpid()
+    first.free()
+    first.free()
+    assert not is_alive(tmp_path, JOB)
+    assert second.take()
+    second.free()
+
+
+def test_a_lock_that_is_given_back_while_the_next_one_opens_it_is_not_held_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next one has opened the file when the first one removes it: its lock would be on a file without a name."""
+    first, second, third = (JobLock(tmp_path, JOB) for _ in range(3))
+    assert first.take()
+    flock = fcntl.flock
+
+    def free_before(handle: int, operation: int) -> None:
+        monkeypatch.setattr(fcntl, "flock", flock)
+        first.free()
+        flock(handle, operation)
+
+    monkeypatch.setattr(fcntl, "flock", free_before)
+    assert second.take()
+    assert is_alive(tmp_path, JOB)
+    assert not third.take()
+    second.free()
+
+
+def test_on_a_full_disk_the_lock_holds_without_its_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_handle: int, _data: bytes) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    lock, other = JobLock(tmp_path, JOB), JobLock(tmp_path, JOB)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "write", full)
+        assert lock.take()
+    assert is_alive(tmp_path, JOB)
+    assert holder(tmp_path, JOB) is None
+    assert not other.take()
+    lock.free()
