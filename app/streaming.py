@@ -13,6 +13,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from app.events import EventBus
 from app.storage.database import Database
 from app.storage.models import Event
+from app.trouble import Trouble
 
 __all__ = ["EventStream"]
 
@@ -113,6 +114,7 @@ class EventStream:
             return self._events.newest(session)
 
     async def _read(self) -> None:
+        trouble = Trouble(_log, "Events cannot be read")
         while True:
             await asyncio.sleep(_TURN)
             try:
@@ -120,10 +122,11 @@ class EventStream:
                 self._turns += 1
                 if self._turns % 2000 == 0:
                     await asyncio.to_thread(self._prune)
-            except SQLAlchemyError:
-                _log.exception("Events could not be read; it is tried again.")
+            except SQLAlchemyError as error:
+                trouble.came(error)
                 await asyncio.sleep(1.0)
                 continue
+            trouble.gone()
             for event in found:
                 text = _text(event)
                 self._seen = event.seq

@@ -21,6 +21,7 @@ from app.jobs.readiness import STAY
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
+from app.trouble import Trouble
 
 __all__ = ["Supervisor"]
 
@@ -73,6 +74,7 @@ class Supervisor:
         self._stop = threading.Event()
         self._overdue: dict[str, float] = {}
         self._beats: dict[str, tuple[object, float]] = {}
+        self._trouble = Trouble(_log, "The workers cannot be looked after")
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
 
     @property
@@ -117,9 +119,11 @@ class Supervisor:
         while not self._stop.wait(_TURN):
             try:
                 self._turn()
-            except (SQLAlchemyError, OSError):
-                _log.exception("The supervisor could not look after the workers; it tries again.")
+            except (SQLAlchemyError, OSError) as error:
+                self._trouble.came(error)
                 self._stop.wait(2.0)
+            else:
+                self._trouble.gone()
 
     def _turn(self) -> None:
         for lane in LANES:

@@ -7,6 +7,7 @@ process. One that is to stay waits for jobs until it is told to leave, and loads
 from __future__ import annotations
 
 import ctypes
+import errno
 import logging
 import os
 import resource
@@ -15,8 +16,9 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import DBAPIError, OperationalError
 
+from app.errors import StorageFull
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.kinds import JobKinds
@@ -26,7 +28,8 @@ from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY, preparations
 from app.settings import Settings, load_settings
-from app.storage.database import Database
+from app.storage.database import Database, storage_failure
+from app.trouble import Trouble
 from tsr_engine.errors import TsrError
 
 __all__ = ["main"]
@@ -35,6 +38,9 @@ IDLE = 30.0
 """Seconds without work after which the process ends, seconds."""
 GRACE = 6.0
 """Seconds that a worker has for what it is doing when it is told to end."""
+_AGAIN = 1.0
+"""Seconds between two attempts while the data folder or the database cannot be written."""
+_FULL = "The disk is full. Free some space, then ask for it again."
 _PR_SET_PDEATHSIG = 1
 _log = logging.getLogger("tsr.worker")
 
@@ -90,17 +96,32 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     database = Database(settings.database)
     events = EventBus()
     jobs = JobQueue(events, kinds)
+    _work(lambda: _one_job(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)
+    database.close()
+    return 0
+
+
+def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bool], stays: bool) -> None:
+    """Do one job after the other until there are none for a while, or until told to leave."""
     since = time.monotonic()
     ahead = preparations(kinds) if stays else iter(())
+    trouble = Trouble(_log, "Jobs cannot be taken from the queue")
     while not leaving() and (stays or time.monotonic() - since < IDLE):
-        if _one_job(settings, database, events, jobs, leaving, lane):
+        try:
+            found = one_job()
+        except (OSError, DBAPIError) as error:
+            # a worker that ended would be started again at once; so the jobs wait here until there is room again
+            trouble.came(error)
+            since = time.monotonic()
+            time.sleep(_AGAIN)
+            continue
+        trouble.gone()
+        if found:
             since = time.monotonic()
         elif (step := next(ahead, None)) is not None:
             ahead = ahead if _prepared(step) else iter(())
         else:
             time.sleep(0.1)
-    database.close()
-    return 0
 
 
 def _prepared(step: Callable[[], object]) -> bool:
@@ -145,13 +166,33 @@ def _execute(task: TaskContext) -> None:
     except Stopped:
         give_back(task)
     except TsrError as error:
-        report_failure(task, str(error))
+        _failed(task, str(error))
     except MemoryError:
-        report_failure(task, f"The file needs more than {task.settings.worker_memory_mb} MiB of memory.")
+        _failed(task, f"The file needs more than {task.settings.worker_memory_mb} MiB of memory.")
     except OperationalError as error:
-        _log.exception("The database failed in job %s.", job.id)
-        report_failure(task, f"The database could not be written: {error.orig}.")
+        _log.warning("The database failed in job %s: %s.", job.id, error.orig)
+        known = storage_failure(error)
+        full = known is not None and known.code == StorageFull.default_code
+        _failed(task, _FULL if full else f"The database could not be written: {error.orig}.")
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            _failed(task, _FULL)
+            return
         _log.exception("Job %s failed.", job.id)
         name = type(error).__name__
-        report_failure(task, f"Something unexpected went wrong ({name}). The server's log has the details.")
+        _failed(task, f"Something unexpected went wrong ({name}). The server's log has the details.")
+
+
+def _failed(task: TaskContext, message: str) -> None:
+    """Tell people that the job has failed, as soon as that can be stored: a full disk is no crash of the job."""
+    trouble = Trouble(_log, f"The end of job {task.job.id} cannot be stored")
+    while True:
+        try:
+            report_failure(task, message)
+        except DBAPIError as error:
+            trouble.came(error)
+        else:
+            return
+        if task.leaving():
+            return  # the next server finds the job and its dead worker
+        time.sleep(_AGAIN)

@@ -1,0 +1,126 @@
+"""A disk that is full for a while: workers and their supervisor wait, say so once, and go on."""
+
+from __future__ import annotations
+
+import errno
+import logging
+import sqlite3
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from sqlalchemy.exc import OperationalError
+
+from app.events import EventBus
+from app.jobs import worker
+from app.jobs.context import TaskContext
+from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.queue import JobQueue
+from app.jobs.supervisor import Supervisor
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job
+
+FULL = OperationalError("INSERT", {}, sqlite3.OperationalError("database or disk is full"))
+NO_ROOM = OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.fixture
+def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], TaskContext]:
+    """A claimed job whose work raises something."""
+    monkeypatch.setattr(worker, "_AGAIN", 0.01)
+
+    def make(error: Exception) -> TaskContext:
+        def work(_: TaskContext) -> None:
+            raise error
+
+        kind = JobKind("bake", "short", lambda: work, lambda *_: None)
+        jobs = JobQueue(EventBus(), JobKinds([kind], worker="no.such.module"))
+        with database.write() as session:
+            job = jobs.claim(session, jobs.submit(session, "bake", "s" * 32).id)
+        assert job is not None
+        return TaskContext(Settings(home=tmp_path), database, jobs.events, jobs, job, leaving=lambda: False)
+
+    return make
+
+
+def ended(task: TaskContext) -> tuple[str, str | None]:
+    with task.database.read() as session:
+        job = session.get_one(Job, task.job.id)
+        return job.state, job.error
+
+
+def warnings(log: pytest.LogCaptureFixture) -> list[str]:
+    assert not any(record.exc_info for record in log.records), "no traceback for what is nobody's fault"
+    return [record.getMessage() for record in log.records if record.levelno >= logging.WARNING]
+
+
+@pytest.mark.parametrize("error", [FULL, NO_ROOM])
+def test_a_job_that_meets_a_full_disk_says_so(
+    claimed: Callable[[Exception], TaskContext], error: Exception, caplog: pytest.LogCaptureFixture
+) -> None:
+    task = claimed(error)
+    worker._execute(task)
+    assert ended(task) == ("failed", "The disk is full. Free some space, then ask for it again.")
+    assert len(warnings(caplog)) <= 1
+
+
+def test_the_end_of_a_job_is_stored_as_soon_as_there_is_room(
+    claimed: Callable[[Exception], TaskContext], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    task = claimed(NO_ROOM)
+    tell, attempts = worker.report_failure, iter([FULL, FULL, FULL])
+
+    def at_last(task: TaskContext, message: str) -> None:
+        for error in attempts:
+            raise error
+        tell(task, message)
+
+    monkeypatch.setattr(worker, "report_failure", at_last)
+    worker._execute(task)
+    assert ended(task)[0] == "failed"
+    assert len(warnings(caplog)) == 1
+
+
+def test_a_worker_waits_for_room_and_does_not_end(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(worker, "_AGAIN", 0.01)
+    answers: Iterator[Exception | bool] = iter([FULL, FULL, NO_ROOM, NO_ROOM, True, True])
+    left = 6
+
+    def one_job() -> bool:
+        nonlocal left
+        left -= 1
+        answer = next(answers)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    worker._work(one_job, JobKinds([], worker="w"), lambda: left == 0, stays=False)
+    told = warnings(caplog)
+    assert [("disk is full" in text, "No space left" in text) for text in told] == [
+        (True, False),
+        (False, True),
+        (False, False),
+    ]
+    assert "that is over" in told[-1]
+
+
+def test_the_supervisor_says_once_that_it_cannot_look_after_the_workers(
+    database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    jobs = JobQueue(EventBus(), JobKinds([], worker="no.such.module"))
+    supervisor = Supervisor(Settings(home=tmp_path), database, jobs)
+    turns = 0
+
+    def turn() -> None:
+        nonlocal turns
+        turns += 1
+        if turns < 4:
+            raise FULL
+
+    monkeypatch.setattr(supervisor, "_turn", turn)
+    monkeypatch.setattr(supervisor._stop, "wait", lambda _: turns > 4)
+    supervisor._watch()
+    assert len(warnings(caplog)) == 2, "that it came and that it went"
