@@ -8,8 +8,10 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import JSON, BigInteger, DateTime, Float, ForeignKey, Index, Integer, LargeBinary, String, Text
+from sqlalchemy import JSON, BigInteger, Float, ForeignKey, Index, Integer, LargeBinary, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+from app.storage.moments import Moment
 
 __all__ = ["Artefact", "Base", "Edit", "Event", "Job", "ModelVersion", "Run", "TrackDocument", "Truth", "Video"]
 
@@ -57,7 +59,7 @@ class Video(Base):
     warnings: Mapped[list[str]] = mapped_column(JSON, default=list)
     frame_table: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
     """The frame table as ``app.videos.table`` packs it."""
-    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=_now)
 
 
 class Run(Base):
@@ -95,9 +97,9 @@ class Run(Base):
     """Confirmed tracks."""
     summary: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
     """Figures of the complete run; for a what-if also ``difference`` against its parent."""
-    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
-    started: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
-    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    started: Mapped[datetime | None] = mapped_column(Moment)
+    finished: Mapped[datetime | None] = mapped_column(Moment)
 
 
 class Job(Base):
@@ -122,13 +124,13 @@ class Job(Base):
     position: Mapped[int | None]
     """How far the job was when a worker died last (a frame)."""
     cancel: Mapped[bool] = mapped_column(default=False)
-    heartbeat: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    heartbeat: Mapped[datetime | None] = mapped_column(Moment)
     error: Mapped[str | None] = mapped_column(Text)
     order: Mapped[int] = mapped_column(BigInteger, default=0, index=True)
     """First come, first served; counts, never a clock."""
-    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
-    started: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
-    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    started: Mapped[datetime | None] = mapped_column(Moment)
+    finished: Mapped[datetime | None] = mapped_column(Moment)
 
 
 class Event(Base):
@@ -141,7 +143,7 @@ class Event(Base):
     """``video``, ``run``, ``edit``, ``artefact``, ``model``, ``removed`` ..."""
     subject: Mapped[str] = mapped_column(String(64))
     data: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
-    time: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    time: Mapped[datetime] = mapped_column(Moment, default=_now)
 
 
 class Edit(Base):
@@ -169,7 +171,7 @@ class Edit(Base):
     """The same after."""
     reverts: Mapped[str | None] = mapped_column(String(64))
     """The operation that an ``undo`` or ``redo`` is about."""
-    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=_now)
 
 
 class TrackDocument(Base):
@@ -194,7 +196,7 @@ class Truth(Base):
     boxes: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     """Rows of frame, track, x1, y1, x2, y2, class, visibility, ignore: little-endian float64, deflated."""
     count: Mapped[int] = mapped_column(Integer)
-    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=_now)
 
 
 class Artefact(Base):
@@ -223,8 +225,8 @@ class Artefact(Base):
     sha256: Mapped[str] = mapped_column(String(64), default="")
     summary: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
     """Counts, skipped items with reasons."""
-    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
-    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    finished: Mapped[datetime | None] = mapped_column(Moment)
 
 
 class ModelVersion(Base):
@@ -253,5 +255,5 @@ class ModelVersion(Base):
     total: Mapped[int | None]
     promoted: Mapped[int] = mapped_column(Integer, default=0)
     """Counts up with each promotion; new runs use the complete version with the highest one, above 0."""
-    created: Mapped[datetime] = mapped_column(DateTime(timezone=True), default=_now)
-    finished: Mapped[datetime | None] = mapped_column(DateTime(timezone=True))
+    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    finished: Mapped[datetime | None] = mapped_column(Moment)
