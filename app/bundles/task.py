@@ -10,7 +10,8 @@ from app.bundles.request import bundle_request, report_summary
 from app.errors import ApiError
 from app.exchange.stored import home_source
 from app.jobs.context import TaskContext
-from app.storage.models import Run, Video
+from app.runs.of_job import run_of_job
+from app.storage.models import Video
 from app.training.folders import models_of_run
 from app.videos.table import unpack
 from tsr_engine.errors import InputError, ModelError
@@ -28,13 +29,11 @@ def make_run_bundle(task: TaskContext) -> None:
     artefact, folder = artefacts.begin(task)
     options = artefact.options
     with task.database.read() as session:
-        if artefact.run_id is None:
-            raise InputError("The run has been removed in the meantime.")
+        run = run_of_job(session, artefact.run_id)
         try:
-            source = home_source(session, task.settings, artefact.run_id)
+            source = home_source(session, task.settings, run.id)
         except ApiError as error:
             raise InputError(error.message) from None
-        run = session.get_one(Run, artefact.run_id)
         video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
         try:
             models = models_of_run(task.settings, session, run)

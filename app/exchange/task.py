@@ -7,6 +7,7 @@ from app.errors import ApiError
 from app.exchange.export import ExportRequest, export_sources, summary_of
 from app.exchange.stored import home_source
 from app.jobs.context import TaskContext
+from app.runs.of_job import run_of_job
 from tsr_engine.errors import ExportError
 
 __all__ = ["FILE", "export"]
@@ -21,7 +22,8 @@ def export(task: TaskContext) -> None:
     request = ExportRequest.model_validate(artefact.options)
     try:
         with task.database.read() as session:
-            sources = [home_source(session, task.settings, run_id) for run_id in request.runs]
+            runs = [run_of_job(session, run_id).id for run_id in request.runs]
+            sources = [home_source(session, task.settings, run_id) for run_id in runs]
         manifest = export_sources(
             request,
             sources,

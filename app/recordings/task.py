@@ -12,7 +12,8 @@ from app.edits.stored import documents_of
 from app.jobs.context import TaskContext
 from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
-from app.storage.models import Edit, Run, Video
+from app.runs.of_job import run_of_job
+from app.storage.models import Edit, Video
 from app.videos.same_file import is_untouched
 from app.videos.table import unpack
 
@@ -27,7 +28,7 @@ def record_run(task: TaskContext) -> None:
     artefact, folder = artefacts.begin(task)
     options = artefact.options
     with task.database.read() as session:
-        run = session.get_one(Run, artefact.run_id)
+        run = run_of_job(session, artefact.run_id)
         video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
         documents = documents_of(session, run.id)
         edits = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run.id)) or 0

@@ -7,11 +7,11 @@ from app.edits.service import EditService
 from app.errors import ApiError
 from app.evidence.service import EvidenceService
 from app.jobs.context import TaskContext
+from app.runs.of_job import run_of_job
 from app.space.data import load_space
 from app.space.prior import find_prior
 from app.space.service import first_wish, marked_tracks, pictures_of, stage_of
 from app.space.wish import Wish
-from app.storage.models import Run
 from app.videos.frames import FrameService
 from tsr_engine.errors import InputError
 
@@ -31,15 +31,15 @@ def make_scene(task: TaskContext) -> None:
     evidence = EvidenceService(task.settings, task.database)
     frames = FrameService(task.settings, task.database)
     try:
-        run_id = artefact.run_id or ""
+        with task.database.read() as session:
+            run = run_of_job(session, artefact.run_id)
+        run_id, name = run.id, run.name or "Run"
         edits = EditService(task.database, task.events, evidence)
         try:
             data = load_space(evidence, run_id, marked_tracks(edits, run_id))
         except ApiError as error:
             raise InputError(error.message) from None
         artefacts.progress(task, artefact.id, 1, 3)
-        with task.database.read() as session:
-            name = session.get_one(Run, run_id).name or "Run"
         page = scene_html(
             lambda scene: stage_of(scene, data, evidence, lambda run: find_prior(task.settings, task.database, run)),
             pictures_of(data, frames.raw),

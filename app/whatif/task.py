@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from app.jobs.context import Stopped, TaskContext
 from app.runs.focus import focus_of
+from app.runs.of_job import run_of_job
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run
@@ -39,7 +40,7 @@ def run_whatif(task: TaskContext) -> None:
 
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
-        parent = session.get_one(Run, run.parent_id)
+        parent = run_of_job(session, run.parent_id)
         run.state, run.error, run.started = "running", None, run.started or datetime.now(UTC)
         models = models_of_run(task.settings, session, parent)
         asked = params_of(run.preset, run.parameters)

@@ -260,7 +260,7 @@ def test_a_run_that_goes_before_its_export_begins_is_told(desk: Desk) -> None:
     work_off(desk.server.context)
     view = desk.get(f"/api/artefacts/{artefact}")
     assert view["state"] == "failed"
-    assert "There is no run" in view["error"]
+    assert view["error"] == "The run has been removed in the meantime."
 
 
 def test_pages_hear_of_each_step(desk: Desk) -> None:
