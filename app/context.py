@@ -24,6 +24,7 @@ from app.recordings.viewer import ViewerFiles
 from app.runs.service import RunService
 from app.security.tokens import Tokens, home_token
 from app.settings import Settings
+from app.space.ordering import SceneService
 from app.space.prior import find_prior
 from app.space.service import SpaceService
 from app.storage.database import Database
@@ -62,6 +63,7 @@ class Context:
     recordings: RecordingService
     viewer: ViewerFiles
     space: SpaceService
+    scenes: SceneService
     bundles: BundleService
     bundle_imports: BundleImports
     pictograms: Pictograms
@@ -115,6 +117,7 @@ def build_context(settings: Settings) -> Context:
         recordings=RecordingService(database, evidence, artefacts),
         viewer=ViewerFiles(settings.home),
         space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),
+        scenes=SceneService(database, evidence, artefacts),
         bundles=BundleService(database, evidence, artefacts),
         bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits),
         pictograms=Pictograms(),

@@ -10,13 +10,11 @@ from pydantic import Field
 
 from app.api.responses import failures
 from app.api.runs import RunId
-from app.artefacts.names import file_stem
-from app.artefacts.view import ArtefactView, artefact_view
+from app.artefacts.view import ArtefactView
 from app.context import ContextDep
 from app.shapes import PLAIN, Model
 from app.space.colours import Colouring
 from app.space.wish import MODES, Mode
-from app.storage.models import Run, Video
 
 __all__ = ["router"]
 
@@ -97,12 +95,4 @@ def move_space(run_id: RunId, cursor: Cursor, context: ContextDep) -> Moved:
 @router.post("/runs/{run_id}/scenes", operation_id="export_scene", status_code=202, responses=failures(404, 409))
 def export_scene(run_id: RunId, wanted: NewScene, context: ContextDep) -> ArtefactView:
     """One scene as one HTML file that needs no server and no network."""
-    context.space.check(run_id)
-    options = wanted.model_dump(mode="json", exclude={"name"})
-    with context.database.write() as session:
-        run = session.get_one(Run, run_id)
-        video = session.get_one(Video, run.video_id)
-        usual = f"{file_stem(video.name, 'video')}_{file_stem(run.name, 'run')}_{wanted.mode}"
-        file = f"{file_stem(wanted.name or '', usual)}.html"
-        artefact = context.artefacts.queue(session, "scene", run_id, file, options, "scene")
-        return artefact_view(artefact)
+    return context.scenes.start(run_id, wanted.model_dump(mode="json", exclude={"name"}), wanted.name)

@@ -102,3 +102,9 @@ def test_numeric_modules_hold_no_state(path: Path) -> None:
     assert not held, f"{name_of(path)}: module-level state {held}"
     globals_used = [n for node in ast.walk(tree) if isinstance(node, ast.Global) for n in node.names]
     assert not globals_used, f"{name_of(path)}: global statement for {globals_used}"
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "app" / "api").glob("*.py")), ids=name_of)
+def test_routes_leave_writing_to_services(path: Path) -> None:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert not [line for line in lines if "database.write(" in line]
