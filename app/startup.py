@@ -30,6 +30,7 @@ def start(context: Context) -> Running:
     context.uploads.clean_parts()
     context.artefacts.sweep()
     context.imports.sweep()
+    context.runs.sweep()
     sweep_placing(context.settings.home, context.database)
     stream = EventStream(context.database, context.events)
     supervisor = None

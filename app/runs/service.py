@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import uuid
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import select
@@ -18,7 +19,7 @@ from app.runs.settling import settle_run
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.models import Run, Video
+from app.storage.models import Job, Run, Video
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -150,16 +151,23 @@ class RunService:
         return run
 
     def remove(self, run_id: str) -> None:
-        """Remove a run with its evidence and its edits.
+        """Remove a run with its evidence, its edits and its what-ifs.
 
         Raises:
-            Conflict: it is still going on.
+            NotFound: no such run.
+            Conflict: it is still going on, or a what-if of it is.
         """
         with self._database.write() as session:
             run = self.get(session, run_id)
             if run.state in _ACTIVE:
                 raise Conflict(f"{run.name} is {run.state}. Cancel it first.", code="still_running")
             children = list(session.scalars(select(Run).where(Run.parent_id == run_id)))
+            for child in children:
+                if child.state in _ACTIVE:
+                    raise Conflict(
+                        f"The what-if {child.name} of {run.name} is {child.state}. Cancel it first.",
+                        code="still_running",
+                    )
             folders = self._drop(session, [*children, run])
         self._clear(folders)
 
@@ -180,6 +188,26 @@ class RunService:
             folders = self._drop(session, gone)
         self._clear(folders)
         return names
+
+    def sweep(self) -> None:
+        """Remove folders of runs that are gone, whose process died or still wrote as they were removed.
+
+        Of this database's runs alone, and it knows them by their jobs: evidence in the folder may be another
+        database's, or newer than a copy of this one that was put back.
+        """
+        root = self._settings.home / "runs"
+        folders = {path.name for path in root.iterdir()} if root.is_dir() else set()
+        with self._database.read() as session:
+            for run_id, folder in session.execute(select(Run.id, Run.folder)):
+                folders -= {run_id, Path(folder).name}
+            gone = [name for name in folders if self._is_over(session, name)]
+        self._clear([f"runs/{name}" for name in gone])
+
+    @staticmethod
+    def _is_over(session: Session, run_id: str) -> bool:
+        """Whether there were jobs for a run, and none is left."""
+        states = set(session.scalars(select(Job.state).where(Job.subject == run_id)))
+        return bool(states) and not states & set(_ACTIVE)
 
     def _drop(self, session: Session, runs: Sequence[Run]) -> list[str]:
         """Take runs of one video out of the database, what-ifs before the run that they came from; their folders."""

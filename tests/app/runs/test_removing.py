@@ -13,6 +13,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from import_now import work_off
 from toy_server import Server
 
+from app.storage.models import Run
+
 
 @pytest.fixture
 def server(home: Any, tmp_path: Path) -> Any:
@@ -43,3 +45,49 @@ def test_what_waits_for_a_run_that_is_removed_says_so(
     work_off(server.context)
     made = server.client.get(f"/api/artefacts/{asked.json()['id']}").json()
     assert (made["state"], made["error"]) == ("failed", "The run has been removed in the meantime.")
+
+
+@pytest.mark.parametrize("working", [True, False])
+def test_a_run_stays_while_a_what_if_of_it_goes_on(server: Server, home: Any, working: bool) -> None:
+    context = server.context
+    asked = server.client.post(f"/api/runs/{home.run_id}/whatif", json={"parameters": {"tau": 4}}).json()
+    with context.database.write() as session:
+        job = context.jobs.claim(session, context.jobs.waiting(session)[0])
+        assert job is not None
+        session.get_one(Run, asked["id"]).state = "running" if working else "queued"
+    refused = server.client.delete(f"/api/runs/{home.run_id}")
+    assert refused.status_code == 409
+    state = "running" if working else "queued"
+    assert refused.json()["error"]["message"] == f"The what-if tau = 4 of Run 1 is {state}. Cancel it first."
+    assert server.client.get(f"/api/runs/{asked['id']}").status_code == 200
+    with context.database.write() as session:
+        context.jobs.release(session, job.id, job.token)
+    server.client.post(f"/api/runs/{asked['id']}/cancel")
+    assert server.client.delete(f"/api/runs/{home.run_id}").status_code == 204
+    assert server.client.get(f"/api/runs/{asked['id']}").status_code == 404
+
+
+def test_a_server_that_starts_removes_folders_of_runs_that_are_gone_and_no_others(server: Server, home: Any) -> None:
+    context = server.context
+    gone, working, strange = "a" * 32, "b" * 32, "c" * 32
+    for name in (gone, working, strange, ".placing-d"):
+        (context.settings.home / "runs" / name).mkdir()
+    with context.database.write() as session:
+        for subject in (gone, working, home.run_id):
+            job = context.jobs.claim(session, context.jobs.submit(session, "whatif", subject).id)
+            assert job is not None
+            session.flush()
+            if subject != working:
+                context.jobs.finish(session, job.id, job.token, "failed", "The run is gone.")
+    context.runs.sweep()
+    left = {path.name for path in (context.settings.home / "runs").iterdir()}
+    assert left == {working, strange, ".placing-d", home.run_id}
+
+
+def test_starting_is_when_it_sweeps(server: Server) -> None:
+    folder = server.context.settings.home / "runs" / ("a" * 32)
+    folder.mkdir()
+    with server.context.database.write() as session:
+        server.context.jobs.submit(session, "whatif", folder.name).state = "done"
+    with Server(server.context.settings.home).client:
+        assert not folder.exists()
