@@ -50,9 +50,9 @@ def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str
     newest = (
         select(Run.id, func.max(Edit.seq))
         .join(Edit, Edit.run_id == Run.id)
-        .where(Run.video_id == run.video_id, Run.id != run.id, Run.created < run.created, Run.state == "complete")
-        .group_by(Run.id, Run.created)
-        .order_by(Run.created.desc())
+        .where(Run.video_id == run.video_id, Run.id != run.id, Run.order < run.order, Run.state == "complete")
+        .group_by(Run.id, Run.order)
+        .order_by(Run.order.desc())
     )
     for other, seq in session.execute(newest).all():
         docs = documents_of(session, other).values()

@@ -145,7 +145,7 @@ def _other_run(session: Session, run_id: str, video_id: str) -> Run | None:
     query = (
         select(Run)
         .where(Run.video_id == video_id, Run.id != run_id, Run.state == "complete", Run.kind != "whatif")
-        .order_by(Run.created.desc(), Run.id)
+        .order_by(Run.order.desc(), Run.id)
         .limit(1)
     )
     return session.scalars(query).first()

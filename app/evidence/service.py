@@ -118,7 +118,7 @@ class EvidenceService:
 
     def warm(self) -> None:
         """Answer for the newest complete run what the page asks first, so that it opens at once later."""
-        query = select(Run.id).where(Run.state == "complete").order_by(Run.finished.desc(), Run.created.desc()).limit(1)
+        query = select(Run.id).where(Run.state == "complete").order_by(Run.order.desc()).limit(1)
         with self._database.read() as session:
             newest = session.scalars(query).first()
         if newest is not None:

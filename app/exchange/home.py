@@ -94,7 +94,7 @@ def stands_for(session: Session, run_id: str) -> str:
     better = [] if run_id in corrected else [one for one in others if one.id in corrected and one.state == "complete"]
     if not better:
         return f"{text}."
-    newest = max(better, key=lambda one: one.created)
+    newest = max(better, key=lambda one: one.order)
     return f"{text}, which has no corrections; {_called(newest)} has: give its id to take that one."
 
 

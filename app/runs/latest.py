@@ -14,4 +14,4 @@ def latest_last() -> tuple[Any, ...]:
 
     Somebody else's tracks, which were imported, are asked for by the run's own name.
     """
-    return (Run.state == "complete").asc(), (Run.kind == "engine").asc(), Run.created.asc()
+    return (Run.state == "complete").asc(), (Run.kind == "engine").asc(), Run.order.asc()

@@ -57,7 +57,7 @@ class RunService:
         with self._database.read() as session:
             if session.get(Video, video_id) is None:
                 raise NotFound(f"There is no video {video_id[:80]!r}.")
-            return list(session.scalars(select(Run).where(Run.video_id == video_id).order_by(Run.created.desc())))
+            return list(session.scalars(select(Run).where(Run.video_id == video_id).order_by(Run.order.desc(), Run.id)))
 
     def start(
         self,

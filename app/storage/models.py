@@ -8,7 +8,8 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import JSON, BigInteger, Float, ForeignKey, Index, Integer, LargeBinary, String, Text
+from sqlalchemy import JSON, BigInteger, Float, ForeignKey, Index, Integer, LargeBinary, String, Text, func, select
+from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from app.storage.moments import Moment
@@ -21,6 +22,11 @@ Sequence = BigInteger().with_variant(Integer, "sqlite")
 
 def _now() -> datetime:
     return datetime.now(UTC)
+
+
+def _next_order(context: DefaultExecutionContext) -> int:
+    """One more than the newest run has."""
+    return (context.connection.scalar(select(func.max(Run.order))) or 0) + 1
 
 
 class Base(DeclarativeBase):
@@ -97,6 +103,8 @@ class Run(Base):
     """Confirmed tracks."""
     summary: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
     """Figures of the complete run; for a what-if also ``difference`` against its parent."""
+    order: Mapped[int] = mapped_column(BigInteger, default=_next_order, server_default="0", index=True)
+    """Which run is newer; counts, never a clock."""
     created: Mapped[datetime] = mapped_column(Moment, default=_now)
     started: Mapped[datetime | None] = mapped_column(Moment)
     finished: Mapped[datetime | None] = mapped_column(Moment)

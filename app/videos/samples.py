@@ -51,7 +51,7 @@ class SampleDrives:
                 video = session.scalars(select(Video).where(Video.sample, Video.name == clip.video.name)).first()
                 if video is not None:
                     newest = select(Run.id).where(Run.video_id == video.id, Run.kind == "engine")
-                    return video.id, session.scalars(newest.order_by(Run.created.desc()).limit(1)).first()
+                    return video.id, session.scalars(newest.order_by(Run.order.desc()).limit(1)).first()
         return None
 
     def remove_folders(self, folders: Iterable[str]) -> None:

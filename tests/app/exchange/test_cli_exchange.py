@@ -90,7 +90,8 @@ def test_a_video_says_which_run_it_stands_for(
     with open_home(home) as (_, database), database.write() as session:
         corrected = session.get_one(Run, desk.run_id)
         columns = {c.name: getattr(corrected, c.name) for c in Run.__table__.columns}
-        later = {"id": "f" * 32, "name": "again", "created": corrected.created + timedelta(hours=1)}
+        later = {"id": "f" * 32, "name": "again", "created": corrected.created - timedelta(hours=1)}
+        later["order"] = corrected.order + 1
         session.add(Run(**{**columns, **later}))
         session.flush()
         told_now = stands_for(session, run_named(session, "drive.mp4"))

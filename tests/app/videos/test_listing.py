@@ -34,11 +34,11 @@ def _made(url: str, videos: int) -> Database:
         early, late = datetime(2026, 1, 1, tzinfo=UTC), datetime(2026, 2, 1, tzinfo=UTC)
         session.add_all(
             [
-                _run("a", 0, created=early, tracks=3),
-                _run("b", 0, created=late, tracks=5),
-                _run("c", 0, created=late, kind="whatif", parent_id=None, tracks=9),
-                _run("d", 0, created=late, state="running"),
-                _run("e", 1, state="failed"),
+                _run("a", 0, created=late, order=1, tracks=3),
+                _run("b", 0, created=early, order=2, tracks=5),
+                _run("c", 0, created=late, order=3, kind="whatif", parent_id=None, tracks=9),
+                _run("d", 0, created=late, order=4, state="running"),
+                _run("e", 1, order=5, state="failed"),
             ]
         )
         session.flush()

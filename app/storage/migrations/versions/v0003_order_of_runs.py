@@ -1,0 +1,32 @@
+"""Runs are numbered as they are made: the clock may be wrong, or set back."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0003"
+down_revision = "0002"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Forward; runs that are there are numbered by the clock, which is all that is known of them.
+
+    The column is added with a default that stays: SQLite could only drop that by making the table anew, and dropping
+    the old table would take the edits along.
+    """
+    op.add_column("runs", sa.Column("order", sa.BigInteger(), nullable=False, server_default="0"))
+    runs = sa.table("runs", sa.column("id"), sa.column("created"), sa.column("order"))
+    connection = op.get_bind()
+    known = connection.scalars(sa.select(runs.c.id).order_by(runs.c.created, runs.c.id)).all()
+    for number, run in enumerate(known, 1):
+        connection.execute(sa.update(runs).where(runs.c.id == run).values({"order": number}))
+    op.create_index(op.f("ix_runs_order"), "runs", ["order"], unique=False)
+
+
+def downgrade() -> None:
+    """Back."""
+    op.drop_index(op.f("ix_runs_order"), "runs")
+    op.drop_column("runs", "order")
