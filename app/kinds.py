@@ -83,7 +83,7 @@ KINDS: Final = JobKinds(
     (
         JobKind("recording", "short", _recording, settle_artefact, clear_folder, prepare=(_recorder, _sdk)),
         JobKind("whatif", "short", _whatif, settle_run, prepare=(_replay,)),
-        JobKind("import", "short", _import, settle_video, by_frame=True),
+        JobKind("import", "imports", _import, settle_video, by_frame=True),
         JobKind("export", "short", _export, settle_artefact, clear_folder),
         JobKind("bundle", "short", _bundle, settle_artefact, clear_folder),
         JobKind("scene", "short", _scene, settle_artefact, clear_folder),

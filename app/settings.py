@@ -48,7 +48,9 @@ class Settings(BaseSettings):
         default_factory=lambda: (Path.cwd(),), description="folders that videos may be added from, separated by colons"
     )
     models: Path | None = Field(None, description="folder of model files; unset: those that ship with the engine")
-    workers: int = Field(1, ge=0, le=64, description="engine processes at once, and two for short work; 0: none here")
+    workers: int = Field(
+        1, ge=0, le=64, description="engine processes at once, and two each for imports and short work; 0: none here"
+    )
     worker_memory_mb: int = Field(6144, ge=512, description="address space of one engine process, MiB")
     frame_cache_mb: int = Field(64, ge=1, description="memory for encoded pictures, MiB")
     upload_max_mb: int = Field(16384, ge=1, description="largest upload, MiB")

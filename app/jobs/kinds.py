@@ -89,9 +89,13 @@ class JobKinds:
         """The kind of that name; None: a newer version has submitted it."""
         return self._kinds.get(name)
 
-    def short(self) -> list[str]:
-        """Names of those in the short lane; all others, unknown ones too, are long."""
-        return [kind.name for kind in self if kind.lane == "short"]
+    def beside(self, lane: Lane) -> list[str]:
+        """Names of those that are not in a lane."""
+        return [kind.name for kind in self if kind.lane != lane]
+
+    def within(self, lane: Lane) -> list[str]:
+        """Names of those in a lane; unknown ones are long."""
+        return [kind.name for kind in self if kind.lane == lane]
 
     def lane(self, name: str) -> Lane:
         """The lane of a kind."""

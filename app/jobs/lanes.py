@@ -1,12 +1,16 @@
-"""Two lanes of the queue, each with its own workers: what somebody waits for runs beside what takes hours."""
+"""Lanes of the queue, each with its own workers: what somebody waits for runs beside what takes hours."""
 
 from __future__ import annotations
 
 from typing import Final, Literal
 
-__all__ = ["LANES", "SHORT_WORKERS", "Lane"]
+__all__ = ["AT_ONCE", "LANES", "Lane"]
 
-Lane = Literal["long", "short"]
-LANES: Final[tuple[Lane, ...]] = ("long", "short")
-SHORT_WORKERS: Final = 2
-"""Processes at most in the short lane: the import of a long video must not hold up a what-if either."""
+Lane = Literal["long", "short", "imports"]
+LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports")
+AT_ONCE: Final = 2
+"""Processes at most in every lane but the long one, for which a setting says it.
+
+An import decodes a whole video. So imports have a lane of their own: two long ones must not hold up a what-if; and a
+small one finds the second place while a long one goes on.
+"""

@@ -67,9 +67,10 @@ class JobQueue:
     def waiting(self, session: Session, lane: Lane | None = None) -> Sequence[str]:
         """Jobs that can be claimed, the next first; those of one lane."""
         query = select(Job.id).where(Job.state == "queued").order_by(Job.priority.desc(), Job.order)
-        if lane is not None:
-            short = self.kinds.short()
-            query = query.where(Job.kind.in_(short) if lane == "short" else Job.kind.not_in(short))
+        if lane == "long":  # and what a newer version has submitted
+            query = query.where(Job.kind.not_in(self.kinds.beside(lane)))
+        elif lane is not None:
+            query = query.where(Job.kind.in_(self.kinds.within(lane)))
         return session.scalars(query).all()
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:

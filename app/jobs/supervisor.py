@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from app.jobs.lanes import LANES, SHORT_WORKERS, Lane
+from app.jobs.lanes import AT_ONCE, LANES, Lane
 from app.jobs.locks import holder, is_alive, place_of
 from app.jobs.outcome import clear_subject, settle_subject, take_back
 from app.jobs.queue import Fenced, JobQueue
@@ -140,7 +140,7 @@ class Supervisor:
         for lane in LANES:
             workers = self._lanes[lane]
             busy = sum(kinds.lane(job.kind) == lane and is_alive(self._settings.home, job.id) for job in running)
-            most = self._settings.workers if lane == "long" else SHORT_WORKERS
+            most = self._settings.workers if lane == "long" else AT_ONCE
             if waiting[lane] > max(0, len(workers) - busy) and len(workers) < most:
                 workers.append(self._spawn(lane))
         self._stand_by(running)

@@ -23,7 +23,7 @@ from app.artefacts.folders import artefact_folder, file_sha256
 from app.context import Context, build_context
 from app.events import EventBus
 from app.exchange.export import ExportRequest
-from app.jobs.locks import holder
+from app.jobs.locks import JobLock, holder
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
 from app.kinds import KINDS
@@ -89,20 +89,55 @@ def pictures_of(run: Run) -> ExportRequest:
 
 
 def test_each_kind_has_a_lane(tmp_path: Path) -> None:
-    short = KINDS.short()
+    short = KINDS.within("short")
     assert {KINDS.lane(kind) for kind in ("track", "retrain", "something new")} == {"long"}
-    assert set(short) == {"import", "whatif", "export", "recording", "bundle", "scene"}
+    assert set(short) == {"whatif", "export", "recording", "bundle", "scene"}
+    assert KINDS.within("imports") == ["import"]
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
     jobs = JobQueue(EventBus(), KINDS)
     with database.write() as session:
-        made = {kind: jobs.submit(session, kind, kind).id for kind in ("track", *short)}
+        made = {kind: jobs.submit(session, kind, kind).id for kind in ("track", "import", *short)}
         urgent = jobs.submit(session, "whatif", "w", priority=9).id
     with database.read() as session:
         assert jobs.waiting(session, "long") == [made["track"]]
+        assert jobs.waiting(session, "imports") == [made["import"]]
         assert jobs.waiting(session, "short") == [urgent, *(made[kind] for kind in short)]
         assert len(jobs.waiting(session)) == len(made) + 1
     database.close()
+
+
+def test_two_imports_hold_up_neither_a_what_if_nor_an_export(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    home = tmp_path / "home"
+    made = build_context(Settings(home=home, roots=(tmp_path,), sample=False, workers=1, token=SECRET))
+    supervisor = Supervisor(made.settings, made.database, made.jobs)
+    started: list[str] = []
+
+    class Running:
+        def poll(self) -> None:
+            """It goes on."""
+
+    def start(lane: str, *_: str) -> Running:
+        started.append(lane)
+        return Running()
+
+    monkeypatch.setattr(supervisor, "_spawn", start)
+
+    def submit(kind: str, subject: str) -> JobLock:
+        with made.database.write() as session:
+            job = made.jobs.submit(session, kind, subject)
+        supervisor._turn()
+        lock = JobLock(home, job.id)
+        assert lock.take()
+        with made.database.write() as session:
+            assert made.jobs.claim(session, job.id) is not None
+        return lock
+
+    locks = [submit("import", "a"), submit("import", "b"), submit("export", "c"), submit("whatif", "d")]
+    assert started == ["imports", "imports", "short", "short"]
+    for lock in locks:
+        lock.free()
+    made.close()
 
 
 @pytest.mark.slow
