@@ -41,7 +41,8 @@ class Supervisor:
     """One thread of the server.
 
     For jobs of this machine and data folder (on SQLite all are) the lock file decides who is alive. On PostgreSQL other
-    machines may hold jobs: theirs are dead when they have not got on for a minute by our own steady clock.
+    machines may hold jobs: theirs are dead when there was no heartbeat for a minute by our own steady clock. What the
+    heartbeat says is no matter, only that it changes: clocks of machines differ.
 
     While somebody has a page open, one worker of the short lane stands by: to start a process and to load the engine
     takes two to four seconds, which is longer than most of what people wait for.
@@ -167,10 +168,11 @@ class Supervisor:
             return False
         if self._database.is_sqlite or job.payload.get("place") == place_of(self._settings.home):
             return True
+        sign = job.token, job.position, job.heartbeat
         beat, since = self._beats.get(job.id, (None, time.monotonic()))
-        if beat != (job.token, job.position):
+        if beat != sign:
             since = time.monotonic()
-        self._beats[job.id] = ((job.token, job.position), since)
+        self._beats[job.id] = sign, since
         return time.monotonic() - since > self.silence
 
     def _bury(self, job: Job) -> None:

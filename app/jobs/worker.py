@@ -21,6 +21,7 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 from app.errors import StorageFull
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
+from app.jobs.heartbeat import beating
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import LANES, Lane
 from app.jobs.locks import JobLock, place_of
@@ -148,7 +149,8 @@ def _one_job(
             with database.write() as session:
                 job = jobs.claim(session, job_id, place_of(settings.home))
             if job is not None:
-                _execute(TaskContext(settings, database, events, jobs, job, leaving))
+                with beating(database, job):
+                    _execute(TaskContext(settings, database, events, jobs, job, leaving))
                 return True
         finally:
             lock.free()

@@ -133,6 +133,7 @@ class Job(Base):
     """How far the job was when a worker died last (a frame)."""
     cancel: Mapped[bool] = mapped_column(default=False)
     heartbeat: Mapped[datetime | None] = mapped_column(Moment)
+    """Changes every few seconds while a process works on the job; PostgreSQL only."""
     error: Mapped[str | None] = mapped_column(Text)
     order: Mapped[int] = mapped_column(BigInteger, default=0, index=True)
     """First come, first served; counts, never a clock."""

@@ -1,0 +1,96 @@
+"""Jobs of other machines on one PostgreSQL: a heartbeat tells the living from the dead, not how far they are."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from databases import new_database
+
+from app.events import EventBus
+from app.jobs import worker
+from app.jobs.context import TaskContext
+from app.jobs.heartbeat import beating
+from app.jobs.locks import place_of
+from app.jobs.queue import JobQueue
+from app.jobs.supervisor import Supervisor
+from app.kinds import KINDS
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job
+from tests.patience import until
+
+
+@pytest.fixture
+def shared(cluster: str) -> Iterator[Database]:
+    """A database that several machines use."""
+    made = Database(new_database(cluster))
+    made.migrate()
+    yield made
+    made.close()
+
+
+def claimed(database: Database, place: str = "another machine:/data") -> Job:
+    jobs = JobQueue(EventBus(), KINDS)
+    with database.write() as session:
+        job = jobs.claim(session, jobs.submit(session, "export", "s" * 32).id, place)
+    assert job is not None
+    return job
+
+
+def again(database: Database, job: Job) -> Job:
+    with database.read() as session:
+        return session.get_one(Job, job.id)
+
+
+def test_who_has_a_heartbeat_lives_though_its_job_tells_no_position(shared: Database, tmp_path: Path) -> None:
+    supervisor = Supervisor(Settings(home=tmp_path), shared, JobQueue(EventBus(), KINDS))
+    supervisor.silence = 0.6
+    job = claimed(shared)
+    with beating(shared, job, every=0.05):
+        end = time.monotonic() + 1.5
+        while time.monotonic() < end:
+            assert not supervisor._is_dead(again(shared, job))
+            time.sleep(0.05)
+    assert again(shared, job).position is None
+    until(lambda: supervisor._is_dead(again(shared, job)))
+    own = claimed(shared, place_of(tmp_path))
+    assert supervisor._is_dead(again(shared, own)), "of this machine the lock is asked"
+
+
+def test_a_worker_has_one_while_it_works(shared: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    jobs = JobQueue(EventBus(), KINDS)
+    with shared.write() as session:
+        job = jobs.submit(session, "export", "s" * 32)
+    monkeypatch.setattr(worker, "beating", lambda database, job: beating(database, job, every=0.05))
+
+    def work(task: TaskContext) -> None:
+        first = until(lambda: again(shared, task.job).heartbeat)
+        until(lambda: again(shared, task.job).heartbeat != first)
+
+    monkeypatch.setattr(worker, "_execute", work)
+    assert worker._one_job(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, "short")  # type: ignore[arg-type]
+    last = again(shared, job).heartbeat
+    time.sleep(0.3)
+    assert again(shared, job).heartbeat == last
+
+
+def test_a_job_that_belongs_to_another_process_is_let_alone(shared: Database) -> None:
+    job = claimed(shared)
+    with shared.write() as session:
+        session.get_one(Job, job.id).token += 1
+    with beating(shared, job, every=0.02):
+        time.sleep(0.3)
+    assert again(shared, job).heartbeat is None
+
+
+def test_on_sqlite_the_lock_suffices(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    database.migrate()
+    before = threading.active_count()
+    with beating(database, claimed(database), every=0.02):
+        assert threading.active_count() == before
+    database.close()
