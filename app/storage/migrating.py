@@ -12,6 +12,7 @@ from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import Engine
+from sqlalchemy.exc import DBAPIError
 
 from tsr_engine.errors import StorageError
 
@@ -28,8 +29,17 @@ def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
         backup: folder that the SQLite file is copied to before an existing database changes.
 
     Raises:
-        StorageError: the database is newer than this version, or cannot be changed.
+        StorageError: the database is newer than this version, damaged, in use, or cannot be changed.
     """
+    try:
+        _bring_up(engine, backup)
+    except DBAPIError as error:
+        raise _refused(engine, backup, error.orig) from None
+    except sqlite3.Error as error:
+        raise _refused(engine, backup, error) from None
+
+
+def _bring_up(engine: Engine, backup: Path | None) -> None:
     config = Config()
     config.set_main_option("script_location", str(_MIGRATIONS))
     scripts = ScriptDirectory.from_config(config)
@@ -49,6 +59,23 @@ def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
         connection.commit()
+
+
+def _refused(engine: Engine, backup: Path | None, cause: BaseException | None) -> StorageError:
+    """The driver's refusal as a sentence that says what to do."""
+    reason = (str(cause).strip().splitlines() or [type(cause).__name__])[0].rstrip(".")
+    if engine.dialect.name != "sqlite":
+        return StorageError(f"The database cannot be used: {reason}. Check that it runs, and its address (--database).")
+    file = engine.url.database
+    if isinstance(cause, sqlite3.OperationalError):  # locked, no permission, a full disk
+        return StorageError(
+            f"The database {file} cannot be used: {reason}. Check the disk, and who else uses the file."
+        )
+    copy = "" if backup is None else f" and put back a copy from {backup}"
+    return StorageError(
+        f"The database {file} is damaged or none of tsr: {reason}. Move it away{copy}, or name another data folder "
+        "with --home."
+    )
 
 
 def _copy(engine: Engine, folder: Path) -> None:

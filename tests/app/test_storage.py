@@ -78,6 +78,48 @@ def test_an_older_database_is_copied_before_it_changes(tmp_path: Path) -> None:
     database.close()
 
 
+@pytest.mark.parametrize("content", [b"garbage" * 1000, b"SQLite format 3\0" + b"x" * 4080])
+def test_a_damaged_database_is_a_sentence_that_names_the_copies(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "tsr.sqlite"
+    file.write_bytes(content)
+    database = Database(f"sqlite:///{file}")
+    with pytest.raises(StorageError) as refused:
+        database.migrate(tmp_path / "backups")
+    assert str(refused.value) == (
+        f"The database {file} is damaged or none of tsr: file is not a database. Move it away and put back a copy from "
+        f"{tmp_path / 'backups'}, or name another data folder with --home."
+    )
+    assert file.read_bytes() == content
+    database.close()
+
+
+def test_a_database_that_breaks_while_it_is_copied_is_a_sentence(
+    database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_engine: object, _folder: Path) -> None:
+        raise sqlite3.DatabaseError("database disk image is malformed")
+
+    with database.write() as session:
+        session.connection().exec_driver_sql("UPDATE alembic_version SET version_num = '0002'")
+    monkeypatch.setattr(migrating, "_copy", broken)
+    with pytest.raises(StorageError, match=r"malformed\. Move it away and put back a copy from .*backups"):
+        database.migrate(tmp_path / "backups")
+    database.close()
+
+
+def test_a_database_that_cannot_be_opened_is_a_sentence(tmp_path: Path) -> None:
+    for url, words in (
+        (f"sqlite:///{tmp_path}", f"The database {tmp_path} cannot be used: unable to open database file."),
+        ("postgresql+psycopg://somebody@/name?host=/nowhere", "The database cannot be used: "),
+    ):
+        database = Database(url)
+        with pytest.raises(StorageError) as refused:
+            database.migrate()
+        assert str(refused.value).startswith(words)
+        assert "\n" not in str(refused.value)
+        database.close()
+
+
 def test_behind_a_writer_that_hangs_others_fail_and_do_not_wait_for_ever(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
