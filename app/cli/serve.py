@@ -23,6 +23,7 @@ from fastapi import FastAPI
 from app.main import create_app
 from app.security.tokens import home_token
 from app.settings import Settings
+from app.storage.database import sqlite_file
 from tsr_engine.cli.common import say
 from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
@@ -54,9 +55,9 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
 
     Raises:
         UsageError: the port is taken.
-        StorageError: another server uses the data folder, or it cannot be written.
+        StorageError: another server uses the data folder or its SQLite database, or they cannot be written.
     """
-    lock = _only_one(settings.home)
+    locks = _only_one(settings)
     note = settings.home / _RUNNING
     note.unlink(missing_ok=True)  # of a server that was killed
     listener = _listen(settings)
@@ -80,7 +81,8 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         server.run(sockets=[listener])
     finally:
         note.unlink(missing_ok=True)
-        os.close(lock)
+        for lock in locks:
+            os.close(lock)
         gc.freeze()  # the interpreter would look through all of it once more before it ends, for over a second
 
 
@@ -144,16 +146,33 @@ def _sentence(error: urllib.error.HTTPError) -> str:
         return str(error)
 
 
-def _only_one(home: Path) -> int:
-    """A lock on the data folder, freed by the kernel when this process ends."""
+def _only_one(settings: Settings) -> list[int]:
+    """Locks on the data folder and its SQLite file, freed by the kernel when this process ends.
+
+    The file has one of its own, for a server with another data folder can be pointed at it. Which jobs are alive is
+    told by locks in the data folder, so to each of two servers all jobs of the other would be dead.
+    """
+    home = settings.home
+    database = sqlite_file(settings.database)
     try:
         home.mkdir(parents=True, exist_ok=True)
-        file = os.open(home / _LOCK, os.O_RDWR | os.O_CREAT, 0o600)
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise StorageError(f"Another server uses {home}. Use its page, or choose another --home.") from None
     except OSError as error:
         raise StorageError(f"Cannot use the data folder {home}: {error.strerror}. Choose another --home.") from None
+    locks = [_lock(home / _LOCK, f"the data folder {home}", "--home")]
+    if database is not None:
+        place = database.with_name(f"{database.name}.lock")
+        locks.append(_lock(place, f"the database {database}", "--home" if database.parent == home else "--database"))
+    return locks
+
+
+def _lock(place: Path, what: str, option: str) -> int:
+    try:
+        file = os.open(place, os.O_RDWR | os.O_CREAT, 0o600)
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise StorageError(f"Another server uses {what}. Use its page, or choose another {option}.") from None
+    except OSError as error:
+        raise StorageError(f"Cannot use {what}: {error.strerror}. Choose another {option}.") from None
     return file
 
 

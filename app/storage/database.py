@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from app.errors import ApiError, Busy, Invalid, StorageFull
 from tsr_engine.errors import UsageError
 
-__all__ = ["Database", "storage_failure"]
+__all__ = ["Database", "sqlite_file", "storage_failure"]
 
 _WAIT_MS = 8000
 """How long SQLite waits for another writer."""
@@ -34,6 +34,17 @@ def _require_driver(url: str) -> None:
             "Expected the address of a database, such as postgresql+psycopg://user@host/name. Got one that begins with "
             f"{url.partition(':')[0]!r}."
         ) from None
+
+
+def sqlite_file(url: str) -> Path | None:
+    """The file of a SQLite database, links resolved; None: another database, or one in memory.
+
+    Raises:
+        UsageError: no address, or one of a database without a driver here.
+    """
+    _require_driver(url)
+    name = (make_url(url).database or "").removeprefix("file:")
+    return Path(name).resolve() if url.startswith("sqlite") and name and name != ":memory:" else None
 
 
 class Database:

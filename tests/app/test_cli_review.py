@@ -122,6 +122,25 @@ def test_a_second_call_says_what_the_first_cannot_follow(running: Running, tmp_p
     assert "warning: --root, --workers changes nothing there. End that server first" in again.stderr
 
 
+def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_path: Path) -> None:
+    """Each would take the other's jobs for dead, for the locks of those lie in the other's data folder."""
+    link = tmp_path / "link.sqlite"
+    link.symlink_to(running.home / "tsr.sqlite")
+    for name in (running.home / "tsr.sqlite", link):
+        done = subprocess.run(
+            [*COMMAND, "--port", "0", "--database", f"sqlite:///{name}"],
+            env=_environment(tmp_path / "another home"),
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+        assert done.returncode == 6, done.stderr
+        what = f"Another server uses the database {running.home / 'tsr.sqlite'}."
+        assert done.stderr.strip() == f"tsr: {what} Use its page, or choose another --database."
+    assert running.get("/api/videos") == {"videos": []}
+
+
 def test_a_killed_servers_note_gives_the_secret_to_nobody(tmp_path: Path) -> None:
     """Its port may be somebody else's by now."""
     home = tmp_path / "home"
@@ -166,7 +185,10 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
             [*COMMAND, *arguments], env=environment, capture_output=True, text=True, timeout=60, check=False
         )
 
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / "tsr.sqlite").write_bytes(b"garbage" * 1000)
     for done, words in (
+        (call("--port", "0", TSR_HOME=str(tmp_path / "damaged")), f"a copy from {tmp_path / 'damaged' / 'backups'}"),
         (call("missing.mp4"), "There is no video"),
         (call(__file__), "is not a video"),
         (call("--root", "/none"), "There is no folder of videos at /none"),
