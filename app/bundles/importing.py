@@ -161,10 +161,12 @@ class BundleImports:
             if not stream.read(4).startswith(b"PK"):
                 raise _refused(f"{path.name} is no ZIP archive. Choose a file that 'tsr bundle' or the tool has made.")
         limit = self._settings.worker_memory_mb * 2**20
+        # so that it ends by itself when this process, which would stop it, is killed meanwhile
+        computing = int(_TIMEOUT) * (os.cpu_count() or 1)
         command = [sys.executable, "-m", "tsr_engine.bundle.check", str(path), str(folder)]
         try:
             done = subprocess.run(  # noqa: S603 - our own module
-                [*command, str(self._settings.max_pixels), str(limit)],
+                [*command, str(self._settings.max_pixels), str(limit), str(computing)],
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
                 timeout=_TIMEOUT,

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 
 from app.jobs.context import Stopped, TaskContext
+from app.jobs.watchdog import watched
 from app.runs.start import queue_first_runs
 from app.storage.models import Video
 from app.videos.glance import glance_path
@@ -21,9 +22,11 @@ from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["THUMBNAIL_WIDTH", "import_video"]
+__all__ = ["MOST_COMPUTING", "THUMBNAIL_WIDTH", "import_video"]
 
 THUMBNAIL_WIDTH = 480
+MOST_COMPUTING = 300.0
+"""Processor time that one frame may take, seconds: a hundred times that of the largest picture that is let in."""
 _TELL = 0.5
 
 
@@ -31,10 +34,18 @@ def import_video(task: TaskContext) -> None:
     """Decode to the end, so that frame k is known to be there before anybody asks for it."""
     with task.database.read() as session:
         video = session.get_one(Video, task.job.subject)
-    told = 0.0
+    told, done = 0.0, 0
+
+    def too_slow() -> str:
+        return (
+            f"Frame {done} could not be decoded within {MOST_COMPUTING:.0f} s of computing. The file may be damaged "
+            "there: encode it anew, then add that."
+        )
 
     def tell(confirmed: int) -> None:
-        nonlocal told
+        nonlocal told, done
+        done = confirmed
+        got_on()
         if task.leaving():
             raise Stopped
         now = time.monotonic()
@@ -54,7 +65,7 @@ def import_video(task: TaskContext) -> None:
     if video_sha256(path) != video.id:
         raise VideoError(f"{path} has changed since it was added. Add it again as another video.")
     copy = glance_path(task.settings.home, video.id)
-    with open_video(path, limits=task.settings.video_limits) as file:
+    with watched(task, MOST_COMPUTING, too_slow) as got_on, open_video(path, limits=task.settings.video_limits) as file:
         table = decode_all(file, copy, tell)
         middle = file.read(len(table) // 2).picture
         last = len(table) - 1

@@ -1,6 +1,7 @@
 """A bundle made ready for a library, in a process of its own.
 
-``python -m tsr_engine.bundle.check BUNDLE FOLDER PIXELS BYTES``: largest picture, px, and memory that may be used.
+``python -m tsr_engine.bundle.check BUNDLE FOLDER PIXELS BYTES SECONDS``: largest picture, px, and memory and processor
+time that may be used.
 
 Everything that a stranger's file can harm happens here: unpacking, decoding, reading a foreign database. The last line
 on stdout is JSON: ``{"ok": {...}}``, or ``{"error": "one sentence", "kind": ...}``. In the folder stay
@@ -151,8 +152,10 @@ def answer(path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
 
 def main(arguments: list[str]) -> int:
     """Run the check and print what it found."""
-    path, folder, pixels, limit = Path(arguments[0]), Path(arguments[1]), int(arguments[2]), int(arguments[3])
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    path, folder = Path(arguments[0]), Path(arguments[1])
+    pixels, memory, computing = (int(number) for number in arguments[2:5])
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_CPU, (computing, computing))
     print(json.dumps(answer(path, folder, VideoLimits(max_pixels=pixels))))
     return 0
 

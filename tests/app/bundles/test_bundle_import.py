@@ -39,7 +39,7 @@ def checked_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Check bundles in this process: starting one for each costs seconds, and is proved by the round trip."""
 
     def run(command: list[str], **_: Any) -> Any:
-        path, folder, pixels, _limit = command[3:]
+        path, folder, pixels = command[3:6]
         found = check.answer(Path(path), Path(folder), VideoLimits(max_pixels=int(pixels)))
         return SimpleNamespace(stdout=json.dumps(found).encode())
 

@@ -1,0 +1,64 @@
+"""An end for work that computes without getting on, such as the decoding of a video that was made to be slow.
+
+A limit on all the time of a process would be one on the length of videos. So the time between two steps is limited.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+
+from sqlalchemy.exc import SQLAlchemyError
+
+from app.jobs.context import TaskContext
+from app.jobs.outcome import report_failure
+
+__all__ = ["watched"]
+
+_log = logging.getLogger("tsr.worker")
+
+
+@contextmanager
+def watched(
+    task: TaskContext, most: float, sentence: Callable[[], str], every: float = 1.0
+) -> Iterator[Callable[[], None]]:
+    """Fail the job and end its process when a step computes for too long.
+
+    The step may be one call of a decoder that never returns: nothing but the end of the process ends that. Waiting for
+    a slow disk costs no computing and is no reason.
+
+    Args:
+        task: the job.
+        most: processor time of this process that one step may take, on all its threads together, seconds.
+        sentence: what people are told then.
+        every: between two looks, seconds.
+
+    Yields:
+        To be called after each step.
+    """
+    over = threading.Event()
+    began = time.process_time()
+
+    def step() -> None:
+        nonlocal began
+        began = time.process_time()
+
+    def look() -> None:
+        while not over.wait(every):
+            if time.process_time() - began > most:
+                _log.warning("Job %s computes without getting on; its process ends.", task.job.id)
+                with suppress(SQLAlchemyError):  # else the supervisor finds a dead worker, and tells that
+                    report_failure(task, sentence())
+                os._exit(1)
+
+    thread = threading.Thread(target=look, name="watchdog", daemon=True)
+    thread.start()
+    try:
+        yield step
+    finally:
+        over.set()
+        thread.join()
