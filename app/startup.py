@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from app.artefacts.placing import sweep as sweep_placing
 from app.context import Context
 from app.jobs.supervisor import Supervisor
+from app.storage.room import shortage
 from app.streaming import EventStream
 
 __all__ = ["Running", "start", "stop"]
@@ -32,7 +33,7 @@ def start(context: Context) -> Running:
     context.imports.sweep()
     context.runs.sweep()
     sweep_placing(context.settings.home, context.database)
-    stream = EventStream(context.database, context.events)
+    stream = EventStream(context.database, context.events, lambda: shortage(context.settings.home))
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.jobs, lambda: stream.pages > 0)

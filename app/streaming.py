@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -20,6 +20,8 @@ __all__ = ["EventStream"]
 _TURN = 0.12
 _BEAT = 10.0
 _MOST_WAITING = 2000
+_LOOK = 16
+"""Turns from one look at the disk to the next."""
 _log = logging.getLogger("tsr.events")
 
 
@@ -28,11 +30,20 @@ class EventStream:
 
     A page names the last number it has seen and gets everything after it, without gap and without double. One that is
     too far behind, or too slow, is told to load everything anew (``reset``).
+
+    A full disk is told beside the numbered stream (``storage``), which could not be written then.
+
+    Args:
+        database: where the events are.
+        events: the bus.
+        shortage: a sentence while the disk is full; None: there is room.
     """
 
-    def __init__(self, database: Database, events: EventBus) -> None:
+    def __init__(self, database: Database, events: EventBus, shortage: Callable[[], str | None] = lambda: None) -> None:
         self._database = database
         self._events = events
+        self._shortage = shortage
+        self._full: str | None = None
         self._pages: set[asyncio.Queue[str | None]] = set()
         self._seen = 0
         self._task: asyncio.Task[None] | None = None
@@ -72,6 +83,8 @@ class EventStream:
         self._pages.add(page)
         try:
             yield f'id: {seen}\nevent: hello\ndata: {{"seq": {seen}}}\n\n'
+            if self._full is not None:
+                yield _storage(self._full)
             for event in missed or ():
                 if event.seq > seen:
                     seen = event.seq
@@ -89,7 +102,7 @@ class EventStream:
                     continue
                 if text is None:
                     return
-                if int(text[4 : text.index("\n")]) > seen:
+                if not text.startswith("id: ") or int(text[4 : text.index("\n")]) > seen:
                     yield text
         finally:
             self._pages.discard(page)
@@ -120,6 +133,8 @@ class EventStream:
             try:
                 found = await asyncio.to_thread(self._range, self._seen)
                 self._turns += 1
+                if self._turns % _LOOK == 1:
+                    await self._look_at_disk()
                 if self._turns % 2000 == 0:
                     await asyncio.to_thread(self._prune)
             except SQLAlchemyError as error:
@@ -136,9 +151,20 @@ class EventStream:
                     elif page.qsize() == _MOST_WAITING:
                         page.put_nowait(None)  # the page reconnects with its number and catches up, or resets
 
+    async def _look_at_disk(self) -> None:
+        """Tell the pages when the disk becomes full, and when there is room again."""
+        before, self._full = self._full, await asyncio.to_thread(self._shortage)
+        if (before is None) != (self._full is None):
+            for page in self._pages:
+                page.put_nowait(_storage(self._full))
+
     def _prune(self) -> None:
         with self._database.write() as session:
             self._events.prune(session)
+
+
+def _storage(text: str | None) -> str:
+    return f"event: storage\ndata: {json.dumps({'text': text})}\n\n"
 
 
 def _text(event: Event) -> str:

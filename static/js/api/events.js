@@ -21,6 +21,7 @@
  * @property {number} [after]        begin after this event
  * @property {(event: ServerEvent) => void} onEvent
  * @property {(connection: 'online'|'offline') => void} [onConnection]   online: from now on nothing is missed
+ * @property {(text: string|null) => void} [onStorage]   the disk is full, in a sentence; null: there is room again
  * @property {() => void} [onReset]  the server no longer has what was missed: load everything anew
  * @property {() => void} [onDenied] the credential is gone (401, 403): a person has to act
  * @property {typeof fetch} [fetch]
@@ -40,7 +41,7 @@ const LONGEST_WAIT = 15_000;
  * @returns {Stream}
  */
 export function openStream(options) {
-  const {url = '/api/events', onEvent, onConnection, onReset, onDenied, wait = sleep, silence = 30_000} = options;
+  const {url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, silence = 30_000} = options;
   const fetch = options.fetch ?? globalThis.fetch.bind(globalThis);
   const whole = new AbortController();
   const closed = options.signal ? AbortSignal.any([whole.signal, options.signal]) : whole.signal;
@@ -58,12 +59,16 @@ export function openStream(options) {
       return;
     }
     if (!message.data) return;
-    /** @type {ServerEvent} */
+    /** @type {any} */
     let event;
     try {
       event = JSON.parse(message.data);
     } catch {
       return; // Half a message of a dying connection; the next one brings it again.
+    }
+    if (message.event === 'storage') {
+      onStorage?.(event.text);
+      return;
     }
     if (typeof event.seq !== 'number' || last !== null && event.seq <= last) return;
     last = event.seq;

@@ -31,10 +31,13 @@ export function startLive(app, hooks = {}) {
       app.hear(event);
       hooks.onEvent?.(event);
     },
+    onStorage: (text) => {
+      store.dispatch((state) => (text === null ? hideBanner(state, 'storage') : showBanner(state, {id: 'storage', tone: 'error', text})));
+    },
     onConnection: (connection) => {
       clearTimeout(timer);
       if (connection === 'online') {
-        store.dispatch((state) => hideBanner(hideBanner(setConnection(state, 'online'), 'offline'), 'denied'));
+        store.dispatch((state) => hideBanner(hideBanner(hideBanner(setConnection(state, 'online'), 'offline'), 'denied'), 'storage'));
         // The list was asked for before the stream stood: what changed in between is in neither.
         if (!seenOnline) void reload();
         seenOnline = true;

@@ -32,6 +32,7 @@ async function play(script) {
   const asked = /** @type {(string|null)[]} */ ([]);
   const states = /** @type {string[]} */ ([]);
   const waits = /** @type {number[]} */ ([]);
+  const storage = /** @type {(string|null)[]} */ ([]);
   let resets = 0;
   let denied = 0;
   /** @type {() => void} */
@@ -49,14 +50,14 @@ async function play(script) {
     return typeof next === 'number' ? new Response('', {status: next}) : new Response(next);
   });
   const stream = openStream({
-    fetch, onEvent: (event) => seen.push(event.seq), onConnection: (state) => states.push(state), onReset: () => (resets += 1), onDenied: () => (denied += 1),
+    fetch, onEvent: (event) => seen.push(event.seq), onConnection: (state) => states.push(state), onStorage: (text) => storage.push(text), onReset: () => (resets += 1), onDenied: () => (denied += 1),
     wait: async (ms) => {
       waits.push(ms);
     },
   });
   await finished;
   stream.close();
-  return {seen, asked, states, waits, resets, denied};
+  return {seen, asked, states, waits, storage, resets, denied};
 }
 
 test('a broken stream goes on after the last number, without gap and without double', async () => {
@@ -82,6 +83,14 @@ test('refusals wait longer each time; the number after a reset counts from there
   assert.deepEqual(found.waits.slice(0, 3), [500, 1000, 2000]);
   assert.equal(found.resets, 1);
   assert.deepEqual(found.seen, [41]);
+});
+
+test('a full disk is told beside the numbered stream', async () => {
+  const full = (/** @type {string} */ text) => `event: storage\ndata: {"text":${text}}\n\n`;
+  const found = await play([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${full('"full"')}${change(4)}${full('null')}`]);
+  assert.deepEqual(found.storage, ['full', null]);
+  assert.deepEqual(found.seen, [4]);
+  assert.deepEqual(found.asked, [null, '4']);
 });
 
 test('a lost credential is told apart from a lost server', async () => {

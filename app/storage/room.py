@@ -1,0 +1,26 @@
+"""Whether there is room left for what people do."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Final
+
+__all__ = ["LEAST", "shortage"]
+
+LEAST: Final = 16 * 2**20
+"""Bytes; below them the database and the files of jobs cannot be relied on to be written."""
+
+
+def shortage(home: Path) -> str | None:
+    """A sentence if the disk of the data folder is full, or nearly; None: there is room."""
+    try:
+        free = shutil.disk_usage(home).free
+    except OSError:
+        return None  # whoever writes there is told what is wrong
+    if free >= LEAST:
+        return None
+    return (
+        f"The disk of the data folder is full: {free / 2**20:.0f} MiB are left. New work waits or fails, and what you "
+        "change is kept in this page. Free some space."
+    )
