@@ -36,7 +36,11 @@ LABELS = CLASS_NAMES
 
 @dataclass(frozen=True, slots=True)
 class VideoFacts:
-    """A video without its tracks; see :class:`tsr_engine.exchange.dataset.DatasetVideo`."""
+    """A video without its tracks; see :class:`tsr_engine.exchange.dataset.DatasetVideo`.
+
+    Attributes:
+        known: the file has been compared with ``sha256``, or nobody has touched it since.
+    """
 
     name: str
     sha256: str
@@ -48,6 +52,8 @@ class VideoFacts:
     constant_rate: bool
     path: Path | None
     limits: VideoLimits | None = None
+    table: FrameTable | None = None
+    known: bool = False
 
     def without_tracks(self) -> DatasetVideo:
         """The bare video, for an import to be laid onto."""
@@ -64,6 +70,7 @@ class VideoFacts:
             path=self.path,
             stop=self.frames,
             limits=self.limits,
+            table=self.table,
         )
 
 
@@ -156,6 +163,7 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
         size = reader.query("SELECT width, height FROM frames LIMIT 1")
         if not size:
             raise Conflict(f"{folder} has stored nothing: there is nothing to export.", code="no_evidence")
+        table: FrameTable | None = None
         if video is not None:
             with open_video(video) as file:
                 table, announced = file.table, float(file.rate)
@@ -166,7 +174,17 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
             frames = max(int(header.frame_table.get("frames", 0)), (reader.last_frame or 0) + 1)
             rate, constant, times = _stored_times(reader, frames)
     facts = VideoFacts(
-        header.video.name, header.video.sha256, size[0][0], size[0][1], frames, rate, times, constant, video
+        name=header.video.name,
+        sha256=header.video.sha256,
+        width=size[0][0],
+        height=size[0][1],
+        frames=frames,
+        rate=rate,
+        times=times,
+        constant_rate=constant,
+        path=video,
+        table=table,
+        known=True,
     )
     return source_of(folder, {}, facts, 0, {"name": folder.name, "kind": "engine"})
 

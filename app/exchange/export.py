@@ -18,6 +18,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.manifest import Manifest
 from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.exchange.split import SUBSETS, Split, deal
+from tsr_engine.io.video_probe import video_sha256
 
 __all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export_sources", "summary_of"]
 
@@ -99,18 +100,16 @@ def export_sources(
 
     Raises:
         UsageError: an option.
-        ExportError: the format cannot hold the data, pictures are wanted of a video that is not there, nothing is left.
+        ExportError: the format cannot hold the data, nothing is left, or pictures are wanted of a video whose file is
+            not there or has become another.
+        VideoError: that file cannot be read.
         StorageError: no room.
     """
     chosen = check_request(request)
     dataset = filtered(dataset_of(sources), _filters(request))
     if request.pictures != "none":
-        for video in dataset.videos:
-            if video.path is None:
-                raise ExportError(
-                    f"The pictures of {video.name} cannot be read: its file is not there. Put it back, name it, or "
-                    "export without pictures."
-                )
+        for source in sources:
+            _require_file(source)
     split: Split | None = None
     if request.split is not None:
         rule = "track" if chosen.name in CROPS and request.split_by == "sign" else request.split_by
@@ -155,6 +154,21 @@ def _fell(content: Mapping[str, Any]) -> dict[str, int]:
     rejected = {(v["sha256"] or v["name"], one["id"]) for v in content["videos"] for one in v.get("negatives", ())}
     sides = Counter(side for video, uid, side in content["split"]["tracks"] if (video, uid) not in rejected)
     return {side: sides[side] for side in SUBSETS if side in sides}
+
+
+def _require_file(source: Source) -> None:
+    """Refuse a run whose video is not there for its pictures; the file is read where somebody has touched it."""
+    video = source.video
+    if video.path is None:
+        raise ExportError(
+            f"The pictures of {video.name} cannot be read: its file is not there. Put it back, name it, or export "
+            "without pictures."
+        )
+    if not video.known and video_sha256(video.path) != video.sha256:
+        raise ExportError(
+            f"{video.path} is not the video of {source.called}: that was {video.name} with the SHA-256 "
+            f"{video.sha256[:12]}... . Put that file back, or export without pictures."
+        )
 
 
 def _filters(request: ExportRequest) -> Filters:

@@ -13,6 +13,7 @@ from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
 from app.settings import Settings
 from app.storage.models import Edit, Run, Video
+from app.videos.same_file import is_untouched
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import RUN_FILE
 
@@ -74,4 +75,6 @@ def video_facts(video: Video, settings: Settings) -> VideoFacts:
         constant_rate=constant,
         path=path if path.is_file() else None,
         limits=settings.video_limits,
+        table=table,
+        known=is_untouched(video, path),
     )

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from exchange_toys import a_dataset, a_track, a_video, there_and_back, tracks_of
 
-from tsr_engine.errors import ExportError
+from tsr_engine.errors import ExportError, VideoError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
@@ -87,6 +87,19 @@ def test_frames_come_one_at_a_time_and_in_order(clip: Path) -> None:
     assert [ordinal for ordinal, _ in seen] == [0, 7, 29]
     assert all(abs(mean - 8 * ordinal) < 6 for ordinal, mean in seen)
     assert not list(stream_frames(_video(clip), np.zeros(0, dtype=np.int64)))
+
+
+def test_frames_of_a_file_that_is_not_that_of_the_table_are_refused(tmp_path: Path, clip: Path) -> None:
+    other = tmp_path / "other.mp4"
+    with VideoWriter(other, 64, 48, Fraction(30)) as writer:
+        for _ in range(30):
+            writer.write(np.zeros((48, 64, 3), np.uint8))
+    with open_video(clip) as video:
+        table = video.confirm()
+    wanted = np.array([7])
+    assert len(list(stream_frames(replace(_video(clip), table=table), wanted))) == 1
+    with pytest.raises(VideoError, match="frame table"):
+        list(stream_frames(replace(_video(other), table=table), wanted))
 
 
 def test_which_frames_are_wanted() -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_limits import VideoLimits
 
 __all__ = ["REJECTED", "Dataset", "DatasetVideo", "Skipped", "Track"]
@@ -72,6 +73,7 @@ class DatasetVideo:
         tracks: makes a new pass over the tracks, in an order that does not change. Of an import, and of a data set
             that is to be exported, with those that people have rejected; what a format's writer gets has none.
         path: the file, where pictures are wanted.
+        table: its frame table from an earlier pass: pictures of another file's frames are refused; None: not known.
         limits: what the file may demand; unset: ``VideoLimits()``.
         first: first frame that was looked at; frames outside ``first <= frame < stop`` say nothing about signs.
         stop: frame after the last that was looked at.
@@ -94,6 +96,7 @@ class DatasetVideo:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     negatives: tuple[Track, ...] = ()
     limits: VideoLimits | None = None
+    table: FrameTable | None = None
 
 
 @dataclass(frozen=True, slots=True)

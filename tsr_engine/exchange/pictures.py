@@ -96,7 +96,7 @@ def stream_frames(video: DatasetVideo, frames: NDArray[np.int64]) -> Iterator[Fr
 
     Raises:
         ExportError: the video's file is not known.
-        VideoError: it cannot be decoded.
+        VideoError: it cannot be decoded, or is not that of the video's frame table.
     """
     if not len(frames):
         return
@@ -104,7 +104,7 @@ def stream_frames(video: DatasetVideo, frames: NDArray[np.int64]) -> Iterator[Fr
         raise ExportError(f"The file of {video.name} is not known, so it has no pictures. Export without pictures.")
     far = 300
     breaks = np.flatnonzero(np.diff(frames) > far) + 1
-    with open_video(video.path, limits=video.limits) as opened:
+    with open_video(video.path, limits=video.limits, table=video.table) as opened:
         for part in np.split(frames, breaks):
             wanted = set(part.tolist())
             for frame in opened.frames(int(part[0]), int(part[-1]) + 1):

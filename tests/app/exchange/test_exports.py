@@ -6,9 +6,11 @@ import errno
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from exchange_desk import Desk, manifest_of, unzipped
 from import_now import work_off
@@ -17,9 +19,10 @@ from app.artefacts.folders import artefact_folder
 from app.artefacts.service import ArtefactService
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
-from app.storage.models import Artefact, Job
+from app.storage.models import Artefact, Job, Video
 from tests.patience import within
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.io.video_writer import VideoWriter
 
 
 def queued(desk: Desk, **request: Any) -> str:
@@ -114,6 +117,28 @@ def test_pictures_and_split_go_along(untouched: Desk) -> None:
     crops = desk.export(format="gtsrb", pictures="annotated", stop=40)
     assert crops["state"] == "complete", crops["error"]
     assert crops["summary"]["split"]["tracks"] == {}
+
+
+@pytest.mark.parametrize("format", ["mot", "gtsrb"])
+def test_pictures_of_another_file_in_the_place_of_the_video_do_not_go_out(
+    desk: Desk, tmp_path: Path, format: str
+) -> None:
+    with desk.server.context.database.read() as session:
+        mine = Path(session.get_one(Video, desk.video_id).path)
+    other = tmp_path / "another" / "drive.mp4"
+    other.parent.mkdir()
+    with VideoWriter(other, 128, 96, Fraction(25)) as writer:
+        for k in range(75):
+            writer.write(np.full((96, 128, 3), 3 * k, np.uint8))
+    with desk.server.context.database.write() as session:
+        session.get_one(Video, desk.video_id).path = str(other)
+    artefact = desk.export(format=format, pictures="annotated", stop=40)
+    assert artefact["state"] == "failed"
+    assert f"{other} is not the video of the run" in artefact["error"]
+    assert rubbish(desk) == []
+    assert desk.export(format="mot", stop=40)["state"] == "complete", "boxes need no file"
+    other.write_bytes(mine.read_bytes())
+    assert desk.export(format=format, pictures="annotated", stop=40)["state"] == "complete", "a copy is the video"
 
 
 def test_how_a_split_fell_is_told_of_signs_alone(desk: Desk) -> None:
