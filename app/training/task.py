@@ -8,13 +8,18 @@ from __future__ import annotations
 
 import shutil
 import time
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sqlalchemy.orm import undefer
+
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Artefact, ModelVersion, Video
 from app.training.view import publish_model
+from app.videos.same_file import is_same
+from app.videos.words import in_words
 from tsr_engine.errors import InputError, ModelError
 from tsr_engine.io.unfinished import fsync_path
 
@@ -113,16 +118,22 @@ def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExpor
             raise InputError(f"The export {entry['name']} was removed meanwhile. Export again.")
         path, name = task.settings.home / artefact.path, artefact.name
 
+    notes: list[str] = []
+
     def find(sha256: str, _name: str) -> Path | None:
         with task.database.read() as session:
-            video = session.get(Video, sha256)
-        if video is None or not Path(video.path).is_file() or Path(video.path).stat().st_size != video.size:
+            video = session.get(Video, sha256, options=(undefer(Video.frame_table),))
+        if video is None or not Path(video.path).is_file():
+            return None
+        if not is_same(video, Path(video.path)):
+            changed = f"{name}: {video.path} has changed since it was added and was not learned from."
+            notes.append(in_words(video, changed))
             return None
         return Path(video.path)
 
     opened = open_export(path, find, work, task.settings.video_limits)
     about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
-    return type(opened)(opened.dataset, opened.pictures, opened.sides, about, opened.notes)
+    return replace(opened, about=about, notes=(*notes, *opened.notes))
 
 
 def _settle(part: Path, final: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import uuid
@@ -19,7 +20,7 @@ from toy_server import Server
 
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
-from app.storage.models import Job, ModelVersion, Run
+from app.storage.models import Job, ModelVersion, Run, Video
 from app.training.folders import begin_with, models_of_run
 from app.training.task import retrain_models
 from tsr_engine.errors import ModelError
@@ -259,6 +260,26 @@ def test_an_export_that_is_gone_fails_with_a_sentence(desk: Desk) -> None:
     work_off(desk.server.context, "retrain")
     assert desk.view(made)["state"] == "failed"
     assert "There is no export at" in desk.view(made)["error"]
+
+
+def test_a_video_that_has_changed_is_not_learned_from(desk: Desk, export: str) -> None:
+    """As many bytes as before: only their digest tells."""
+    with desk.home.database.read() as session:
+        path = Path(session.get_one(Video, desk.home.video_id).path)
+    content, status = path.read_bytes(), path.stat()
+    try:
+        path.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+        os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 10**9))
+        version = desk.train(exports=[export], parts=["online"])
+        assert version["state"] == "failed"
+        assert f"{path} has changed since it was added and was not learned from" in version["error"]
+
+        path.write_bytes(content)
+        os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 2 * 10**9))
+        assert desk.train(exports=[export], parts=["online"])["state"] == "complete", "touched, the same bytes"
+    finally:
+        path.write_bytes(content)
+        os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
 
 
 def test_the_command_line_sees_the_same(
