@@ -79,6 +79,10 @@ def _irregular(k: int) -> int:
     return k * 40 + (k * k * 13) % 37  # milliseconds, never going back
 
 
+def _some_twice(k: int) -> int:
+    return 40 * (k - (k >= 10 and k % 7 == 3))  # milliseconds: frames 10, 17, 24, ... are shown with the one before
+
+
 RECIPES: dict[str, Recipe] = {
     "constant": Recipe(options=x264()),
     "ntsc": Recipe(options=x264(bf="2"), time_base=Fraction(1001, 30000)),
@@ -96,6 +100,15 @@ RECIPES: dict[str, Recipe] = {
         ".webm", "libvpx-vp9", {"cpu-used": "8", "deadline": "realtime", "g": "12"}, size=(101, 67), count=20
     ),
     "matroska_variable": Recipe(".mkv", options=x264(bf="2"), ticks=_irregular, time_base=Fraction(1, 1000)),
+    # a clock of milliseconds, which is too coarse: every second frame has the stamp of the one before it
+    "repeated_stamps": Recipe(".mkv", options=x264(g="1"), ticks=lambda k: k // 2 * 40, time_base=Fraction(1, 1000)),
+    "repeated_stamps_ffv1": Recipe(
+        ".mkv", "ffv1", {"g": "1"}, pix_fmt="bgr0", ticks=_some_twice, time_base=Fraction(1, 1000)
+    ),
+    "repeated_stamps_gop": Recipe(".mkv", options=x264(bf="2"), ticks=_some_twice, time_base=Fraction(1, 1000)),
+    "fast": Recipe(
+        ".mkv", "ffv1", {"g": "1"}, pix_fmt="bgr0", ticks=lambda k: k // 2, time_base=Fraction(1, 1000), count=100
+    ),
     "avi_h264": Recipe(".avi", options=x264(bf="2")),
     "avi_mpeg4": Recipe(".avi", "mpeg4", {"bf": "2", "g": "12", "qscale": "2"}),
     "avi_mjpeg": Recipe(".avi", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12),

@@ -137,3 +137,22 @@ def test_a_ledger_refuses_another_files_rows(wrong: str) -> None:
     assert (len(ledger), ledger.complete, ledger.damaged) == (4, False, False)
     assert ledger.adopt(table)
     assert ledger.complete
+
+
+def test_a_key_frame_that_shares_its_stamp_is_no_place_to_start() -> None:
+    ledger = FrameLedger(Fraction(1, 1000))
+    for k, (stamp, key) in enumerate([(0, True), (5, True), (5, False), (7, False), (8, True), (8, True), (9, True)]):
+        ledger.record(k, stamp, key=key, corrupt=False)
+    assert [ledger.start_at_or_before(k) for k in range(7)] == [0] * 7, "what follows the last row may share its stamp"
+    assert ledger.finish(7)
+    assert [ledger.start_at_or_before(k) for k in range(7)] == [*[0] * 6, 6]
+    assert [ledger.key_at_or_before(k) for k in range(7)] == [0, 1, 1, 1, 4, 5, 6]
+    assert FrameLedger(Fraction(1, 1000)).start_at_or_before(0) is None
+
+
+def test_a_stamp_that_comes_again_much_later_is_shared_too() -> None:
+    ledger = FrameLedger(Fraction(1, 1000))
+    for k, stamp in enumerate([0, 6, 3, 6, 4]):
+        ledger.record(k, stamp, key=True, corrupt=False)
+    assert ledger.finish(5)
+    assert [ledger.start_at_or_before(k) for k in range(5)] == [0, 0, 2, 2, 4]

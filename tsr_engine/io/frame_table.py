@@ -161,6 +161,8 @@ class FrameLedger:
         self._lock = threading.Lock()
         self._stamps = array("q")
         self._flags = bytearray()
+        self._starts = b""
+        self._starts_of = (0, False)
         if head is not None:
             self.adopt(head)
 
@@ -230,6 +232,24 @@ class FrameLedger:
     def key_at_or_before(self, k: int) -> int | None:
         """The last key frame at or before frame k, of the confirmed ones."""
         found = max(self._flags.rfind(flags, 0, k + 1) for flags in (_KEY, _KEY | _CORRUPT))
+        return found if found >= 0 else None
+
+    def start_at_or_before(self, k: int) -> int | None:
+        """The last key frame at or before frame k that no other frame can be mistaken for: none has its stamp.
+
+        Frames share a stamp where a file's clock is too coarse for its rate. The one after the last row may share the
+        stamp of that, as long as it is not known.
+        """
+        with self._lock:
+            state = (len(self._stamps), self.complete)
+            if state != self._starts_of:
+                stamps = np.array(self._stamps, dtype=np.int64)
+                _, place, count = np.unique(stamps, return_inverse=True, return_counts=True)
+                alone = count[place] == 1
+                alone[-1:] &= self.complete
+                is_key = (np.frombuffer(bytes(self._flags), dtype=np.uint8) & _KEY).astype(np.bool_)
+                self._starts, self._starts_of = (is_key & alone).tobytes(), state
+            found = self._starts.rfind(1, 0, k + 1)
         return found if found >= 0 else None
 
     def corrupt_between(self, first: int, last: int) -> bool:

@@ -138,6 +138,9 @@ class Video:
                 is_ahead = ~np.isin(stamps, confirmed)
                 if len(confirmed) and not self._by_rank:
                     is_ahead &= ticks > confirmed[-1]
+                    # frames may share a stamp: those that share the last one beyond the confirmed are ahead too
+                    same = np.flatnonzero(stamps == confirmed[-1])
+                    is_ahead[same[np.count_nonzero(confirmed == confirmed[-1]) :]] = True
                 ahead, key = stamps[is_ahead], key[is_ahead]
             n = len(confirmed) + len(ahead)
             times = np.array([self._ticks(k, 0) for k in range(n)], dtype=np.int64) if self._by_rank else None

@@ -105,24 +105,25 @@ class Cursor:
             return self._current is not None
         if not -1 <= self.position < k:
             return False
-        key = self._ledger.key_at_or_before(known) if known >= 0 else None
-        return k - self.position <= _NEAR or key is None or key <= self.position
+        start = self._ledger.start_at_or_before(known) if known >= 0 else None
+        return k - self.position <= _NEAR or start is None or start <= self.position
 
     def _starts(self, k: int) -> Iterator[int]:
         """Key frames from which frame k decodes as it does in sequence, nearest first.
 
-        Concealment leaves marks in the decoder beyond the next key frame, so the pictures from the start to the key
-        frame after it, and from the key frame before it, must be whole.
+        A search finds a stamp, so a key frame that shares its own with a neighbour is none: the search may lead to
+        either. Concealment leaves marks in the decoder beyond the next key frame, so the pictures from the start to
+        the key frame after it, and from the key frame before it, must be whole.
         """
         last = k
         for _ in range(_STEPS_BACK):
-            key = self._ledger.key_at_or_before(last) if last >= 0 else None
-            if key is None:
+            start = self._ledger.start_at_or_before(last) if last >= 0 else None
+            if start is None:
                 return
-            before = self._ledger.key_at_or_before(key - 1) if key > 0 else key
-            if not self._ledger.corrupt_between(key if before is None else before, last):
-                yield key
-            last = key - 1
+            before = self._ledger.key_at_or_before(start - 1) if start > 0 else start
+            if not self._ledger.corrupt_between(start if before is None else before, last):
+                yield start
+            last = start - 1
 
     def _jump(self, start: int, k: int) -> bool:
         """Seek to key frame ``start`` and decode to frame k; false where the decoder arrives elsewhere."""
