@@ -9,7 +9,7 @@ from app.edits import commands as c
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
 from app.edits.join import join
 
-__all__ = ["CommandError", "apply_command", "touched_keys"]
+__all__ = ["CommandError", "apply_command", "touched_keys", "with_class"]
 
 Docs = Mapping[str, TrackDoc]
 
@@ -23,6 +23,21 @@ def touched_keys(command: Any) -> list[str]:
     others = list(command.others) if isinstance(command, c.Merge | c.ReviewTracks) else []
     new = [command.new_key] if isinstance(command, c.Split) else []
     return list(dict.fromkeys([command.key, *others, *new]))
+
+
+def with_class(docs: Docs, command: Any, label: Callable[[int], int | None]) -> Any:
+    """The command with the engine's class of its track, where it hands that on (a split).
+
+    Args:
+        docs: documents of at least the touched tracks.
+        command: see :mod:`app.edits.commands`.
+        label: number of an engine's track -> its class, None: unknown.
+    """
+    doc = docs.get(command.key) if isinstance(command, c.Split) else None
+    if doc is None or doc.class_id is not None:
+        return command
+    track = doc.began_as()
+    return command.model_copy(update={"class_id": None if track is None else label(track)})
 
 
 def apply_command(docs: Docs, command: Any, author: str = "", time: str = "") -> dict[str, TrackDoc]:
@@ -243,7 +258,14 @@ def _split(docs: Docs, doc: TrackDoc, command: Any) -> dict[str, TrackDoc]:
     )
     if old.empty() or new.empty():
         raise CommandError(f"Track {doc.key} has nothing on one side of frame {frame}. Split it in between.")
-    return {old.key: old, new.key: new}
+    return {half.key: _with_class(half, command.class_id) for half in (old, new)}
+
+
+def _with_class(doc: TrackDoc, class_id: int | None) -> TrackDoc:
+    """The document with the class that it showed, where it has lost all that the engine's label comes with."""
+    if doc.class_id is not None or doc.began_as() is not None:
+        return doc
+    return doc.model_copy(update={"class_id": class_id})
 
 
 def _clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment, ...]:

@@ -58,10 +58,15 @@ class Merge(_OnTrack):
 
 
 class Split(_OnTrack):
-    """From this frame on it is another track."""
+    """From this frame on it is another track.
+
+    ``class_id`` is what the page takes the engine's class of the track to be, for a half without a piece of the
+    engine's; the server asks the evidence instead.
+    """
 
     name: Literal["split"]
     new_key: Annotated[str, Field(pattern=r"^h[0-9a-z]{6,40}$")]
+    class_id: ClassId | None = None
 
 
 class DeleteFrom(_OnTrack):

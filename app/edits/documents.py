@@ -141,6 +141,12 @@ class TrackDoc(Model):
         """The last frame that a key frame or a note is about; None: there is neither."""
         return max((*map(int, self.keys), *(note.frame for note in self.notes)), default=None)
 
+    def began_as(self) -> int | None:
+        """The engine's track whose label stands where people give none; None: there is none."""
+        if self.key.startswith("m"):
+            return int(self.key[1:])
+        return self.segments[0].track if self.segments else None
+
     def same(self, other: TrackDoc) -> bool:
         """Equal but for the revision."""
         return self.model_copy(update={"revision": other.revision}) == other

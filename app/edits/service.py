@@ -12,7 +12,7 @@ from sqlalchemy import Select, func, select
 from sqlalchemy.orm import Session
 
 from app.edits.adopt import MachineRun, adopt_documents
-from app.edits.apply import CommandError, apply_command, touched_keys
+from app.edits.apply import CommandError, apply_command, touched_keys, with_class
 from app.edits.commands import Redo, Undo
 from app.edits.documents import OPEN_END, TrackDoc, engine_doc
 from app.edits.extent import known_frames, require_documents_inside, require_inside
@@ -134,6 +134,7 @@ class EditService:
         check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         try:
+            command = with_class(present, command, lambda track: self._evidence.label(run.id, track))
             after = apply_command(present, command, author, now)
         except CommandError as error:
             raise Invalid(str(error), field="command", code="impossible") from None

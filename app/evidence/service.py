@@ -168,6 +168,13 @@ class EvidenceService:
             rows = reader.query(sql, (track_id,))
         return (rows[0][0], rows[0][1]) if rows else None
 
+    def label(self, run_id: str, track_id: int) -> int | None:
+        """The engine's class of a confirmed track; None: never recognised, or the run has no such track."""
+        sql = "SELECT class_id FROM tracks WHERE track_id = ? AND confirmed_frame IS NOT NULL"
+        with self.reading(self.place(run_id)) as reader:
+            rows = reader.query(sql, (track_id,))
+        return rows[0][0] if rows else None
+
     # ------------------------------------------------------------------------------------- about frames and tracks
 
     def overlays(self, run_id: str, first: int, last: int) -> list[Overlay]:

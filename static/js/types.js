@@ -222,7 +222,7 @@
  * @property {string[]} [others]       merge: keys that go into `key`; review_tracks: the other tracks
  * @property {string} [new_key]        split: key of the later part
  * @property {Box|null} [box]
- * @property {number|null} [class_id]
+ * @property {number|null} [class_id]  split: what the engine says, for a half without a piece of its track
  * @property {number} [first]          interpolate
  * @property {number} [last]
  * @property {boolean} [value]

@@ -9,7 +9,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{author: string, time: string}} Person   for notes; time in ISO 8601
  */
-import { OPEN_END, blankDoc, emptyDoc, isEmpty, keyFramesOf, lastKey, lineAt } from './documents.js';
+import { OPEN_END, beganAs, blankDoc, emptyDoc, isEmpty, keyFramesOf, lastKey, lineAt } from './documents.js';
 import { join } from './join.js';
 
 /** A command that makes no sense for the documents; the message is one sentence. */
@@ -328,7 +328,18 @@ function split(docs, doc, command) {
   if (isEmpty(old) || isEmpty(fresh)) {
     throw new CommandError(`Track ${doc.key} has nothing on one side of frame ${frame}. Split it in between.`);
   }
-  return { [old.key]: old, [fresh.key]: fresh };
+  const class_id = command.class_id ?? null;
+  return { [old.key]: withClass(old, class_id), [fresh.key]: withClass(fresh, class_id) };
+}
+
+/**
+ * The document with the class that it showed, where it has lost all that the engine's label comes with.
+ * @param {TrackDoc} doc
+ * @param {number|null} class_id
+ * @returns {TrackDoc}
+ */
+function withClass(doc, class_id) {
+  return doc.class_id !== null || beganAs(doc) !== null ? doc : { ...doc, class_id };
 }
 
 /**

@@ -43,6 +43,15 @@ export function blankDoc(key) {
 }
 
 /**
+ * The engine's track whose label stands where people give none; null: there is none.
+ * @param {TrackDoc} doc
+ * @returns {number|null}
+ */
+export function beganAs(doc) {
+  return doc.key.startsWith('m') ? Number(doc.key.slice(1)) : (doc.segments[0]?.track ?? null);
+}
+
+/**
  * Key frames in order.
  * @param {TrackDoc} doc
  * @returns {number[]}

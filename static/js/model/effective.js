@@ -6,7 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{box: Box, origin: 'engine'|'corrected'|'interpolated', occluded: boolean, class_id: number|null}} EffectiveBox
  */
-import { OPEN_END, keyFramesOf, lastKey, lineAt, nextKey, prevKey } from './documents.js';
+import { OPEN_END, beganAs, keyFramesOf, lastKey, lineAt, nextKey, prevKey } from './documents.js';
 
 export { keyFramesOf, nextKey, prevKey };
 
@@ -54,8 +54,8 @@ export function labelAt(doc, frame, machineClass) {
  */
 export function labelOf(doc, machineClass) {
   if (doc.class_id !== null) return doc.class_id;
-  const track = doc.key.startsWith('m') ? Number(doc.key.slice(1)) : doc.segments[0]?.track;
-  return track === undefined ? null : (machineClass?.(track) ?? null);
+  const track = beganAs(doc);
+  return track === null ? null : (machineClass?.(track) ?? null);
 }
 
 /**

@@ -4,13 +4,14 @@
 import { docOf } from '../editing/revisions.js';
 import { deletedTracks } from '../model/deleted.js';
 import { keyFramesOf } from '../model/documents.js';
+import { labelOf } from '../model/effective.js';
 import { nudged, settled } from '../model/geometry.js';
 import { without } from '../model/join.js';
 import { framesInBoth } from '../model/shown_runs.js';
 import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
 import { nearestBox } from '../review/nearest_box.js';
-import { shownTrack, shownTracks } from '../review/shown_tracks.js';
+import { engineClass, shownTrack, shownTracks } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
 import { askForClass, select, setMode, toggleMarked } from '../store/actions/review.js';
 import { plural } from '../views/format.js';
@@ -174,8 +175,11 @@ export const boxes = [
     id: 'split', label: 'Split the track here', keys: ['Alt+M'], icon: 'split', group: GROUP, disabled: needsTrack,
     run: (app) => {
       const new_key = newKey();
+      const { review } = app.store.get();
+      const doc = review?.selected ? docOf(review, review.selected) : null;
+      const class_id = review && doc ? labelOf(doc, (track) => engineClass(review, track)) : null;
       // the cursor stands in the later half, and what comes next (another class, a verdict) is meant for it
-      if (editSelected(app, { name: 'split', new_key })) app.store.dispatch((state) => select(state, new_key));
+      if (editSelected(app, { name: 'split', new_key, class_id })) app.store.dispatch((state) => select(state, new_key));
     },
   }),
   operation({

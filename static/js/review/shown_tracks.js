@@ -87,6 +87,9 @@ export const correctedKeys = (review) => Object.values(review.docs).filter((doc)
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;
 
+/** The fused class of an engine track; null: it has none. @param {ReviewState} review @param {number} track @returns {number|null} */
+export const engineClass = (review, track) => classesOf(review).get(track) ?? null;
+
 /** @type {WeakMap<object, Map<number, number|null>>} */
 const known = new WeakMap();
 

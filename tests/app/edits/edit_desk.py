@@ -18,9 +18,13 @@ class ToyEvidence:
     """What the service asks of evidence."""
 
     spans: dict[int, tuple[int, int]] = field(default_factory=lambda: {1: (0, 20), 2: (15, 40), 3: (50, 70)})
+    labels: dict[int, int | None] = field(default_factory=lambda: {1: 14, 2: None, 3: 38})
 
     def span(self, _run_id: str, track: int) -> tuple[int, int] | None:
         return self.spans.get(track)
+
+    def label(self, _run_id: str, track: int) -> int | None:
+        return self.labels.get(track)
 
 
 @dataclass

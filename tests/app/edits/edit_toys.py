@@ -54,7 +54,7 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
         {"name": "relabel_box", **on, "class_id": rng.choice([None, 7]), **screen},
         {"name": "merge", **on, "others": rng.sample(alive, min(len(alive), rng.choice([1, 2])))},
         {"name": "merge", **on, "others": [rng.choice(alive)]},
-        {"name": "split", **on, "new_key": f"hpart{serial:04d}"},
+        {"name": "split", **on, "new_key": f"hpart{serial:04d}", "class_id": [None, 5, 38][serial % 3]},
         {"name": "delete_from", **on},
         {"name": "delete_track", **on},
         {"name": "restore_track", **on, "key": rng.choice([*docs, "m9"])},

@@ -1,4 +1,4 @@
-"""Write tests/golden/edits/random.json anew: run it after a deliberate change of the semantics, read the difference.
+"""Write tests/golden/edits anew: run it after a deliberate change of the semantics, read the difference.
 
 Each case: documents, a command, what it leaves behind or the sentence it fails with, and what the result shows.
 """
@@ -18,6 +18,7 @@ from pydantic import TypeAdapter
 
 from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command
+from app.edits.documents import TrackDoc
 from app.edits.effective import box_at
 
 FOLDER = Path(__file__).parents[2] / "golden" / "edits"
@@ -36,40 +37,62 @@ def cases(seed: int, walks: int, length: int) -> list[dict[str, Any]]:
             docs |= apply_command(docs, ADAPTER.validate_python(raw))
         for step in range(length):
             raw = a_command(rng, docs, step)
-            case: dict[str, Any] = {
-                "name": f"walk {walk} step {step}: {raw['name']}",
-                "docs": {key: doc.model_dump(mode="json") for key, doc in docs.items()},
-                "command": raw,
-                "person": {"author": "ann", "time": "2026-01-02T03:04:05+00:00"},
-            }
-            try:
-                changed = apply_command(docs, ADAPTER.validate_python(raw), **case["person"])
-            except CommandError as error:
-                case["error"] = str(error)
-            else:
-                docs = {**docs, **changed}
-                case["expected"] = {key: doc.model_dump(mode="json") for key, doc in changed.items()}
-                case["shown"] = [
-                    [
-                        key,
-                        f,
-                        None
-                        if (s := box_at(doc, f, machine)) is None
-                        else [list(s.box), s.origin, s.occluded, s.class_id],
-                    ]
-                    for key, doc in changed.items()
-                    for f in sorted(rng.sample(range(75), 6))
-                ]
+            case, docs = _case(f"walk {walk} step {step}: {raw['name']}", docs, raw, rng)
             found.append(case)
     return found
 
 
+def splits(seed: int) -> list[dict[str, Any]]:
+    """Tracks that go on beyond their engine's boxes, cut there and elsewhere."""
+    rng = random.Random(seed)
+    docs = beginning()
+    for raw in (
+        {"name": "set_box", "frame": 30, "key": "m1", "box": a_box(rng)},
+        {"name": "set_box", "frame": 40, "key": "m1", "box": a_box(rng)},
+        {"name": "interpolate", "frame": 30, "key": "m1", "first": 30, "last": 40, "value": True},
+        {"name": "create_track", "frame": 45, "key": "hdrawn01", "box": a_box(rng)},
+        {"name": "merge", "frame": 45, "key": "hdrawn01", "others": ["m3"]},
+    ):
+        docs |= apply_command(docs, ADAPTER.validate_python(raw))
+    found = []
+    for key, frame in (("m1", 10), ("m1", 25), ("m1", 35), ("hdrawn01", 48), ("hdrawn01", 60)):
+        for told in ({}, {"class_id": 14}):
+            raw = {"name": "split", "frame": frame, "key": key, "new_key": "hpart0001", **told}
+            found.append(_case(f"{key} at {frame}, told {told.get('class_id')}", docs, raw, rng)[0])
+    return found
+
+
+def _case(
+    name: str, docs: dict[str, TrackDoc], raw: dict[str, Any], rng: random.Random
+) -> tuple[dict[str, Any], dict[str, TrackDoc]]:
+    """A case, and all documents after it."""
+    case: dict[str, Any] = {
+        "name": name,
+        "docs": {key: doc.model_dump(mode="json") for key, doc in docs.items()},
+        "command": raw,
+        "person": {"author": "ann", "time": "2026-01-02T03:04:05+00:00"},
+    }
+    try:
+        changed = apply_command(docs, ADAPTER.validate_python(raw), **case["person"])
+    except CommandError as error:
+        case["error"] = str(error)
+        return case, docs
+    case["expected"] = {key: doc.model_dump(mode="json") for key, doc in changed.items()}
+    case["shown"] = [
+        [key, f, None if (s := box_at(doc, f, machine)) is None else [list(s.box), s.origin, s.occluded, s.class_id]]
+        for key, doc in changed.items()
+        for f in sorted(rng.sample(range(75), 6))
+    ]
+    return case, {**docs, **changed}
+
+
 def main() -> None:
-    """Write the file."""
+    """Write the files."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    body = {"spans": {str(t): span for t, span in SPANS.items()}, "cases": cases(7, 60, 7)}
-    lines = ",\n".join(json.dumps(case, separators=(",", ":")) for case in body["cases"])
-    (FOLDER / "random.json").write_text(f'{{"spans":{json.dumps(body["spans"])},\n"cases":[\n{lines}\n]}}\n')
+    spans = json.dumps({str(t): span for t, span in SPANS.items()})
+    for name, found in (("random", cases(7, 60, 7)), ("splits", splits(7))):
+        lines = ",\n".join(json.dumps(case, separators=(",", ":")) for case in found)
+        (FOLDER / f"{name}.json").write_text(f'{{"spans":{spans},\n"cases":[\n{lines}\n]}}\n')
 
 
 if __name__ == "__main__":

@@ -19,7 +19,11 @@ from app.edits.documents import TrackDoc
 from app.edits.effective import Effective, box_at, effective_track
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
-GOLDEN = json.loads((Path(__file__).parents[2] / "golden" / "edits" / "random.json").read_text())["cases"]
+GOLDEN = [
+    case
+    for file in sorted((Path(__file__).parents[2] / "golden" / "edits").glob("*.json"))
+    for case in json.loads(file.read_text())["cases"]
+]
 
 
 def shown(doc: TrackDoc, frame: int) -> Effective | None:
@@ -101,6 +105,26 @@ def test_split_and_delete_keep_what_was_shown(seed: int, length: int, frame: int
         for f in range(76):
             assert near(shown(parts[key], f), shown(doc, f) if f < frame else None), (key, f)
             assert near(shown(parts["hlater1"], f), shown(doc, f) if f >= frame else None), (key, f)
+
+
+def test_a_half_without_a_piece_of_the_engines_keeps_the_class_that_was_shown() -> None:
+    """m1 ends at frame 20; people have gone on with it, and a drawn track has taken over the engine's m3 (50 to 70)."""
+    docs = do(beginning(), name="set_box", key="m1", frame=30, box=[0, 0, 9, 9])
+    docs = do(docs, name="set_box", key="m1", frame=40, box=[9, 0, 18, 9])
+    docs = do(docs, name="create_track", key="hdrawn1", frame=45, box=[0, 0, 9, 9])
+    docs = do(docs, name="merge", key="hdrawn1", frame=45, others=["m3"])
+    behind = do(docs, name="split", key="m1", frame=35, new_key="hlater1", class_id=14)
+    assert not behind["hlater1"].segments
+    assert (behind["m1"].class_id, behind["hlater1"].class_id) == (None, 14)
+    before = do(docs, name="split", key="hdrawn1", frame=48, new_key="hlater1", class_id=38)
+    assert not before["hdrawn1"].segments
+    assert (before["hdrawn1"].class_id, before["hlater1"].class_id) == (38, None)
+    within = do(docs, name="split", key="m1", frame=10, new_key="hlater1", class_id=14)
+    assert within["hlater1"].class_id is None, "the engine's label comes with its piece"
+    said = do(docs, name="relabel_track", key="m1", frame=0, class_id=3)
+    assert do(said, name="split", key="m1", frame=35, new_key="hlater1", class_id=14)["hlater1"].class_id == 3
+    # as logs and pages of older versions have it
+    assert do(docs, name="split", key="m1", frame=35, new_key="hlater1")["hlater1"].class_id is None
 
 
 @settings(max_examples=200, deadline=None)

@@ -70,6 +70,23 @@ def test_missing_stale_and_repeated(desk: Desk) -> None:
         assert session.scalar(select(func.count()).select_from(Event).where(Event.kind == "edit")) == 1
 
 
+@pytest.mark.parametrize("told", [{}, {"class_id": 2}])
+def test_the_class_that_a_split_hands_on_is_the_one_in_the_evidence(desk: Desk, told: dict[str, int]) -> None:
+    send(desk, "1", {"name": "set_box", "frame": 30, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}, {"m1": 0})
+    whole = content(desk)
+    split = {"name": "split", "frame": 25, "key": "m1", "new_key": "hlater01", **told}
+    docs = {doc.key: doc for doc in send(desk, "2", split, {"m1": 1}).docs}
+    assert (docs["m1"].class_id, docs["hlater01"].class_id) == (None, 14)
+    back(desk, "3", Undo, "op-00000002")
+    assert content(desk) == whole
+    again = {doc.key: doc for doc in back(desk, "4", Redo, "op-00000002").docs}
+    assert again["hlater01"].class_id == 14
+    # of a track that was never recognised there is no class to hand on
+    send(desk, "5", {"name": "set_box", "frame": 60, "key": "m2", "box": [0.0, 0.0, 9.0, 9.0]}, {"m2": 0})
+    split = {"name": "split", "frame": 55, "key": "m2", "new_key": "hlater02", **told}
+    assert {doc.key: doc.class_id for doc in send(desk, "6", split, {"m2": 1}).docs} == {"m2": None, "hlater02": None}
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_all_undone_is_the_beginning_and_redone_is_the_end(desk: Desk, seed: int) -> None:
     rng, docs, states = random.Random(seed), beginning(), []

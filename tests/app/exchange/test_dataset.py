@@ -90,6 +90,19 @@ def test_merged_and_split_tracks_keep_their_scores(desk: Desk) -> None:
     assert "m2" not in desk.tracks()
 
 
+def test_a_track_that_is_split_behind_the_engines_last_frame_keeps_its_class(desk: Desk) -> None:
+    before = desk.tracks()["m1"]
+    last = int(before.frames[-1])
+    for revision, (frame, x) in enumerate(((last + 2, 10.0), (last + 6, 14.0))):
+        box = [x, 20.0, x + 20, 40.0]
+        desk.edit({"name": "set_box", "key": "m1", "frame": frame, "box": box}, {"m1": revision})
+    desk.edit({"name": "split", "key": "m1", "frame": last + 4, "new_key": "hsplit01"}, {"m1": 2})
+    after = desk.tracks()
+    assert before.label >= 0
+    assert (after["m1"].label, after["hsplit01"].label) == (before.label, before.label)
+    assert after["hsplit01"].frames.tolist() == [last + 6]
+
+
 def test_a_pass_can_be_made_again(untouched: Desk) -> None:
     desk = untouched
     video = desk.dataset().videos[0]

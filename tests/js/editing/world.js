@@ -86,7 +86,7 @@ export function createServer() {
 export async function createWorld(server = createServer(), outbox = createMemoryOutbox()) {
   const store = createStore(initialState());
   const video = /** @type {any} */ ({ id: 'v', frames: 200, width: 100, height: 100 });
-  const columns = { id: [1, 2], first: [0, 50], last: [99, 150] };
+  const columns = { id: [1, 2], first: [0, 50], last: [99, 150], class_id: [14, 2] };
   store.dispatch((state) => changeReview(openReview(state, video), { tracks: /** @type {any} */ (columns), run: /** @type {any} */ ({ id: RUN, state: 'complete' }) }));
   /** @type {string[]} */
   const toasts = [];

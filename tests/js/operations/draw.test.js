@@ -67,6 +67,17 @@ test('after a split the later half is selected, which has the box at the cursor;
   end();
 });
 
+test('a split behind the last frame of the engine hands on the class that was shown', async () => {
+  const { store, editor, review, end } = await createWorld();
+  const split = boxes.find(({ id }) => id === 'split');
+  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 120 }));
+  editor.edit({ name: 'set_box', key: 'm1', frame: 120, box: BOX });
+  split?.run(/** @type {any} */ ({ store, edit: editor.edit }));
+  const later = review().selected ?? '';
+  assert.deepEqual([review().docs[later].segments, review().docs[later].class_id, review().docs.m1.class_id], [[], 14, null]);
+  end();
+});
+
 test('asking for a class changes no document', () => {
   const state = /** @type {any} */ ({ review: { mode: 'draw', docs: {}, marked: [], drag: null }, dialog: null });
   const asked = askForClass(state, { key: 'h1', frame: 3, box: BOX });
