@@ -16,6 +16,7 @@ from app.storage.models import Run, Video
 from app.training.folders import begin_with
 from app.videos.same_file import is_same
 from app.videos.table import unpack
+from app.videos.words import in_words
 from tsr_engine.errors import InputError
 from tsr_engine.version import __version__
 
@@ -78,7 +79,7 @@ def track(task: TaskContext) -> None:
             "seconds": round(report.seconds, 2),
             "focus": focus_of(report.params, named=params.tracking.coast_foe_y is not None),
             "events": dict(sorted(report.events.items())),
-            "warnings": list(report.warnings),
+            "warnings": [in_words(video, warning) for warning in report.warnings],
             "stages": {stage: round(median, 2) for stage, _, median, _ in report.stage_table()},
         }
         publish_run(session, task.events, row)

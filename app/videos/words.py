@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 from app.storage.models import Video
 
 __all__ = ["in_words"]
 
 
 def in_words(video: Video, sentence: str) -> str:
-    """The sentence with an upload called by its name: where its copy lies, and under which, tells a person nothing."""
-    return sentence.replace(video.path, video.name) if video.owned else sentence
+    """The sentence with an upload called by its name: where its copy lies, and under which, tells a person nothing.
+
+    Sentences name the copy by its whole path or by its file name, which is the video's SHA-256.
+    """
+    if not video.owned:
+        return sentence
+    copy = f"{re.escape(video.path)}|{re.escape(Path(video.path).name)}"
+    return re.sub(copy, lambda _: video.name, sentence)

@@ -22,6 +22,7 @@ from toy_server import SECRET, Server
 
 from app.errors import StorageFull
 from app.storage.database import Database
+from app.storage.models import Run
 from app.videos.paths import MOST_ENTRIES
 from app.videos.service import VideoService
 
@@ -363,6 +364,24 @@ def test_a_hostile_file_fails_its_import_only(server: Server, corpus: ModuleType
     assert shown["state"] == "failed"
     assert "cut short" in shown["error"]
     assert _code(server.client.get(f"/api/videos/{video}/frames/0")) == (409, "not_ready")
+
+
+def test_what_is_wrong_with_an_upload_is_said_of_the_file_that_was_uploaded(
+    server: Server, corpus: ModuleType, tmp_path: Path
+) -> None:
+    whole = corpus.make(corpus.RECIPES["index_first"], tmp_path, "whole")
+    cut = corpus.cut(whole, tmp_path / "cut.mp4", 0.6)
+    video = server.client.put("/api/uploads/Drive 1.mp4", content=cut.read_bytes()).json()["id"]
+    work_off(server.context, "import")
+    shown = server.client.get(f"/api/videos/{video}").json()
+    assert shown["state"] == "ready"
+    assert shown["warnings"][0].startswith("Drive 1.mp4 announces 50 frames, ")
+    run = server.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
+    work_off(server.context, "track")
+    with server.context.database.read() as session:
+        told = session.get_one(Run, run).summary["warnings"]
+    assert told
+    assert all(sentence.startswith("Drive 1.mp4 ") for sentence in (*shown["warnings"], *told))
 
 
 def test_other_bytes_of_the_same_size_are_another_video(server: Server, clip: Path) -> None:
