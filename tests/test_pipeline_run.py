@@ -303,6 +303,16 @@ def test_an_annotated_video_says_what_it_is(drive: Path, tmp_path: Path, name: s
     assert not list(tmp_path.iterdir())
 
 
+def test_a_gap_in_time_that_the_annotated_video_cannot_hold_is_told(
+    drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tsr_engine.io.video_writer._LONGEST_GAP", 60)
+    request = RunRequest(drive, toys.PARAMS, annotated=tmp_path / "seen.mp4", stop=3)
+    report = track_video(request, toys.components(toys.PARAMS))
+    assert "seen.mp4 has 2 gaps in time cut" in report.warnings[-1]
+    assert (tmp_path / "seen.mp4").exists()
+
+
 def test_a_range_beyond_the_end_is_refused_and_leaves_nothing(drive: Path, tmp_path: Path) -> None:
     request = RunRequest(drive, toys.PARAMS, csv=tmp_path / "rows.csv", start=5000)
     with pytest.raises(UsageError, match="frames 0 to 99"):

@@ -84,6 +84,7 @@ def track_video(
         VideoError: the video cannot be opened or decoded.
         EvidenceError: the evidence folder belongs to something else.
         StorageError: an output cannot be written.
+        ExportError: the annotated video cannot be encoded.
         UsageError: an output is the input, a name that does not say what the output is, or the range lies beyond the
             end.
     """
@@ -348,7 +349,7 @@ class _Run:
         """Close the outputs with whatever has been computed; they stay readable after a failure too."""
         self._write_rows(self.results.finish())
         self.report.tracks = self.results.tracks
-        self.report.warnings = self.video.warnings
+        self.report.warnings = self.video.warnings + (() if self.annotated is None else self.annotated.warnings)
         if self.writer is not None:
             state, reason = _end(self.report, failure)
             if failure is None:

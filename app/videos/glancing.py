@@ -8,7 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from app.videos.glance import is_wanted
-from tsr_engine.errors import StorageError
+from tsr_engine.errors import ExportError, StorageError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import Video
 from tsr_engine.io.video_writer import VideoWriter
@@ -38,8 +38,8 @@ def decode_all(file: Video, place: Path, tell: Callable[[int], None]) -> FrameTa
         VideoError: the file cannot be decoded.
     """
     if is_wanted(file.table, file.width, file.height):
-        # no room for a copy is no reason to refuse the video
-        with contextlib.suppress(StorageError, OSError):
+        # no room for a copy, or no way to encode one, is no reason to refuse the video
+        with contextlib.suppress(StorageError, ExportError, OSError):
             _copy(file, place, tell)
     return file.confirm(tell)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 
@@ -45,6 +45,45 @@ def test_times_of_the_source_are_kept(corpus: Any, tmp_path: Path) -> None:
             writer.write(corpus.draw_code(k), time)
     with open_video(tmp_path / "v.mp4") as video:
         assert [frame.time for frame in video.frames()] == [time - 5 for time in times]
+
+
+@pytest.mark.parametrize("place", [1, 2, 30, 59])
+def test_a_gap_that_no_mp4_holds_is_cut_and_told(corpus: Any, tmp_path: Path, place: int) -> None:
+    month, step, most = Fraction(30 * 86400), Fraction(1, 25), Fraction(2**28, 90_000)
+    times = [k * step + month * (k >= place) for k in range(60)]
+    with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
+        for k, time in enumerate(times):
+            writer.write(corpus.draw_code(k), time)
+    assert writer.warnings == ("v.mp4 has 1 gap in time cut to 49 minutes, which is what an MP4 can hold.",)
+    with open_video(tmp_path / "v.mp4") as video:
+        frames = list(video.frames())
+    assert [corpus.read_code(frame.picture) for frame in frames] == list(range(60))
+    assert [frame.time for frame in frames] == [k * step + (most - step) * (k >= place) for k in range(60)]
+
+
+def test_many_long_gaps_are_written(corpus: Any, tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
+        for k in range(40):
+            writer.write(corpus.draw_code(k), k * Fraction(2**28, 90_000))
+    assert not writer.warnings
+    with open_video(tmp_path / "v.mp4") as video:
+        assert [frame.time for frame in video.frames()] == [k * Fraction(2**28, 90_000) for k in range(40)]
+
+
+def test_what_the_encoder_refuses_is_not_the_disks_fault(
+    corpus: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tsr_engine.io.video_writer._LONGEST_GAP", 2**40)
+
+    def write() -> None:
+        with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:
+            for k in range(6):
+                writer.write(corpus.draw_code(k), k * Fraction(30 * 86400))
+
+    with pytest.raises(ExportError, match=r"cannot be written as the video .*v\.mp4: .*leave the video out") as caught:
+        write()
+    assert "space" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_exception_leaves_nothing_and_spares_the_old_file(corpus: Any, tmp_path: Path) -> None:

@@ -11,19 +11,33 @@ import av
 import numpy as np
 from av.video.reformatter import ColorRange, Colorspace
 
-from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.io.unfinished import UnfinishedFile
+from tsr_engine.io.video_probe import reason
 from tsr_engine.records import Picture
 
 _TICKS = 90_000
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_STORAGE = (*_FULL, errno.EIO, errno.EROFS, errno.EACCES, errno.EPERM)
+# MP4 has 32 bits with sign for how far a picture's time lies behind its place in the file, which is up to four pictures
+# further on where pictures are predicted from later ones.
+_LONGEST_GAP = 2**28
 
 
 class VideoWriter:
     """Writes pictures to an MP4 that any player shows (H.264, yuv420p).
 
     A context manager: the file appears under its name, complete and on disk, when the block ends; a block that
-    ends by an exception leaves nothing behind. Odd sizes grow by one row or column, a copy of the last.
+    ends by an exception leaves nothing behind. Odd sizes grow by one row or column, a copy of the last. Gaps in time
+    are cut to 49 minutes, which is what the clock of an MP4 holds from one picture to the next.
+
+    Attributes:
+        path: the file.
+        width: of the pictures, px.
+        height: of the pictures, px.
+        rate: frames per second.
+        frames: pictures written.
+        shortened: gaps between pictures that are longer than the clock holds.
     """
 
     def __init__(
@@ -60,8 +74,10 @@ class VideoWriter:
         self.path = Path(path)
         self.width, self.height, self.rate = width, height, Fraction(rate)
         self.frames = 0
+        self.shortened = 0
         self._first: Fraction | None = None
         self._last_tick = -1
+        self._left_out = 0
         try:
             self._part = UnfinishedFile(self.path)
             self._sink = _Sink(self._part.path)
@@ -102,6 +118,7 @@ class VideoWriter:
         Raises:
             UsageError: another shape or type of picture, or a closed writer.
             StorageError: the disk is full.
+            ExportError: the picture cannot be encoded.
         """
         if self._container is None:
             raise UsageError(f"The video {self.path} is closed. Open a new VideoWriter.")
@@ -112,7 +129,7 @@ class VideoWriter:
             )
         when = self.frames / self.rate if time is None else Fraction(time)
         self._first = when if self._first is None else self._first
-        tick = max(self._last_tick + 1, round((when - self._first) * _TICKS))
+        tick = self._tick(round((when - self._first) * _TICKS))
         if self.width % 2 or self.height % 2:
             picture = np.pad(picture, ((0, self.height % 2), (0, self.width % 2), (0, 0)), mode="edge")
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="bgr24")
@@ -121,11 +138,31 @@ class VideoWriter:
         self._last_tick = tick
         self.frames += 1
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """One sentence for each thing that the file shows otherwise than it was written."""
+        if not self.shortened:
+            return ()
+        gaps = "1 gap" if self.shortened == 1 else f"{self.shortened} gaps"
+        most = _LONGEST_GAP // _TICKS // 60
+        return (f"{self.path.name} has {gaps} in time cut to {most} minutes, which is what an MP4 can hold.",)
+
+    def _tick(self, wanted: int) -> int:
+        """When a picture is shown, of one that is wanted at ``wanted``; in ticks after the first picture."""
+        tick = max(self._last_tick + 1, wanted - self._left_out)
+        over = tick - self._last_tick - _LONGEST_GAP
+        if self.frames and over > 0:
+            self.shortened += 1
+            self._left_out += over
+            tick -= over
+        return tick
+
     def close(self) -> None:
         """Finish the file and give it its name; closing twice is harmless.
 
         Raises:
             StorageError: the disk is full; nothing is left behind.
+            ExportError: the last pictures cannot be encoded; nothing is left behind.
         """
         if self._container is None:
             return
@@ -163,16 +200,23 @@ class VideoWriter:
         except (av.FFmpegError, OSError) as error:
             raise self._fail(error) from None
 
-    def _fail(self, error: Exception) -> StorageError:
+    def _fail(self, error: Exception) -> StorageError | ExportError:
+        """Give up, and say whose fault it was: all that reaches the disk goes through the sink."""
         cause = self._sink.error or error
         self.abort()
+        if isinstance(cause, av.FFmpegError) and cause.errno not in _STORAGE:
+            return ExportError(
+                f"The pictures cannot be written as the video {self.path}: {reason(cause)}. Look for odd sizes or "
+                "times in what they come from, or leave the video out."
+            )
         return self._storage_error(cause)
 
     def _storage_error(self, error: BaseException) -> StorageError:
         if getattr(error, "errno", None) in _FULL:
             return StorageError(f"The disk is full: {self.path} was not written. Free some space and run again.")
-        text = getattr(error, "strerror", None) or str(error)
-        return StorageError(f"Cannot write the video {self.path}: {text}. Choose another folder or free some space.")
+        return StorageError(
+            f"Cannot write the video {self.path}: {reason(error)}. Choose another folder or free some space."
+        )
 
 
 class _Sink:
