@@ -42,6 +42,7 @@ GOOD = "0,1,10,20,30,40,14,1,0\n"
         ("0,1,11,21,31,41,14,1,0", "a track has one box a frame; line 2 has this frame and track already"),
         ("1,1,10,20,30,40,14,1", "a row has 9 values, got 8"),
         ("1,one,10,20,30,40,14,1,0", "track_id must be a number, got 'one'"),
+        ("1,1_0,10,20,30,40,14,1,0", "track_id must be a number, got '1_0'"),
     ],
 )
 def test_truth(tmp_path: Path, row: str, rule: str) -> None:

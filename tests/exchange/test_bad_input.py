@@ -145,6 +145,27 @@ REFUSED: dict[str, Bad] = {
         ("a.json", "line 2", "NaN is no JSON number"),
     ),
     "nan in text": Bad("yolo", yolo("0 nan 0.5 0.1 0.1"), ("frame_000010.txt", "line 1", "finite numbers")),
+    "a Python number in rows": Bad(
+        "mot", mot("1_0,1,10,10,9,5,1,1,1"), ("gt.txt", "line 1", "column 1 must be a number")
+    ),
+    "digits of another script": Bad("mot", mot("1,1,\u0661\u0660,10,9,5,1,1,1"), ("gt.txt", "line 1", "column 3")),
+    "a Python number in text": Bad(
+        "yolo", yolo("0 0.5_0 0.5 0.1 0.1"), ("frame_000010.txt", "line 1", "must be numbers")
+    ),
+    "a Python number in a table": Bad(
+        "tracks-csv",
+        {"drive.csv": "frame,track_id,x1,y1,x2,y2\n1,1,1,1,9,9\n2,1,1,1,1_0,9\n"},
+        ("drive.csv", "line 3", "x2 must be a number"),
+    ),
+    "a Python number as a frame": Bad(
+        "tracks-csv",
+        {"drive.csv": "frame,track_id,x1,y1,x2,y2\n1_0,1,1,1,9,9\n"},
+        ("drive.csv", "line 2", "frame '1_0' must be a whole number"),
+    ),
+    "a Python number in a list": Bad("gtsdb", {"gt.txt": "00010.ppm;1_0;11;29;32;14\n"}, ("gt.txt", "whole numbers")),
+    "a Python number in xml": Bad(
+        "cvat-video", cvat('frame="10" xtl="1_0"'), ("annotations.xml", "line 4", "a number")
+    ),
     "infinite box": Bad("mot", mot("1,1,10,10,inf,5,1,1,1"), ("gt.txt", "line 1", "four finite numbers")),
     "negative box in xml": Bad(
         "cvat-video", cvat('frame="10" xbr="5"'), ("annotations.xml", "line 4", "positive width and height")

@@ -18,6 +18,7 @@ from tsr_engine.exchange.formats import ImportTarget, Switch
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, place_of, read_json, read_text, refuse
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, dense
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["MAX_BOXES", "MAX_JSON_BYTES", "SIZE_SWITCH", "Intake", "check_track", "read_json", "read_text", "refuse"]
 
@@ -184,7 +185,7 @@ class Intake:
             ImportFormatError: not a whole number, or not a frame of the video.
         """
         try:
-            number = float(frame)
+            number = real_number(frame) if isinstance(frame, str) else float(frame)
             ordinal = int(number) - origin
         except (TypeError, ValueError, OverflowError):
             raise refuse(file, line, f"frame {str(frame)[:40]!r} must be a whole number. Correct it.") from None

@@ -31,6 +31,7 @@ from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureNames, pictur
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["FORMAT"]
 
@@ -149,7 +150,7 @@ def _read_image(node: Node, file: str, intake: Intake, pictures: PictureNames) -
         label = intake.label(attribute(child, "label", file), file, child.line)
         score = values.get("score", "").strip()
         try:
-            value = float(score) if score else math.nan
+            value = real_number(score) if score else math.nan
         except ValueError:
             raise refuse(file, child.line, f"the attribute score must be a number. Got {score[:40]!r}.") from None
         known = uid in intake

@@ -38,6 +38,7 @@ from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.exchange.xml import Node, attribute, elements, quoted
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["FORMAT"]
 
@@ -175,7 +176,7 @@ def _scale(meta: Node, file: str, intake: Intake) -> tuple[float, float]:
     if size is None:
         return 1.0, 1.0
     try:
-        width, height = float(size.value("width")), float(size.value("height"))
+        width, height = real_number(size.value("width")), real_number(size.value("height"))
     except ValueError:
         raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
     return intake.scale(width, height, file, size.line)
@@ -237,7 +238,7 @@ def _score(value: str, file: str, node: Node) -> float:
     if not value:
         return math.nan
     try:
-        return float(value)
+        return real_number(value)
     except ValueError:
         raise refuse(file, node.line, f"the attribute score must be a number. Got {value[:40]!r}.") from None
 

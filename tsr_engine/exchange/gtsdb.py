@@ -25,6 +25,7 @@ from tsr_engine.exchange.picture_lists import (
     write_files,
 )
 from tsr_engine.exchange.whole_pixels import whole_pixels
+from tsr_engine.io.plain_numbers import whole_number
 
 __all__ = ["FORMAT"]
 
@@ -111,7 +112,7 @@ def _read_row(
             return
         raise refuse(file, line, f"the picture {cells[0][:60]!r} has no frame number. Call it 00010.ppm.")
     try:
-        left, top, right, bottom, label = (int(cell) for cell in cells[1:])
+        left, top, right, bottom, label = (whole_number(cell) for cell in cells[1:])
     except ValueError:
         raise refuse(file, line, f"must have whole numbers after the file. Got {content.strip()[:60]!r}.") from None
     if not 0 <= label < len(intake.target.labels):

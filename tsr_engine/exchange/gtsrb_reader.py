@@ -9,6 +9,7 @@ from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.sidecar import read_side
+from tsr_engine.io.plain_numbers import whole_number
 
 __all__ = ["OWN", "SIDE", "read_crops", "sniff_crops"]
 
@@ -97,7 +98,7 @@ def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[in
 
 def _whole(cell: str, name: str, file: str, line: int) -> int:
     try:
-        value = int(cell)
+        value = whole_number(cell)
     except ValueError:
         raise refuse(file, line, f"{name} must be a whole number. Got {cell[:40]!r}.") from None
     if abs(value) > 1_000_000:

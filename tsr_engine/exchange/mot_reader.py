@@ -19,6 +19,7 @@ from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import read_rows, real
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["NAMES", "SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
 
@@ -186,7 +187,7 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
 
 def _real(cell: str, at: int, file: str, line: int) -> float:
     try:
-        return float(cell)
+        return real_number(cell)
     except ValueError:
         raise refuse(file, line, f"column {at + 1} must be a number. Got {cell.strip()[:40]!r}.") from None
 
@@ -225,7 +226,7 @@ def _scale(path: Path, intake: Intake) -> tuple[float, float]:
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
-        width, height = (float(parser["Sequence"][name]) for name in ("imWidth", "imHeight"))
+        width, height = (real_number(parser["Sequence"][name]) for name in ("imWidth", "imHeight"))
     except (configparser.Error, KeyError, ValueError) as error:
         first = str(error).splitlines()[0]
         raise refuse(path.name, None, f"must have [Sequence] with imWidth and imHeight: {first}. Correct it.") from None
@@ -251,6 +252,6 @@ def _looks_like_rows(path: Path) -> bool:
     line = next((part for part in start.decode("latin-1").splitlines() if part.strip()), "")
     cells = next(csv.reader([line]), [])
     try:
-        return len(cells) in (7, 9, 10) and all(math.isfinite(float(cell)) or cell for cell in cells)
+        return len(cells) in (7, 9, 10) and all(math.isfinite(real_number(cell)) or cell for cell in cells)
     except ValueError:
         return False

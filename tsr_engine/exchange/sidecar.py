@@ -14,6 +14,7 @@ from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.reading import open_text
 from tsr_engine.exchange.rows import FrameRows
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["COLUMNS", "SideRow", "SideText", "csv_text", "read_rows", "read_side", "real"]
 
@@ -155,7 +156,7 @@ def real(cell: str, name: str, file: str, line: int) -> float:
         ImportFormatError: it is none.
     """
     try:
-        value = float(cell)
+        value = real_number(cell)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):

@@ -18,6 +18,7 @@ from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import read_rows
 from tsr_engine.exchange.split import SUBSETS
+from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.records import Source
 
 __all__ = ["own_files", "read_tracks_csv", "sniff_tracks_csv"]
@@ -189,7 +190,7 @@ def _uid(said: Mapping[str, str], file: str, line: int) -> str:
         return said["uid"]
     cell = said.get("track", "")
     try:
-        number = float(cell) if cell else -1.0
+        number = real_number(cell) if cell else -1.0
     except ValueError:
         return cell
     if not math.isfinite(number) or number != int(number):
@@ -204,7 +205,7 @@ def _label(said: Mapping[str, str], file: str, line: int, intake: Intake) -> int
     if not cell:
         return -1
     try:
-        number = float(cell)
+        number = real_number(cell)
     except ValueError:
         return intake.label(cell, file, line)
     if not math.isfinite(number) or number != int(number):
@@ -234,7 +235,7 @@ def _flag(said: Mapping[str, str], name: str, file: str, line: int, default: boo
 def _real(said: Mapping[str, str], name: str, file: str, line: int) -> float:
     cell = said[name]
     try:
-        value = float(cell)
+        value = real_number(cell)
     except ValueError:
         raise refuse(file, line, f"{name} must be a number. Got {cell[:40]!r}.") from None
     if not math.isfinite(value):

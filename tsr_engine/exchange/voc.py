@@ -36,6 +36,7 @@ from tsr_engine.exchange.small_xml import SMALL, XmlNode, small_elements
 from tsr_engine.exchange.spool import Spool, content_of, names_below
 from tsr_engine.exchange.whole_pixels import whole_pixels
 from tsr_engine.exchange.xml import elements, text
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["FORMAT"]
 
@@ -294,7 +295,7 @@ def _offset(path: Path, found: list[_Object], intake: Intake) -> int:
 
 def _real(node: XmlNode, name: str, file: str) -> float:
     try:
-        return float(node.value(name))
+        return real_number(node.value(name))
     except ValueError:
         child = node.child(name)
         line = node.line if child is None else child.line
@@ -315,7 +316,7 @@ def _object(
     said = {} if attributes is None else attributes.table("attribute", "name", "value")
     number = said.get("score", node.value("score")).strip()
     try:
-        score = float(number) if number else math.nan
+        score = real_number(number) if number else math.nan
     except ValueError:
         raise refuse(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
     track = said.get("track_id", "").strip()

@@ -13,6 +13,7 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import XMLParser
 
 from tsr_engine.exchange.checks import refuse
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["DEPTH", "Node", "attribute", "elements", "number", "quoted", "text"]
 
@@ -193,7 +194,7 @@ def number(node: Node, name: str, file: str) -> float:
     """
     value = attribute(node, name, file)
     try:
-        return float(value)
+        return real_number(value)
     except ValueError:
         raise refuse(file, node.line, f"{name} of <{node.tag}> must be a number. Got {value[:40]!r}.") from None
 

@@ -22,6 +22,7 @@ from tsr_engine.exchange.sidecar import SideRow, read_side
 from tsr_engine.exchange.spool import Spool, content_of, names_below
 from tsr_engine.exchange.yaml_names import names_of
 from tsr_engine.exchange.yolo_shapes import YoloLine, YoloRow, boxed
+from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["SIDE", "SIDE_OWN", "label_files", "read_yolo"]
 
@@ -108,7 +109,7 @@ def _lines(
         if not cells:
             continue
         try:
-            values = [float(cell) for cell in cells]
+            values = [real_number(cell) for cell in cells]
         except ValueError:
             raise refuse(file, line, f"must be numbers. Got {content.strip()[:60]!r}. Correct it.") from None
         if not all(math.isfinite(value) for value in values):

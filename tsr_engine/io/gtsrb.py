@@ -22,6 +22,7 @@ import cv2
 import numpy as np
 
 from tsr_engine.errors import InputError
+from tsr_engine.io.plain_numbers import whole_number
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.records import Picture
 
@@ -134,7 +135,7 @@ def _item(table: Path, line: int, row: dict[str, str | None]) -> CropItem:
 
 def _integer(where: str, column: str, value: str | None) -> int:
     try:
-        return int(value or "")
+        return whole_number(value or "")
     except ValueError:
         raise InputError(f"{where}: expected a whole number in {column}, found {value!r}. Correct the line.") from None
 

@@ -1,0 +1,37 @@
+"""Numbers as files spell them, not as Python may."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tsr_engine.io.plain_numbers import real_number, whole_number
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("7", 7.0), (" -1.5 ", -1.5), ("+.5", 0.5), ("3.", 3.0), ("1e-3", 0.001), ("inf", math.inf), ("-INF", -math.inf)],
+)
+def test_what_is_a_number(text: str, value: float) -> None:
+    assert real_number(text) == value
+
+
+def test_not_a_number_is_left_for_the_caller() -> None:
+    assert math.isnan(real_number("nan"))
+
+
+@pytest.mark.parametrize(
+    "text", ["1_0", "1_0.5", "1e1_0", "\u0661\u0660", "\uff11", "1\u00a0", "\u22121", "", "ten", "0x1p3"]
+)
+def test_what_is_none(text: str) -> None:
+    with pytest.raises(ValueError, match="no number|convert|literal"):
+        real_number(text)
+    with pytest.raises(ValueError, match="no number|convert|literal"):
+        whole_number(text)
+
+
+def test_whole_numbers() -> None:
+    assert [whole_number(text) for text in ("7", " -12 ", "+3", "007")] == [7, -12, 3, 7]
+    with pytest.raises(ValueError, match="no number|convert|literal"):
+        whole_number("1.0")
