@@ -18,10 +18,10 @@ from app.edits.documents import TrackDoc
 from app.errors import Conflict, Invalid
 from app.evidence.tables import FloatColumn
 from app.exchange.rates import exact_rate
-from app.exchange.tracks import run_tracks
+from app.exchange.tracks import boxes_beyond, run_tracks
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
@@ -114,6 +114,19 @@ class Source:
         """A new pass over the tracks."""
         return run_tracks(self.folder, self.documents, self.first, self.stop, self.video.frames, self.origin)
 
+    def skipped(self) -> tuple[Skipped, ...]:
+        """What people have drawn where the run has not looked; what else is in those frames, nobody has said."""
+        beyond = boxes_beyond(self.documents, self.first, self.stop, self.video.frames)
+        if not beyond:
+            return ()
+        boxes, tracks = sum(beyond.values()), len(beyond)
+        of = f"{boxes} {'box' if boxes == 1 else 'boxes'} of {tracks} {'track' if tracks == 1 else 'tracks'}"
+        reason = (
+            f"They lie outside of frames {self.first} to {self.stop - 1}, which are all that the run has looked at. "
+            "Track the others too, and carry the corrections over."
+        )
+        return (Skipped(f"{self.video.name}: {of}", reason),)
+
     def dataset_video(self) -> DatasetVideo:
         """The video with what the run shows on it."""
         return replace(
@@ -138,7 +151,11 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
                 f"Two of the runs are of {source.video.name}. Choose one run a video.", field="runs", code="same_video"
             )
         seen[source.video.sha256] = source
-    return Dataset(LABELS, tuple(source.dataset_video() for source in sources))
+    return Dataset(
+        LABELS,
+        tuple(source.dataset_video() for source in sources),
+        tuple(item for source in sources for item in source.skipped()),
+    )
 
 
 def evidence_source(folder: Path, video: Path | None = None) -> Source:

@@ -14,7 +14,7 @@ from app.exchange.machine import MachineTrack, MachineTracks
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["run_tracks"]
+__all__ = ["boxes_beyond", "run_tracks"]
 
 
 def run_tracks(
@@ -45,6 +45,25 @@ def run_tracks(
             track = _edited(documents[key], machine, None, origin, frames)
             if track is not None and (cut := _within(track, first, stop)) is not None:
                 yield cut
+
+
+def boxes_beyond(documents: Mapping[str, TrackDoc], first: int, stop: int, frames: int) -> dict[str, int]:
+    """How many boxes people have set in frames that a run has not looked at, by key of the track.
+
+    Args:
+        documents: of the touched tracks, by key.
+        first: first frame that the run has looked at.
+        stop: frame after the last.
+        frames: length of the video.
+    """
+    found: dict[str, int] = {}
+    for key in sorted(documents):
+        said = documents[key].frames()
+        if said and (said[0] < first or said[-1] >= stop):
+            # the engine has no boxes there: people's key frames alone show what there is
+            shown = effective_track(documents[key], lambda _: (np.zeros(0, np.int64), np.zeros((0, 4))), frames).frame
+            found[key] = int(((shown < first) | (shown >= stop)).sum())
+    return {key: count for key, count in found.items() if count}
 
 
 def _untouched(found: MachineTrack, origin: str) -> Track | None:

@@ -19,8 +19,10 @@ from app.artefacts.folders import artefact_folder
 from app.artefacts.service import ArtefactService
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
-from app.storage.models import Artefact, Job, Video
+from app.storage.models import Artefact, Job, Run, Video
 from tests.patience import within
+from tsr_engine.bundle.slices import write_slice
+from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.io.video_writer import VideoWriter
 
@@ -117,6 +119,30 @@ def test_pictures_and_split_go_along(untouched: Desk) -> None:
     crops = desk.export(format="gtsrb", pictures="annotated", stop=40)
     assert crops["state"] == "complete", crops["error"]
     assert crops["summary"]["split"]["tracks"] == {}
+
+
+def test_boxes_where_the_run_has_not_looked_are_counted(desk: Desk) -> None:
+    """A run of the first 40 frames, on which somebody has gone on drawing."""
+    with EvidenceReader(desk.home / "runs" / desk.run_id) as reader:
+        header = reader.header
+        part = reader.folder.with_name("1" * 32)
+        write_slice(reader, part, 0, 40, header)
+    with desk.server.context.database.write() as session:
+        session.get_one(Run, desk.run_id).folder = f"runs/{part.name}"
+    whole = desk.export(format="tracks-csv")
+    assert whole["summary"]["skipped"] == []
+    drawn = {"key": "hdrawn01", "class_id": 1, "box": [20.0, 30.0, 44.0, 52.0]}
+    desk.edit({"name": "create_track", **drawn, "frame": 36}, {})
+    desk.edit({"name": "set_box", "key": "hdrawn01", "frame": 50, "box": [22.0, 30.0, 46.0, 52.0]}, {"hdrawn01": 1})
+    desk.edit({"name": "create_track", **drawn, "key": "hdrawn02", "frame": 60}, {})
+    desk.edit({"name": "create_track", **drawn, "key": "hdrawn03", "frame": 20}, {})
+    desk.edit({"name": "create_track", **drawn, "key": "hdrawn04", "frame": 70}, {})
+    desk.edit({"name": "delete_track", "key": "hdrawn04", "frame": 70}, {"hdrawn04": 1})
+    artefact = desk.export(format="tracks-csv")
+    (told,) = artefact["summary"]["skipped"]
+    assert told["what"] == "drive.mp4: 12 boxes of 2 tracks"
+    assert told["reason"].startswith("They lie outside of frames 0 to 39, which are all that the run has looked at.")
+    assert artefact["summary"]["counts"]["boxes"] == whole["summary"]["counts"]["boxes"] + 4 + 1
 
 
 @pytest.mark.parametrize("format", ["mot", "gtsrb"])
