@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from app.edits.documents import OPEN_END, Segment, TrackDoc
 from app.edits.effective import EffectiveTrack, effective_track
+from tsr_engine.geometry.boxes import iou_each
 
 __all__ = ["Adoption", "MachineRun", "adopt_documents"]
 
@@ -210,12 +211,7 @@ def _overlaps(a: tuple[Ints, Boxes], b: tuple[Ints, Boxes]) -> Boxes:
     if not len(a[0]) or not len(b[0]) or a[0][-1] < b[0][0] or b[0][-1] < a[0][0]:
         return np.zeros(0)
     _, i, j = np.intersect1d(a[0], b[0], assume_unique=True, return_indices=True)
-    p, q = a[1][i], b[1][j]
-    sides = np.minimum(p[:, 2:], q[:, 2:]) - np.maximum(p[:, :2], q[:, :2])
-    inner = np.prod(np.maximum(sides, 0.0), axis=1)
-    both = np.prod(p[:, 2:] - p[:, :2], axis=1) + np.prod(q[:, 2:] - q[:, :2], axis=1) - inner
-    iou: Boxes = inner / np.maximum(both, 1e-12)
-    return iou
+    return iou_each(a[1][i], b[1][j])
 
 
 def _agreement(wanted: EffectiveTrack, shown: EffectiveTrack) -> float:

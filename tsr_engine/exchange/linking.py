@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.exchange.checks import Intake
 from tsr_engine.exchange.formats import Switch
+from tsr_engine.geometry.boxes import iou
 
 __all__ = ["GAP", "LEAST_IOU", "LINK_SWITCH", "LooseBoxes"]
 
@@ -141,13 +142,13 @@ def _pairs(boxes: list[_Box], last: dict[int, int], before: dict[int, int], now:
     if not last:
         return []
     tracks = list(last)
-    iou = _iou(
+    overlap = _iou(
         np.array([_expected(boxes, last[t], before.get(t), boxes[now[0]].frame) for t in tracks]),
         np.array([boxes[k].edges for k in now]),
     )
     same = np.array([[boxes[last[t]].label == boxes[k].label for k in now] for t in tracks])
-    rows, columns = np.nonzero(iou >= LEAST_IOU)
-    best = np.lexsort((columns, rows, -iou[rows, columns], ~same[rows, columns]))
+    rows, columns = np.nonzero(overlap >= LEAST_IOU)
+    best = np.lexsort((columns, rows, -overlap[rows, columns], ~same[rows, columns]))
     taken_rows: set[int] = set()
     taken_columns: set[int] = set()
     out: list[tuple[int, int]] = []
@@ -173,11 +174,5 @@ def _expected(boxes: list[_Box], last: int, before: int | None, frame: int) -> t
 
 def _iou(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Overlap of each pair, shape (len(a), len(b)); 0 where a box has no area or is not finite."""
-    with np.errstate(all="ignore"):
-        low = np.maximum(a[:, None, :2], b[None, :, :2])
-        high = np.minimum(a[:, None, 2:], b[None, :, 2:])
-        shared = np.prod(np.maximum(high - low, 0.0), axis=2)
-        area_a = np.prod(a[:, 2:] - a[:, :2], axis=1)
-        area_b = np.prod(b[:, 2:] - b[:, :2], axis=1)
-        iou: NDArray[np.float64] = np.nan_to_num(shared / (area_a[:, None] + area_b[None, :] - shared))
-    return iou
+    with np.errstate(all="ignore"):  # what a file says has not been checked yet
+        return iou(a, b)

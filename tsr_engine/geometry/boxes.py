@@ -54,9 +54,7 @@ def intersection(a: ArrayLike, b: ArrayLike) -> FloatArray:
     """Pairwise intersection areas in px^2, shape (n, m)."""
     p = np.asarray(a, dtype=np.float64).reshape(-1, 1, 4)
     q = np.asarray(b, dtype=np.float64).reshape(1, -1, 4)
-    w = np.minimum(p[..., 2], q[..., 2]) - np.maximum(p[..., 0], q[..., 0])
-    h = np.minimum(p[..., 3], q[..., 3]) - np.maximum(p[..., 1], q[..., 1])
-    return np.asarray(np.maximum(0.0, w) * np.maximum(0.0, h))
+    return _common(p, q)
 
 
 def iou(a: ArrayLike, b: ArrayLike) -> FloatArray:
@@ -64,6 +62,21 @@ def iou(a: ArrayLike, b: ArrayLike) -> FloatArray:
     inter = intersection(a, b)
     union = np.reshape(area(a), (-1, 1)) + np.reshape(area(b), (1, -1)) - inter
     return np.asarray(np.divide(inter, union, out=np.zeros_like(inter), where=union > 0))
+
+
+def iou_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
+    """Intersection over union of each box of ``a`` with the one in its place in ``b``, in [0, 1], shape (n,)."""
+    p, q = np.asarray(a, dtype=np.float64).reshape(-1, 4), np.asarray(b, dtype=np.float64).reshape(-1, 4)
+    inter = _common(p, q)
+    union = area(p) + area(q) - inter
+    return np.asarray(np.divide(inter, union, out=np.zeros_like(inter), where=union > 0))
+
+
+def _common(p: FloatArray, q: FloatArray) -> FloatArray:
+    """Intersection areas of boxes whose shapes (..., 4) broadcast."""
+    w = np.minimum(p[..., 2], q[..., 2]) - np.maximum(p[..., 0], q[..., 0])
+    h = np.minimum(p[..., 3], q[..., 3]) - np.maximum(p[..., 1], q[..., 1])
+    return np.asarray(np.maximum(0.0, w) * np.maximum(0.0, h))
 
 
 def non_overlap(a: ArrayLike, b: ArrayLike) -> FloatArray:
