@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 from pathlib import Path
 
 from tsr_engine.io.unfinished import fsync_path
 
-__all__ = ["artefact_folder", "clear_folder", "file_sha256", "settle_file"]
-
-_CHUNK = 1 << 20
+__all__ = ["artefact_folder", "clear_folder", "settle_file"]
 
 
 def artefact_folder(home: Path, artefact_id: str) -> Path:
@@ -27,12 +24,3 @@ def settle_file(path: Path) -> None:
     """Bring a finished file and its name to the disk."""
     for place in (path, path.parent):
         fsync_path(place)
-
-
-def file_sha256(path: Path) -> str:
-    """Digest of a file's bytes."""
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            digest.update(chunk)
-    return digest.hexdigest()

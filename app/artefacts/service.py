@@ -16,7 +16,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.artefacts.folders import artefact_folder, clear_folder, file_sha256, settle_file
+from app.artefacts.folders import artefact_folder, clear_folder, settle_file
 from app.artefacts.settling import settle_artefact
 from app.artefacts.view import ArtefactView, artefact_view, publish_artefact
 from app.errors import Conflict, NotFound
@@ -28,6 +28,7 @@ from app.storage.database import Database
 from app.storage.models import Artefact
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
+from tsr_engine.io.digest import file_sha256
 
 __all__ = ["KINDS", "ArtefactService"]
 

@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tsr_engine.errors import VideoError
+from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video import VideoLimits, open_video, video_sha256
 
 Get = Callable[[str], Any]
@@ -218,5 +219,8 @@ def test_identity_is_the_hash_of_the_bytes(tmp_path: Path) -> None:
     path = tmp_path / "abc"
     path.write_bytes(b"abc")
     assert video_sha256(path) == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert file_sha256(path) == video_sha256(path)
     with pytest.raises(VideoError, match="There is no video at"):
         video_sha256(tmp_path / "absent")
+    with pytest.raises(FileNotFoundError):
+        file_sha256(tmp_path / "absent")

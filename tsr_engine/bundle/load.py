@@ -13,10 +13,11 @@ from tempfile import TemporaryDirectory
 
 from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION, FRAMES, MANIFEST, NETWORK, OUTPUT, README
-from tsr_engine.bundle.manifest import Manifest, file_digest
+from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.bundle.output import Output, read_rows
 from tsr_engine.errors import ImportFormatError, TsrError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
+from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_probe import check_file
 
 __all__ = ["LIMITS", "Bundle", "BundleFrame", "is_bundle", "open_bundle"]
@@ -135,7 +136,7 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
         raise ImportFormatError(f"{bundle}: {name[:120]!r} is not in its {MANIFEST}. Make the bundle anew.")
     for name, entry in listed.items():
         path = folder / name
-        if path.stat().st_size != entry.size or file_digest(path) != entry.sha256:
+        if path.stat().st_size != entry.size or file_sha256(path) != entry.sha256:
             raise ImportFormatError(
                 f"{bundle}: {name} is not the file that {MANIFEST} names: its hash is another. Copy the bundle again."
             )

@@ -34,7 +34,6 @@ from tsr_engine.bundle.manifest import (
     Manifest,
     NetworkFacts,
     SourceVideo,
-    file_digest,
 )
 from tsr_engine.bundle.models import choose_models, put_models
 from tsr_engine.bundle.network import network_text, put_network
@@ -46,6 +45,7 @@ from tsr_engine.evidence import EvidenceReader, ResultRow
 from tsr_engine.exchange.archive import pack
 from tsr_engine.exchange.publish import workshop
 from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
+from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
@@ -331,7 +331,7 @@ class _Maker:
             ),
             clip=ClipFacts(
                 file="clip.mp4" if clip.path.suffix == ".mp4" else "clip.mkv",
-                sha256=file_digest(clip.path),
+                sha256=file_sha256(clip.path),
                 offset=clip.offset,
                 width=width,
                 height=height,
@@ -370,7 +370,7 @@ def _files(folder: Path) -> list[BundleFile]:
     """Every file but the manifest, by name."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
     return [
-        BundleFile(name=path.relative_to(folder).as_posix(), size=path.stat().st_size, sha256=file_digest(path))
+        BundleFile(name=path.relative_to(folder).as_posix(), size=path.stat().st_size, sha256=file_sha256(path))
         for path in paths
     ]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -21,7 +20,6 @@ __all__ = [
     "Manifest",
     "NetworkFacts",
     "SourceVideo",
-    "file_digest",
 ]
 
 _Text = Annotated[str, Field(max_length=20_000, pattern=r"^[^\x00]*$")]
@@ -185,9 +183,3 @@ class Manifest(_Part):
             place = ".".join(map(str, first["loc"]))[:120] or "it"
             message = first["msg"][:200]
             raise ImportFormatError(f"{name}, {MANIFEST}, {place}: {message}. Make the bundle anew.") from None
-
-
-def file_digest(path: Path) -> str:
-    """SHA-256 of a file's bytes, hex."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from tsr_engine.bundle.layout import NETWORK
-from tsr_engine.bundle.manifest import NetworkFacts, file_digest
+from tsr_engine.bundle.manifest import NetworkFacts
 from tsr_engine.errors import InputError, ModelError, UsageError
+from tsr_engine.io.digest import file_sha256
 
 if TYPE_CHECKING:
     from tsr_engine.bundle.load import Bundle
@@ -60,7 +61,7 @@ def put_network(models: Mapping[str, str], path: Path | None, folder: Path) -> N
             raise UsageError(f"The run used no ONNX network, so {path} does not belong to it. Leave --onnx out.")
         return facts
     try:
-        digest, size = file_digest(path), path.stat().st_size
+        digest, size = file_sha256(path), path.stat().st_size
     except OSError as error:
         raise InputError(f"Cannot read the network {path}: {error.strerror}. Check --onnx.") from None
     if digest != facts.sha256:

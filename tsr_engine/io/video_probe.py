@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import stat
 from collections.abc import Iterator
@@ -13,6 +12,7 @@ from typing import Any
 import av
 
 from tsr_engine.errors import VideoError
+from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_limits import VideoLimits
 
 FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm"
@@ -30,8 +30,7 @@ def video_sha256(path: Path | str) -> str:
     """
     path = Path(path)
     try:
-        with path.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
+        return file_sha256(path)
     except OSError as error:
         raise VideoError(_unreadable(path, error)) from None
 

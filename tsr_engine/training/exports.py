@@ -6,7 +6,6 @@ Without it the pictures that the export carries are used.
 
 from __future__ import annotations
 
-import hashlib
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,13 +22,13 @@ from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.manifest import MANIFEST, read_manifest
 from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import format_named
+from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.training.corrections import verdict
 
 __all__ = ["OpenedExport", "open_export"]
 
 _REVIEWED: Final = frozenset({"accepted", "rejected"})
-_CHUNK: Final = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +109,7 @@ def open_export(
         pictures.append(own)
     about = {
         "name": path.name,
-        "sha256": _digest(path if path.is_file() else path / MANIFEST),
+        "sha256": file_sha256(path if path.is_file() else path / MANIFEST),
         "format": chosen.name,
         "runs": [dict(entry.get("provenance", {})) for entry in content["videos"]],
         "videos": [entry["sha256"] for entry in content["videos"]],
@@ -165,11 +164,3 @@ def _reviewed(tracks: Iterator[Track], content: Mapping[str, Any]) -> Iterator[T
     only = str(asked[0]) if isinstance(asked, Sequence) and len(asked) == 1 and asked[0] in _REVIEWED else None
     for track in tracks:
         yield replace(track, state=only) if only is not None and track.state == "open" else track
-
-
-def _digest(path: Path) -> str:
-    digest = hashlib.sha256()
-    with path.open("rb") as stream:
-        while chunk := stream.read(_CHUNK):
-            digest.update(chunk)
-    return digest.hexdigest()

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from long_run import SEGMENT, make_long_run
 from toy_server import SECRET
 
-from app.artefacts.folders import artefact_folder, file_sha256
+from app.artefacts.folders import artefact_folder
 from app.context import Context, build_context
 from app.events import EventBus
 from app.exchange.export import ExportRequest
@@ -31,6 +31,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Artefact, Job, Run
 from tests.patience import until
+from tsr_engine.io.digest import file_sha256
 
 FRAMES = 2 * SEGMENT
 PICTURES = 150

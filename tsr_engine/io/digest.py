@@ -1,0 +1,18 @@
+"""The SHA-256 of a file, by which videos, artefacts and the parts of bundles are known."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+__all__ = ["file_sha256"]
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file's bytes, hex; a piece of it in memory at a time.
+
+    Raises:
+        OSError: it is missing or cannot be read.
+    """
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
