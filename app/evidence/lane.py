@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.evidence.overlays import LARGEST, Box, box_of, number
-from app.evidence.tables import SOURCE_SQL, tau_of
+from app.evidence.tables import SOURCE_SQL, symmetry_floor_of, tau_of
 from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
 
@@ -54,6 +54,7 @@ class TrackLane(Model):
     unlearned: list[int]
     events: list[TrackEvent]
     tau: float
+    symmetry_floor: float
 
 
 _LANE = f"""
@@ -113,6 +114,7 @@ def track_lane(reader: EvidenceReader, track_id: int) -> TrackLane | None:
             )
         ],
         tau=tau_of(reader),
+        symmetry_floor=symmetry_floor_of(reader),
     )
 
 

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.geometry.boxes import area, clip
 
-__all__ = ["SOURCES", "BoxTable", "FloatColumn", "IntColumn", "columns", "confirmed_boxes", "tau_of"]
+__all__ = [
+    "SOURCES", "BoxTable", "FloatColumn", "IntColumn", "columns", "confirmed_boxes", "symmetry_floor_of", "tau_of",
+]  # fmt: skip
 
 IntColumn = NDArray[np.int64]
 FloatColumn = NDArray[np.float64]
@@ -110,3 +112,8 @@ def confirmed_boxes(reader: EvidenceReader) -> BoxTable:
 def tau_of(reader: EvidenceReader) -> float:
     """The gate's threshold that the run was made with."""
     return float(reader.header.parameters["gate"]["tau"])
+
+
+def symmetry_floor_of(reader: EvidenceReader) -> float:
+    """The mirror symmetry that the run's gate took for anything below it."""
+    return float(reader.header.parameters["gate"]["symmetry_floor"])

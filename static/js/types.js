@@ -142,7 +142,7 @@
  * @property {(number|null)[]} raw_score
  * @property {(number|null)[]} prior
  * @property {(number|null)[]} l_positive
- * @property {(number|null)[]} symmetry          symm >= 1
+ * @property {(number|null)[]} symmetry          1 / max(symmetry_magnitude, symmetry_floor)
  * @property {(number|null)[]} symmetry_magnitude
  * @property {(number|null)[]} hash_distance
  * @property {(number|null)[]} position_distance
@@ -160,6 +160,7 @@
  * @property {number[]} unlearned
  * @property {{frame: number, kind: string, text: string}[]} events
  * @property {number} tau
+ * @property {number} symmetry_floor             the run's parameter: a smaller symmetry_magnitude counts as this in `symmetry`
  */
 
 /**

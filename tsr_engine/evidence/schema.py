@@ -124,7 +124,7 @@ TABLES: tuple[Table, ...] = (
             _FRAME,
             _TRACK,
             ("symmetry_magnitude", "", "strength of the best mirror axis, in [0, 1]"),
-            ("symmetry", "", "`symm`: reciprocal of the floored magnitude"),
+            ("symmetry", "", "`symm`: 1 / max(`symmetry_magnitude`, `gate.symmetry_floor`)"),
             ("hash_distance", "", "`p_ph`: Hamming distance of the perceptual hashes, 0..64"),
             ("position_distance", "", "`p_pos`: distance of the centres, in px or sides as `position_unit` says"),
             ("l_positive", "", "the product"),

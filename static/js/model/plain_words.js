@@ -56,6 +56,28 @@ export function verdictAt(lane, i) {
   return `${verdict}: L = ${sum} ${relation} ${short(lane.tau)}${whole || known.length === 0 ? '' : `, from ${known.join(', ')}`}.`;
 }
 
+/**
+ * Where the first factor of a verdict comes from. A weak symmetry counts as the run's floor, so that the factor is not
+ * the reciprocal of what was measured.
+ *
+ * @param {TrackLane} lane
+ * @param {number} i      place in the columns
+ * @returns {string|null} null: the gate did not judge this frame
+ */
+export function symmetryAt(lane, i) {
+  const measured = lane.symmetry_magnitude[i];
+  const factor = lane.symmetry[i];
+  if (measured === null || factor === null) return null;
+  const counted = Math.max(measured, lane.symmetry_floor);
+  return `The crop’s mirror symmetry is ${short(measured)}${countsAs(measured, lane.symmetry_floor)}: the factor is 1 / ${short(counted)} = ${short(factor)}.`;
+}
+
+/** What follows the mirror symmetry of a crop where another value counts. @param {number} measured @param {number} floor   the run's symmetry_floor */
+export const countsAs = (measured, floor) => (measured < floor ? ` and counts as ${short(floor)} (symmetry_floor)` : '');
+
+/** What the lane of the first factor shows. @param {number} floor   the run's symmetry_floor */
+export const symmetryHint = (floor) => `First factor: 1 / mirror symmetry of the crop, which counts as ${short(floor)} (symmetry_floor) where it is less; small is good`;
+
 /** How a rejected L stands to tau; in the engine's own sentences too. @param {number|null} likelihood @param {number} tau */
 const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
 

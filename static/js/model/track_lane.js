@@ -30,7 +30,7 @@ import { trackName } from './track_name.js';
 /** Classes whose votes are told, as in the engine's lanes. */
 const LEADING = 6;
 /** What of a lane is no column with an entry a frame. @type {ReadonlySet<keyof TrackLane>} */
-const NOT_BY_FRAME = new Set(/** @type {const} */ (['id', 'tau', 'classes', 'events', 'votes', 'probabilities']));
+const NOT_BY_FRAME = new Set(/** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'events', 'votes', 'probabilities']));
 
 /** What was asked for last: lanes and inspector ask for the same. @type {{asked: string, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
 let latest = null;
@@ -152,7 +152,7 @@ function voted(pieces) {
   const columns = /** @type {(keyof TrackLane)[]} */ (Object.keys(pieces[0].lane)).filter((name) => !NOT_BY_FRAME.has(name));
   return /** @type {TrackLane} */ ({
     .../** @type {object} */ (Object.fromEntries(columns.map((name) => [name, column(name)]))),
-    id: pieces[0].lane.id, tau: pieces[0].lane.tau, classes, votes, probabilities,
+    id: pieces[0].lane.id, tau: pieces[0].lane.tau, symmetry_floor: pieces[0].lane.symmetry_floor, classes, votes, probabilities,
     events: pieces.flatMap((piece) => piece.lane.events.filter(({ frame }) => isOf(piece, frame))),
   });
 }

@@ -74,6 +74,8 @@ def test_a_lane_has_one_entry_a_frame_and_null_where_no_step_took_place(home: An
         if gate is not None:
             assert lane.l_positive[i] == pytest.approx(gate.l_positive, abs=1e-4)
             assert lane.confident[i] is gate.confident
+            floored = max(lane.symmetry_magnitude[i], lane.symmetry_floor)
+            assert lane.symmetry[i] == pytest.approx(1 / floored, rel=1e-3), "as the page says"
         if seen is not None:
             assert lane.top[i] == int(np.argmax(seen.probabilities))
             assert lane.votes[i] == pytest.approx((seen.votes / seen.votes.sum())[lane.classes].tolist(), abs=1e-4)

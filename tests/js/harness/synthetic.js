@@ -53,7 +53,7 @@ export function drive(frames, count) {
 export function laneOf(tracks, i, last = tracks.last[i]) {
   const next = random(i + 99);
   /** @type {any} */
-  const lane = { id: tracks.id[i], classes: [tracks.class_id[i], tracks.runner_up[i], 20], events: [], tau: 15 };
+  const lane = { id: tracks.id[i], classes: [tracks.class_id[i], tracks.runner_up[i], 20], events: [], tau: 15, symmetry_floor: 0.6 };
   for (const name of ['frame', 'source', 'box', 'score', 'raw_score', 'prior', 'l_positive', 'symmetry', 'symmetry_magnitude', 'hash_distance', 'position_distance', 'confident', 'decision', 'probability', 'scale', 'weight', 'votes', 'probabilities', 'top', 'top_probability', 'learned', 'unlearned']) lane[name] = [];
   for (let frame = tracks.first[i]; frame <= last; frame += 1) {
     const step = frame - tracks.first[i];

@@ -6,7 +6,7 @@ import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/mo
 import { hashBits } from '../../../static/js/model/hash_bits.js';
 import { packIntervals } from '../../../static/js/model/interval_packing.js';
 import { CORRECTED, NOT_A_SIGN, barAt, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
-import { sentencesOf, short, sourceAt, verdictAt } from '../../../static/js/model/plain_words.js';
+import { countsAs, sentencesOf, short, sourceAt, symmetryAt, symmetryHint, verdictAt } from '../../../static/js/model/plain_words.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { emptyDoc } from '../../../static/js/model/documents.js';
@@ -191,6 +191,20 @@ test('a frame says where its box comes from, and its verdict with all factors', 
   assert.equal(verdictAt(lane, 0), null);
   assert.equal(verdictAt(lane, 1), 'Prediction rejected: L = 1.67 (symmetry) × 20 (bits of its look) × 0.547 (position) = 18.2 > 15.');
   assert.equal(verdictAt(lane, 2), 'Prediction confident: L = 9 < 15, from 2 (symmetry), 4 (bits of its look), 0.5 (position).');
+});
+
+test('the first factor is explained with the run’s own floor', () => {
+  const lane = laneOf(tracks, 2);
+  Object.assign(lane, { symmetry_floor: 0.6, symmetry: [null, 1.6667, 1.4085], symmetry_magnitude: [null, 0.239, 0.71] });
+  assert.equal(symmetryAt(lane, 0), null);
+  assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239 and counts as 0.6 (symmetry_floor): the factor is 1 / 0.6 = 1.67.');
+  assert.equal(symmetryAt(lane, 2), 'The crop’s mirror symmetry is 0.71: the factor is 1 / 0.71 = 1.41.');
+  lane.symmetry_floor = 0.2;
+  lane.symmetry[1] = 1 / 0.239;
+  assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239: the factor is 1 / 0.239 = 4.18.');
+  assert.equal(countsAs(0.239, 0.6), ' and counts as 0.6 (symmetry_floor)');
+  assert.equal(countsAs(0.6, 0.6), '');
+  assert.match(symmetryHint(0.25), /counts as 0\.25 \(symmetry_floor\) where it is less/);
 });
 
 test('hash bits, the highest first', () => {

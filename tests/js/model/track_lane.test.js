@@ -56,6 +56,7 @@ test('a track that nobody touched has the engine’s lane itself', () => {
 test('the halves of a split have their own frames and their own votes', () => {
   const head = documentLane('m7', cut([[7, 10, 12]]), LANES);
   assert.deepEqual(head?.lane.frame, [10, 11, 12]);
+  assert.deepEqual([head?.lane.tau, head?.lane.symmetry_floor], [SEVEN.tau, SEVEN.symmetry_floor]);
   assert.deepEqual(head?.lane.votes.map(rounded), [[0.9, 0.1], null, [0.75, 0.25]]);
   assert.deepEqual(head?.reading && [head.reading.class_id, head.reading.runner_up], [14, 13]);
   const tail = documentLane('hab', cut([[7, 13, 14]], 'hab'), LANES);

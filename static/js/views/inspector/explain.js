@@ -7,7 +7,7 @@
 import { placeAt } from '../../model/detail_columns.js';
 import { hashBits } from '../../model/hash_bits.js';
 import { personAt } from '../../model/persons_words.js';
-import { short, sourceAt, verdictAt } from '../../model/plain_words.js';
+import { countsAs, short, sourceAt, symmetryAt, verdictAt } from '../../model/plain_words.js';
 import { fill, h, s, setText } from '../dom.js';
 import { percent } from '../format.js';
 
@@ -28,6 +28,7 @@ export function createExplain(app, signal) {
     if (!now?.found || !run) return;
     const frame = now.review.frame;
     const track = now.found.track[placeAt(frames, frame)];
+    const floor = now.found.lane.symmetry_floor;
     const key = `${run.id} ${now.entry.key} ${frame}`;
     asked = key;
     fill(result, h('p', { class: 'small muted' }, 'Looking at the crop again…'));
@@ -37,7 +38,7 @@ export function createExplain(app, signal) {
       const url = app.api.cropUrl(run.id, track, frame, 256);
       const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
       const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
-      fill(result, symmetry ? symmetryFigure(symmetry, prediction) : null, found.hash ? hashFigure(found.hash) : null);
+      fill(result, symmetry ? symmetryFigure(symmetry, prediction, floor) : null, found.hash ? hashFigure(found.hash) : null);
     } catch (error) {
       if (asked === key && !signal.aborted) fill(result, h('p', { class: 'small field-error' }, error instanceof Error ? error.message : 'The crop could not be explained.'));
     }
@@ -60,7 +61,7 @@ export function createExplain(app, signal) {
       button.hidden = verdict === null;
       setText(title, `Frame ${review.frame}`);
       const said = inspected.doc && personAt(inspected.doc, review.frame);
-      const engines = here ? [sourceAt(lane, at), verdict ?? 'The gate judged no prediction in this frame.', readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
+      const engines = here ? [sourceAt(lane, at), verdict ?? 'The gate judged no prediction in this frame.', verdict && symmetryAt(lane, at), readAs(inspected, at)] : ['The engine has no box of this track in this frame.'];
       const lines = said === null ? engines : [said, here ? 'What the engine had here:' : null, ...engines];
       // what the verdict says already is not said twice
       const events = inspected.sentences.filter(({ frame, kind }) => frame === review.frame && !(here && (kind === 'rejected' || kind === 'born' || kind === 'ended')));
@@ -80,8 +81,8 @@ function readAs({ state, lane }, i) {
   return `Read as ${state.labels.find(({ id }) => id === top)?.name ?? `class ${top}`} with P = ${percent(lane.top_probability[i])}; ${weight}.`;
 }
 
-/** @param {SymmetryView} symmetry @param {string} url */
-function symmetryFigure(symmetry, url) {
+/** @param {SymmetryView} symmetry @param {string} url @param {number} floor   the run's symmetry_floor */
+function symmetryFigure(symmetry, url, floor) {
   const [width, height] = symmetry.size;
   const strongest = Math.max(1e-9, ...symmetry.matches.map((match) => match[4]));
   const drawing = s('svg', { viewBox: `0 0 ${width} ${height}`, class: 'explain-matches', role: 'img', 'aria-label': `${symmetry.matches.length} mirrored pairs of features` },
@@ -89,7 +90,7 @@ function symmetryFigure(symmetry, url) {
     symmetry.matches.map(([x1, y1, x2, y2, weight]) => s('g', { opacity: (0.35 + (0.65 * weight) / strongest).toFixed(2) },
       s('line', { x1, y1, x2, y2, class: 'explain-pair' }), s('circle', { cx: x1, cy: y1, r: width / 60, class: 'explain-point' }), s('circle', { cx: x2, cy: y2, r: width / 60, class: 'explain-point' }))),
     symmetry.axis ? s('line', { x1: symmetry.axis[0], y1: symmetry.axis[1], x2: symmetry.axis[2], y2: symmetry.axis[3], class: 'explain-axis' }) : null);
-  return h('figure', null, drawing, h('figcaption', { class: 'small muted' }, `Symmetry ${short(symmetry.magnitude)} from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}`));
+  return h('figure', null, drawing, h('figcaption', { class: 'small muted' }, `Symmetry ${short(symmetry.magnitude)} from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}${countsAs(symmetry.magnitude, floor)}`));
 }
 
 /** @param {{crop: string, mean: string, distance: number}} hash */

@@ -16,7 +16,7 @@ import { logPlace } from '../../model/gate_lane.js';
 export const SUB_LANES = [
   { id: 'gate', label: 'L positive', hint: 'The gate’s product on a log axis; below tau a prediction is confident', height: 68, kind: 'gate', series: ['l_positive'] },
   { id: 'votes', label: 'Class votes', hint: 'Fused share of the leading classes', height: 68, kind: 'votes', series: [] },
-  { id: 'symmetry', label: 'Symmetry', hint: 'First factor: 1 / mirror symmetry of the crop; small is good', height: 32, kind: 'line', series: ['symmetry'] },
+  { id: 'symmetry', label: 'Symmetry', hint: 'First factor: 1 / mirror symmetry of the crop, or the run’s symmetry_floor where that is more; small is good', height: 32, kind: 'line', series: ['symmetry'] },
   { id: 'hash', label: 'Look (bits)', hint: 'Second factor: bits that differ from the mean of earlier crops', height: 32, kind: 'line', series: ['hash_distance'] },
   { id: 'position', label: 'Position', hint: 'Third factor: distance to the result of the frame before', height: 32, kind: 'line', series: ['position_distance'] },
   { id: 'score', label: 'Score', hint: 'Offline detector: with the prior (solid) and without (dashed)', height: 44, kind: 'line', series: ['score', 'raw_score'] },

@@ -36,10 +36,11 @@ export function createFrame() {
     whatIf: h('button', { class: 'btn btn-small', type: 'button' }, icon('whatif'), h('span', null, 'What if tau = …')),
   };
   const values = SUB_LANES.map(() => h('span', { class: 'lanes-value' }));
-  const gutter = h('div', { class: 'lanes-gutter lanes-detail-gutter' }, SUB_LANES.map((lane, i) => h('div', {
+  const names = SUB_LANES.map((lane, i) => h('div', {
     class: `lanes-lane-name lanes-lane-${lane.kind}`, title: lane.hint, style: { '--lane': String(lane.height) },
   }, h('span', { class: 'lanes-lane-title' }, h('span', { class: 'truncate' }, lane.label), values[i]),
-  lane.kind === 'gate' ? parts.flips : null, lane.kind === 'votes' ? parts.legend : null)));
+  lane.kind === 'gate' ? parts.flips : null, lane.kind === 'votes' ? parts.legend : null));
+  const gutter = h('div', { class: 'lanes-gutter lanes-detail-gutter' }, names);
   const overviewPlot = h('div', { class: 'lanes-plot', title: 'The whole drive: tracks at once (height), open doubt (lower band)' }, parts.overview, parts.window, parts.overviewCursor);
   const axisPlot = h('div', {
     class: 'lanes-plot', role: 'slider', tabindex: '0', 'aria-label': 'Position in the video',
@@ -60,7 +61,7 @@ export function createFrame() {
     h('div', { class: 'lanes-strip lanes-axis' }, h('div', { class: 'lanes-gutter' }, parts.count), axisPlot),
     tracksPane, detailHead, detailPane, h('div', { class: 'lanes-marks', 'aria-hidden': 'true' }, parts.hover, parts.playhead));
   const element = h('section', { class: 'lanes panel', 'aria-label': 'Why lanes' }, head, body);
-  return { ...parts, element, body, values, overviewPlot, axisPlot, tracksPlot, tracksPane, detailPlot, detailPane, detailHead };
+  return { ...parts, element, body, names, values, overviewPlot, axisPlot, tracksPlot, tracksPane, detailPlot, detailPane, detailHead };
 }
 
 /**

@@ -7,7 +7,7 @@
 import { countFlips } from '../../model/gate_lane.js';
 import { detailColumns, placeAt } from '../../model/detail_columns.js';
 import { NOT_A_SIGN, NO_CLASS, barAt, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
-import { short } from '../../model/plain_words.js';
+import { short, symmetryHint } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
@@ -31,6 +31,7 @@ import { paintTracks } from './tracks_painter.js';
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 
 const ROW = 20;
+const FIRST_FACTOR = SUB_LANES.findIndex(({ id }) => id === 'symmetry');
 
 /** @param {import('../app.js').ViewApp} app */
 export function createLanes(app) {
@@ -280,6 +281,7 @@ export function createLanes(app) {
     if (found !== lane) {
       lane = found;
       columns = lane ? detailColumns(lane) : null;
+      if (lane) setAttribute(parts.names[FIRST_FACTOR], 'title', symmetryHint(lane.symmetry_floor));
       dirty.detail = true;
       measure();
     }
