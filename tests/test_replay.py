@@ -17,12 +17,14 @@ from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, Parts, rescored, start_core
+from tsr_engine.pipeline import RECOMPUTED, Components, Parts, rescored, start_core
 from tsr_engine.protocols import PixelSource, Sighting
 from tsr_engine.recognition.crops import crop_bounds
-from tsr_engine.records import Detections, FloatArray, FrameEvidence
+from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence
 from tsr_engine.replay import ReplayReport, changed_parameters, check_models, replay, run_params
 from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.tracking import tracker
+from tsr_engine.tracking.track import Track
 
 
 def load_toys() -> ModuleType:
@@ -67,6 +69,39 @@ def test_same_parameters_give_the_same_bits_in_every_record(run: Path) -> None:
     assert report.missing_pixels == report.missing_frames == 0
     assert not report.diff
     assert report.tracks == report.before
+
+
+def test_a_run_whose_events_were_worded_otherwise_replays_and_goes_on_as_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    video = toys.write_drive(tmp_path / "drive.mp4", 40)
+    today = tracker._confirmed
+
+    def earlier(track: Track, window: int) -> Event:
+        event = today(track, window)
+        return replace(event, text=f"Track {track.track_id} is confirmed by 3 detections in {track.age + 1} frames.")
+
+    asked = 0
+
+    def stop() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > 30
+
+    request = RunRequest(video, toys.PARAMS, tmp_path / "run")
+    with monkeypatch.context() as then:
+        then.setattr(tracker, "_confirmed", earlier)
+        track_video(request, toys.components(toys.PARAMS), stop=stop)
+    report = track_video(request, toys.components(toys.PARAMS))
+    assert report.resumed_at is not None
+    with EvidenceReader(tmp_path / "run") as reader:
+        words = {event.text for _, event in reader.events() if event.kind == "confirmed"}
+    _, same = again(tmp_path / "run")
+    assert any("in its last" not in text for text in words), words
+    assert (same.frames, same.identical, same.first_difference) == (40, 40, "")
+    one, other = (Event("died", 1, text, {"missed": missed}) for text, missed in (("It ended.", 3), ("Over.", 4)))
+    found = list(differences(one, other, ignore=RECOMPUTED))
+    assert found == ["values['missed']: 3 against 4"], "what an event says is compared"
 
 
 def test_the_online_svm_replays_bit_by_bit_too(tmp_path: Path) -> None:

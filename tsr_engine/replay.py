@@ -61,7 +61,7 @@ class ReplayReport:
 
     frames: int = 0
     identical: int = 0
-    """Frames whose every record equals the stored one, bit by bit."""
+    """Frames whose every record equals the stored one, bit by bit; how an event is worded is left aside."""
     first_difference: str = ""
     """Where the first other frame differs first."""
     missing_pixels: int = 0

@@ -44,6 +44,21 @@ def test_birth_and_confirmation_after_k_detections() -> None:
     assert out[2].tracks[0].source == "detected"
 
 
+def test_a_confirmation_counts_the_detections_of_the_window_that_it_names() -> None:
+    strict = PARAMS.model_copy(update={"confirm_score": -10.0, "sure_score": None})
+    found = {
+        f: detections(approach(f)) for f in (0, 5, 10, 11)
+    }  # the first of them lies farther back than eight frames
+    out = run(Tracker(strict, WIDTH, HEIGHT), found, 12)
+    (event,) = [e for f in out for e in f.events if e.kind == "confirmed"]
+    assert event.text == "Track 1 is confirmed by 3 detections in its last 8 frames."
+    assert event.values == {"hits": 3, "frames": 12, "since": 0}
+    at_once = strict.model_copy(update={"confirm_hits": 1})
+    assert run(Tracker(at_once, WIDTH, HEIGHT), found, 1)[0].events[-1].text == (
+        "Track 1 is confirmed by 1 detection in its last 1 frame."
+    )
+
+
 @pytest.mark.parametrize(("scores", "confirmed"), [((2.0, 1.1), True), ((2.0, 0.9), False), ((9.0,), False)])
 def test_two_sure_detections_confirm_at_once(scores: tuple[float, ...], confirmed: bool) -> None:
     seen = {f: detections(approach(f, score)) for f, score in enumerate(scores)}

@@ -186,7 +186,7 @@ TABLES: tuple[Table, ...] = (
             _ROW,
             _TRACK,
             ("kind", "TEXT NOT NULL", "`born`, `confirmed`, `rejected`, `relocalised`, `missed`, `died`, `relabelled`"),
-            ("text", "TEXT NOT NULL", "one sentence"),
+            ("text", "TEXT NOT NULL", "one sentence; other versions may word it otherwise: replays leave it aside"),
             ("facts", "TEXT NOT NULL", "JSON object: the values behind the sentence"),
         ),
         ("frame", "row"),

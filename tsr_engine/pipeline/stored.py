@@ -17,8 +17,12 @@ from tsr_engine.records import Detections, FrameEvidence
 
 __all__ = ["RECOMPUTED", "input_of", "rebuild", "rescored", "start_core"]
 
-NOT_COMPARED = frozenset({"timings", "regions"})
-"""Fields of ``FrameEvidence`` in which a replay differs from the run by nature."""
+NOT_COMPARED = frozenset({"timings", "regions", "text"})
+"""Fields of ``FrameEvidence`` and of what is in it in which a replay may differ from the run by nature.
+
+``text`` is the sentence of an event: a version that words it anew finds nothing else. What it says is compared, in the
+event's kind and values.
+"""
 RECOMPUTED = NOT_COMPARED
 
 

@@ -227,7 +227,7 @@ class Tracker:
                 track.score = floor + (track.score - floor) * self._params.score_decay
             if track.state == "tentative" and track.may_confirm(self._params):
                 track.state = "confirmed"
-                events.append(_confirmed(track))
+                events.append(_confirmed(track, self._params.confirm_window))
             elif track.missed == 1 and track.state == "confirmed":
                 text = f"Track {track.track_id} has neither a detection nor a sure relocalisation and is predicted."
                 events.append(Event("missed", track.track_id, text))
@@ -347,7 +347,7 @@ class Tracker:
             events.append(Event("born", track.track_id, text, {"score": score, "frame": ordinal}))
             if track.may_confirm(self._params):
                 track.state = "confirmed"
-                events.append(_confirmed(track))
+                events.append(_confirmed(track, self._params.confirm_window))
         return events
 
     def _is_second_view(self, box: FloatArray) -> bool:
@@ -383,9 +383,13 @@ def _completed(box: FloatArray, expected: FloatArray, cut: Edges) -> tuple[Float
     return whole, WHOLE
 
 
-def _confirmed(track: Track) -> Event:
-    values = {"hits": len(track.recent), "frames": track.age + 1, "since": track.born}
-    text = f"Track {track.track_id} is confirmed by {len(track.recent)} detections in {track.age + 1} frames."
+def _confirmed(track: Track, window: int) -> Event:
+    """``window``: frames in which the detections must fall that count; the value ``frames`` is the track's age."""
+    hits, age = len(track.recent), track.age + 1
+    values = {"hits": hits, "frames": age, "since": track.born}
+    frames = min(age, window)
+    by = f"{hits} detection{'' if hits == 1 else 's'} in its last {frames} frame{'' if frames == 1 else 's'}"
+    text = f"Track {track.track_id} is confirmed by {by}."
     return Event("confirmed", track.track_id, text, values)
 
 

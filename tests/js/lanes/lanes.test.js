@@ -173,11 +173,11 @@ test('the end and the beginning are told once, and no sentence names the track',
   const end = lane.frame.at(-1) ?? 0;
   lane.events = [
     { frame: lane.frame[0], kind: 'born', text: `Track ${lane.id} starts from a detection with score 2.04.` },
-    { frame: lane.frame[2], kind: 'confirmed', text: `Track ${lane.id} is confirmed by 3 detections in 3 frames.` },
+    { frame: lane.frame[2], kind: 'confirmed', text: `Track ${lane.id} is confirmed by 3 detections in its last 8 frames.` },
     { frame: end + 1, kind: 'died', text: `Track ${lane.id} ended: only 27% of its box is in view.` },
   ];
   assert.deepEqual(sentencesOf(lane).filter(({ kind }) => kind !== 'unlearned').map(({ text }) => text), [
-    'starts from a detection with score 2.04', 'confirmed by 3 detections in 3 frames', 'ended: only 27% of its box is in view',
+    'starts from a detection with score 2.04', 'confirmed by 3 detections in its last 8 frames', 'ended: only 27% of its box is in view',
   ]);
 });
 
