@@ -9,7 +9,9 @@ import { CORRECTED, NOT_A_SIGN, barAt, buildDensity, buildLaneIndex, judgedLaneI
 import { countsAs, sentencesOf, short, sourceAt, symmetryAt, symmetryHint, verdictAt } from '../../../static/js/model/plain_words.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
-import { emptyDoc } from '../../../static/js/model/documents.js';
+import { documentLane } from '../../../static/js/model/track_lane.js';
+import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
+import { paintDetail } from '../../../static/js/views/lanes/detail_painter.js';
 import { drive, laneOf } from '../harness/synthetic.js';
 
 const { tracks, lanes } = drive(20000, 800);
@@ -139,6 +141,24 @@ test('columns: a step that did not take place is NaN, votes are cumulative', () 
   assert.ok(columns.votes[1] > columns.votes[0]);
   assert.equal(placeAt(columns.frame, lane.frame[3]), 3);
   assert.equal(placeAt(columns.frame, lane.frame[0] - 1), -1);
+});
+
+test('votes are painted in the frames of the track only, not in the gap of a merged one', () => {
+  const [before, after] = [laneOf({ ...tracks, id: [2], first: [83], last: [111] }, 0), laneOf({ ...tracks, id: [6], first: [175], last: [193] }, 0)];
+  const doc = { ...blankDoc('m2'), segments: [{ track: 2, first: 83, last: 111 }, { track: 6, first: 175, last: 193 }] };
+  const merged = documentLane('m2', doc, { 2: before, 6: after });
+  assert.ok(merged);
+  /** @type {[number, number][]} */
+  const painted = [];
+  const ctx = new Proxy({}, {
+    get: (_, name) => (name === 'rect' ? (/** @type {number} */ x, /** @type {number} */ __, /** @type {number} */ w) => painted.push([x, x + w]) : () => {}),
+    set: () => true,
+  });
+  const palette = { unit: 1, colour: {}, series: ['#000'], smallFont: '' };
+  // ten px a frame
+  paintDetail(/** @type {any} */ (ctx), detailColumns(merged.lane), { width: 2000, span: { first: 0, last: 200 }, tau: 15 }, /** @type {any} */ (palette));
+  const frames = new Set(painted.flatMap(([left, right]) => [Math.floor(left / 10), Math.floor((right - 1) / 10)]));
+  assert.deepEqual([...frames].sort((a, b) => a - b), merged.lane.frame);
 });
 
 test('events are sentences without the track that the inspector names already', () => {

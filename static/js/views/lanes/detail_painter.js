@@ -198,7 +198,7 @@ function paintGate(ctx, columns, from, to, area, tau, palette) {
 }
 
 /**
- * Stacked shares; what the leading classes leave is open ground.
+ * Stacked shares; what the leading classes leave is open ground, as is a frame without the track.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {DetailColumns} columns
@@ -223,9 +223,8 @@ function paintVotes(ctx, columns, from, to, area, palette) {
       const left = (frame[i] - area.span.first) * scale;
       if (Math.floor(left) === pixel && i + 1 < to) continue;
       pixel = Math.floor(left);
-      const next = i + 1 < columns.count ? frame[i + 1] : frame[i] + 1;
-      const right = (Math.min(next, frame[i] + 30) - area.span.first) * scale;
-      ctx.rect(left, area.y + area.height * (1 - share), Math.max(1, right - left) + 0.5, area.height * share);
+      // its own frame only: between the parts of a merged track nothing was seen
+      ctx.rect(left, area.y + area.height * (1 - share), Math.max(1, scale) + 0.5, area.height * share);
     }
     ctx.fill();
   }
