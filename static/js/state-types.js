@@ -100,6 +100,7 @@
  * @property {number} least_doubt
  * @property {number|null} least_score   best score of a track, log-odds; null: any, also none at all
  * @property {number|null} most_score
+ * @property {boolean} with_notes        only tracks that somebody has written a note on
  * @property {string} text
  * @property {'doubt'|'time'|'class'|'score'} sort
  */

@@ -15,7 +15,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import FloatRect, Locator, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, centre, imported, on_screen, one_video, to_long_track, wait
+from tests.e2e.review_desk import Desk, centre, edited, imported, on_screen, one_video, to_long_track, wait
 from tests.e2e.screenshots import CHROMIUM, quiet
 
 pytestmark = [
@@ -148,6 +148,25 @@ def test_the_queue_is_filtered_by_score(desk: Desk) -> None:
     page.get_by_label("Least score").fill(str(limit))
     page.get_by_text(f"{len(scores) - below} of {len(scores)} shown").wait_for()
     assert "best of its detections" in (page.get_by_label("Least score").get_attribute("title") or "")
+
+
+def test_notes_are_found_again(desk: Desk) -> None:
+    page = desk.page()
+    selected = to_long_track(page)["selected"]
+    page.get_by_role("tab", name="Inspector").click()
+    page.locator(".notes-form .textarea").fill("Behind the lorry")
+    edited(page, page.locator(".notes-form .btn").click)
+    page.get_by_role("tab", name="Queue").click()
+    found = page.locator(f"#queue-{selected}")
+    for on, off in (
+        (lambda: page.get_by_label("Search tracks").fill("lorry"), lambda: page.get_by_label("Search tracks").fill("")),
+        (page.get_by_role("button", name="Only tracks with notes").click,) * 2,
+    ):
+        on()
+        expect(page.locator(".queue-row")).to_have_count(1)
+        assert "Note: Behind the lorry" in (found.get_attribute("title") or "")
+        off()
+        page.wait_for_function("document.querySelectorAll('.queue-row').length > 1")
 
 
 def test_ground_truth_that_is_shown_says_whose_it_is(desk: Desk) -> None:

@@ -18,7 +18,7 @@
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
-export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_doubt: 0, least_score: null, most_score: null, text: '', sort: 'doubt' });
+export const NO_FILTER = Object.freeze({ class_id: null, review: 'all', least_doubt: 0, least_score: null, most_score: null, with_notes: false, text: '', sort: 'doubt' });
 
 /**
  * The queue in its order, under the page's filter.
@@ -125,6 +125,7 @@ function passes(entry, filter) {
   return (
     (filter.class_id === null || entry.class_id === filter.class_id) &&
     (filter.review === 'all' || entry.review === filter.review) &&
+    (!filter.with_notes || entry.notes.length > 0) &&
     entry.doubt >= filter.least_doubt &&
     // a track without a score is neither above a limit nor below one
     (filter.least_score === null || entry.score >= filter.least_score) &&
@@ -142,7 +143,7 @@ function mentions(entry, word, names) {
   if (entry.track === null && entry.name.includes(word)) return true;
   if (entry.class_id !== null && names.get(entry.class_id)?.includes(word)) return true;
   if (entry.not_a_sign && 'not a sign'.includes(word)) return true;
-  return entry.reasons.some((reason) => reason.toLowerCase().includes(word));
+  return [...entry.reasons, ...entry.notes].some((text) => text.toLowerCase().includes(word));
 }
 
 /**

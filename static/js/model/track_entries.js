@@ -23,7 +23,7 @@
  * @property {string[]} reasons       plain sentences
  * @property {TrackDoc['review']} review
  * @property {boolean} not_a_sign
- * @property {number} notes           how many
+ * @property {readonly string[]} notes   their texts
  */
 import { spanOf } from './effective.js';
 import { shownRuns } from './shown_runs.js';
@@ -95,7 +95,7 @@ function machineEntry(tracks, i, key) {
     reasons: tracks.reasons[i] ?? [],
     review: 'open',
     not_a_sign: false,
-    notes: 0,
+    notes: [],
   };
 }
 
@@ -134,7 +134,7 @@ function documentEntry(tracks, columnOf, doc, column) {
     reasons: known ? reasonsOf(tracks, column, doc) : ['A person drew it.'],
     review: doc.review,
     not_a_sign: doc.not_a_sign,
-    notes: doc.notes.length,
+    notes: doc.notes.map(({ text }) => text),
   };
 }
 

@@ -42,6 +42,17 @@ test('a filter by score has two ends; what has no score passes none of them', ()
   assert.equal(scoreRange(entries.filter(({ key }) => key === 'hab')), null);
 });
 
+test('notes are found by their words, and tracks with notes can be shown alone', () => {
+  const note = (/** @type {string} */ text) => ({ id: text, frame: 12, text, author: 'ann', created: '' });
+  const docs = { m1: doc(1, { notes: [note('Behind the Lorry'), note('ask Ben')] }), m3: doc(3, { notes: [] }) };
+  assert.deepEqual(queueOrder(state(docs, { text: 'lorry' })), ['m1']);
+  assert.deepEqual(queueOrder(state(docs, { text: 'yield ben' })), ['m1'], 'words of the class and of a note together');
+  assert.deepEqual(queueOrder(state(docs, { text: 'lorries' })), []);
+  assert.deepEqual(queueOrder(state(docs, { with_notes: true })), ['m1']);
+  assert.deepEqual(queueOrder(state(docs, { with_notes: true, class_id: 2 })), []);
+  assert.equal(queueOrder(state(docs)).length, 3);
+});
+
 test('a person’s label and review state count, not the engine’s', () => {
   const docs = { m1: doc(1, { class_id: 2, review: 'accepted' }) };
   assert.deepEqual(queueOrder(state(docs, { class_id: 2 })), ['m2', 'm1']);

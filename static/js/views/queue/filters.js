@@ -14,11 +14,12 @@ import { icon } from '../icons.js';
  * @param {AbortSignal} signal
  */
 export function createFilters(app, signal) {
-  const text = h('input', { class: 'input', type: 'search', placeholder: 'Class, number or reason', 'aria-label': 'Search tracks' });
+  const text = h('input', { class: 'input', type: 'search', placeholder: 'Class, number, reason or note', 'aria-label': 'Search tracks' });
   const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'Rejected']]);
   const sort = select('Sort by', [['doubt', 'By doubt'], ['time', 'By time'], ['class', 'By class'], ['score', 'By score']]);
   const doubt = select('Least doubt', [['0', 'Any doubt'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
   const kind = select('Class', [['', 'All classes']]);
+  const noted = h('button', { class: 'btn btn-icon queue-noted', type: 'button', title: 'Only tracks with notes', 'aria-label': 'Only tracks with notes', onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }) }, icon('note'));
   text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
   review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
   sort.addEventListener('change', () => filter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
@@ -26,7 +27,7 @@ export function createFilters(app, signal) {
   kind.addEventListener('change', () => filter(app, { class_id: kind.value === '' ? null : Number(kind.value) }), { signal });
   const least = limit('Least score', 'Score ≥', (score) => filter(app, { least_score: score }));
   const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
-  const element = h('div', { class: 'queue-filters' }, h('span', { class: 'input-with-icon queue-search' }, icon('search'), text), sort, review, kind, doubt, least, most);
+  const element = h('div', { class: 'queue-filters' }, h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted), sort, review, kind, doubt, least, most);
   leaveKeysToPicture(element);
   let listed = '';
   return {
@@ -45,6 +46,7 @@ export function createFilters(app, signal) {
         fill(kind, h('option', { value: '' }, 'All classes'), offered.map((label) => h('option', { value: String(label.id) }, label.name)));
       }
       if (text.value !== now.text) text.value = now.text;
+      setAttribute(noted, 'aria-pressed', String(now.with_notes));
       review.value = now.review;
       sort.value = now.sort;
       doubt.value = String(now.least_doubt);

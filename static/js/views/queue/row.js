@@ -47,7 +47,7 @@ export function createRow(key) {
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       if (!label) picture.removeAttribute('src');
       setText(name, entry.not_a_sign ? 'Not a sign' : (label?.name ?? 'No class yet'));
-      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes > 0 ? ` · ${entry.notes} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
+      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
       const [first = 'Nothing speaks against it.', ...others] = entry.reasons;
@@ -56,7 +56,7 @@ export function createRow(key) {
       // one reason has both lines; of several each of the first two begins a line, for the second is often the one about the class
       reasons[0].classList.toggle('truncate', others.length > 0);
       reasons[1].hidden = others.length === 0;
-      element.title = entry.reasons.join('\n');
+      element.title = [...entry.reasons, ...entry.notes.map((note) => `Note: ${note}`)].join('\n');
       setText(span, frameSpan(entry.first, entry.last));
       setText(score, Number.isFinite(entry.score) ? `· score ${figure(entry.score)}` : '');
       setText(doubtText, `doubt ${percent(entry.doubt)}`);
