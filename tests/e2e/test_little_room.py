@@ -245,3 +245,24 @@ def test_the_toolbar_stands_in_one_row(desk: Desk, width: int) -> None:
     quiet(page)
     tops = page.locator(".toolbar-group").evaluate_all("groups => groups.map((g) => g.getBoundingClientRect().top)")
     assert len(set(tops)) == 1
+
+
+@pytest.mark.parametrize("width", [1001, 1024, 1240])
+def test_the_run_that_is_open_can_be_told_from_the_others(desk: Desk, width: int) -> None:
+    name = "Run 1 with another tau, and none of the closer looks"
+    other = next(
+        (run for run in desk.server.call("GET", f"/videos/{desk.video}/runs")["runs"] if run["name"] == name), None
+    )
+    run = other or imported(desk.server, desk.video, another_tracker(), name)
+    page = desk.page()
+    page.set_viewport_size({"width": width, "height": 768})
+    page.evaluate("hash => { location.hash = hash }", f"#/review/{desk.video}/{run['id']}")
+    chooser = page.locator(".topbar-run")
+    expect(chooser).to_have_value(run["id"])
+    quiet(page)
+    shown = chooser.evaluate("select => select.selectedOptions[0].text")
+    assert name in shown
+    expect(chooser).to_have_attribute("title", shown)
+    assert place(chooser)["width"] >= 200
+    assert place(page.locator(".topbar"))["height"] <= 48, "one row"
+    assert page.evaluate(UNTIDY) == []

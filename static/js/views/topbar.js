@@ -33,11 +33,11 @@ export function createTopBar(app) {
   const manage = h('button', {class: 'btn', type: 'button', title: 'Start a run, see the runs of this video, remove them', onclick: () => {
     const {route} = store.get();
     if (route.screen === 'review') store.dispatch((state) => openDialog(state, {kind: 'run', data: {video: route.video}}));
-  }}, icon('run'), 'Runs');
+  }}, icon('run'), h('span', {class: 'topbar-words'}, 'Runs'));
   const compare = h('button', {class: 'btn', type: 'button', title: 'Compare this run with another, with its corrections or with ground truth', onclick: () => {
     const {route, review} = store.get();
     if (route.screen === 'review') store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: route.video, run: review?.run?.id ?? route.run}}));
-  }}, icon('compare'), 'Compare');
+  }}, icon('compare'), h('span', {class: 'topbar-words'}, 'Compare'));
   const chooser = h('div', {class: 'topbar-chooser row', hidden: true}, videos, runs, manage, compare);
   const save = app.operations.find(({id}) => id === 'save');
   const saved = h('button', {class: 'btn btn-quiet saved', type: 'button', title: save?.tooltip, onclick: () => save && runOperation(app, save, (reason) => toast(reason))});
@@ -61,7 +61,7 @@ export function createTopBar(app) {
   ];
   const element = h('header', {class: 'topbar'},
     h('a', {class: 'brand', href: '#/', title: 'To the library'},
-      h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', null, 'tsr review')),
+      h('img', {class: 'brand-mark', src: '/static/icon.svg', alt: '', width: 20, height: 20}), h('span', {class: 'topbar-words'}, 'tsr review')),
     h('nav', {class: 'topbar-nav', 'aria-label': 'Screens'}, ...links),
     chooser,
     h('div', {class: 'grow'}), saved, spoken, theme, settings, help);
@@ -121,6 +121,8 @@ function options(select, pairs, chosen, absent) {
   // An open list must not change under the pointer for nothing.
   if (!same) fill(select, ...pairs.map(([value, text]) => h('option', {value}, text)));
   if (select.value !== chosen) select.value = chosen;
+  // where room is little the bar cuts the name
+  setAttribute(select, 'title', pairs.find(([value]) => value === chosen)?.[1] ?? null);
 }
 
 /**
