@@ -213,6 +213,51 @@ def test_nothing_overlaps_or_is_cut_off_in_a_narrow_window(desk: Desk, width: in
         assert page.evaluate(UNTIDY) == [], address
 
 
+OUT_OF_SIGHT = """() => {
+  const found = [];
+  const shown = (e) => e.tabIndex >= 0 && e.checkVisibility({checkOpacity: true, checkVisibilityCSS: true});
+  for (const e of document.querySelectorAll('button, a[href]:not(.skip-link), select, input, textarea, [tabindex]')) {
+    if (!shown(e)) continue;
+    e.focus();
+    const {left, top, right, bottom, width, height} = e.getBoundingClientRect();
+    const box = [Math.max(left, 0), Math.max(top, 0), Math.min(right, innerWidth), Math.min(bottom, innerHeight)];
+    for (let p = e.parentElement; p; p = p.parentElement) {
+      if (getComputedStyle(p).overflow === 'visible') continue;
+      const q = p.getBoundingClientRect();
+      [box[0], box[1]] = [Math.max(box[0], q.left), Math.max(box[1], q.top)];
+      [box[2], box[3]] = [Math.min(box[2], q.right), Math.min(box[3], q.bottom)];
+    }
+    const inSight = box[2] - box[0] >= Math.min(width, 20) - 1 && box[3] - box[1] >= Math.min(height, 20) - 1;
+    const crop = e.closest('.crops-scroll'); // arrow keys go through them
+    if (document.activeElement !== e || !(inSight || crop)) found.push(e.getAttribute('aria-label') || e.textContent);
+  }
+  return found;
+}"""
+"""What has the focus and is not to be seen."""
+
+
+@pytest.mark.parametrize(("width", "height"), [(911, 512), (683, 384), (640, 360)])
+def test_zoom_leaves_a_picture_and_everything_in_reach(desk: Desk, width: int, height: int) -> None:
+    page = desk.page()
+    to_long_track(page)
+    page.set_viewport_size({"width": width, "height": height})
+    quiet(page)
+    stage = place(page.locator(".picture-stage"))
+    assert stage["height"] >= 150
+    assert stage["y"] + stage["height"] <= height
+    assert place(page.locator(".queue-list"))["height"] >= 74, "a row of the queue"
+    for tab in ("Inspector", "Queue"):
+        page.get_by_role("tab", name=tab).click()
+        page.keyboard.press("Tab")
+        quiet(page)
+        assert page.evaluate(UNTIDY) == [], tab
+        assert page.evaluate(OUT_OF_SIGHT) == [], tab
+    page.locator(".lanes-detail").focus()
+    assert place(page.locator(".lanes-lane-gate"))["y"] + 30 <= height
+    if height < 480:
+        assert bottom(page.locator(".lanes-lane-gate")) <= height
+
+
 def test_the_key_h_names_only_what_one_looks_at_and_is_remembered(desk: Desk) -> None:
     page = desk.page()
     to_long_track(page)

@@ -84,6 +84,18 @@ export function setAttribute(element, name, value) {
 }
 
 /**
+ * Bring what the keyboard reaches in a row that scrolls wholly into sight: browsers leave half a button as it is. A press
+ * of the pointer moves nothing, for what it pressed must still be under it when it is let go.
+ *
+ * @param {HTMLElement} row
+ */
+export function followFocus(row) {
+  row.addEventListener('focusin', ({ target }) => {
+    if (target instanceof Element && target.matches(':focus-visible')) target.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+  });
+}
+
+/**
  * Append children as `h` takes them.
  *
  * @param {Element} element

@@ -2,7 +2,7 @@
 /** The operations as buttons, each with its key in the tooltip. */
 
 import { runOperation } from '../operations/registry.js';
-import { h, leaveKeysToPicture } from './dom.js';
+import { followFocus, h, leaveKeysToPicture } from './dom.js';
 import { icon, isIcon } from './icons.js';
 import { toast } from './toasts.js';
 
@@ -67,6 +67,7 @@ export function createToolbar(app) {
     element.append(group);
   }
   leaveKeysToPicture(element);
+  followFocus(element);
   /** @type {import('../state-types.js').State|null} */
   let last = null;
 

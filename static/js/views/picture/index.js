@@ -10,7 +10,7 @@ import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
 import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';
-import { h, leaveKeysToPicture, setText } from '../dom.js';
+import { followFocus, h, leaveKeysToPicture, setText } from '../dom.js';
 import { clock } from '../format.js';
 import { icon } from '../icons.js';
 import { runName } from '../run-words.js';
@@ -55,8 +55,10 @@ export function createPicture(app) {
     ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
   const legend = createLegend(app);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
-  const element = h('div', { class: 'picture' }, stage, h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element), spoken);
+  const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element);
+  const element = h('div', { class: 'picture' }, stage, foot, spoken);
   leaveKeysToPicture(element);
+  followFocus(foot);
 
   const size = { width: 0, height: 0 };
   let ratio = 1;

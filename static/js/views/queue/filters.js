@@ -3,7 +3,7 @@
 
 import { scoreRange } from '../../model/queue.js';
 import { filter } from '../app.js';
-import { fill, h, leaveKeysToPicture, setAttribute } from '../dom.js';
+import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
 import { figure } from '../format.js';
 import { icon } from '../icons.js';
 
@@ -29,6 +29,7 @@ export function createFilters(app, signal) {
   const most = limit('Largest score', 'Score ≤', (score) => filter(app, { most_score: score }));
   const element = h('div', { class: 'queue-filters' }, h('div', { class: 'queue-search' }, h('span', { class: 'input-with-icon grow' }, icon('search'), text), noted), sort, review, kind, doubt, least, most);
   leaveKeysToPicture(element);
+  followFocus(element);
   let listed = '';
   return {
     element,
