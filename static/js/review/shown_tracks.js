@@ -12,7 +12,7 @@
  * @property {boolean} occluded
  * @property {number|null} class_id
  * @property {boolean} not_a_sign      a person says so
- * @property {boolean} edited          a person has changed where or what it is; a verdict or a note alone changes neither
+ * @property {boolean} edited          this box is not the engine's any more: its place, its label or whether it is hidden is a person's
  * @property {import('../types.js').OverlayTrack|null} engine
  */
 import { boxAt } from '../model/effective.js';
@@ -40,10 +40,20 @@ export function shownTracks(review, frame = review.frame) {
     const at = boxAt(doc, frame, machineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
-    shown.push({ key: doc.key, ...at, not_a_sign: doc.not_a_sign, edited: isCorrected(doc, review.tracks), engine: (segment && engine.get(segment.track)) ?? null });
+    shown.push({ key: doc.key, ...at, not_a_sign: doc.not_a_sign, edited: isEdited(at, doc, segment ? classes.get(segment.track) ?? null : null), engine: (segment && engine.get(segment.track)) ?? null });
   }
   return shown;
 }
+
+/**
+ * Whether a box is another one than the engine's. A track with one corrected frame has the engine's boxes in all others,
+ * and so has one that was cut or joined; a label of the whole track is one of each of its boxes.
+ *
+ * @param {import('../model/effective.js').EffectiveBox} at
+ * @param {import('../types.js').TrackDoc} doc
+ * @param {number|null} engines   the class that the engine gave this box's track
+ */
+const isEdited = (at, doc, engines) => at.origin !== 'engine' || at.occluded || doc.not_a_sign || at.class_id !== engines;
 
 /**
  * What the run that lies over this one shows in the cursor's frame.
