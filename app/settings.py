@@ -13,10 +13,12 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from tsr_engine.errors import UsageError
 from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
 
-__all__ = ["DATABASE_FILE", "Settings", "load_settings"]
+__all__ = ["DATABASE_FILE", "MAKE_HOME", "Settings", "load_settings", "no_home"]
 
 DATABASE_FILE = "tsr.sqlite"
 """SQLite database in a data folder."""
+MAKE_HOME = Path("out", "review")
+"""Data folder of ``make review``, from the folder of its Makefile."""
 
 
 def _default_home() -> Path:
@@ -125,3 +127,14 @@ def load_settings(**values: object) -> Settings:
             "least 16 characters first, or use 127.0.0.1."
         )
     return settings
+
+
+def no_home(home: Path) -> str:
+    """What is said where there is no data folder: with that of ``make review``, if one lies in the current directory.
+
+    Nobody is told to start ``tsr review`` then: it would make a second library, an empty one.
+    """
+    text = f"There is no data folder at {home}."
+    if (MAKE_HOME / DATABASE_FILE).is_file():
+        return f"{text} There is one of 'make review' here: name it with --home {MAKE_HOME}."
+    return f"{text} Name one with --home ('make review' keeps its own in {MAKE_HOME}), or start 'tsr review' once."

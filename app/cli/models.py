@@ -92,13 +92,13 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
     from app.events import EventBus
     from app.jobs.queue import JobQueue
     from app.kinds import KINDS
-    from app.settings import DATABASE_FILE, load_settings
+    from app.settings import DATABASE_FILE, load_settings, no_home
     from app.storage.database import Database
     from app.training.service import TrainingService
 
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
-        raise UsageError(f"There is no data folder at {settings.home}. Name the one of 'tsr review' with --home.")
+        raise UsageError(no_home(settings.home))
     database = Database(settings.database)
     try:
         database.migrate(settings.home / "backups")

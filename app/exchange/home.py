@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.exchange.named import RUN_ID
 from app.runs.latest import latest_last
-from app.settings import DATABASE_FILE, Settings, load_settings
+from app.settings import DATABASE_FILE, Settings, load_settings, no_home
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
 from tsr_engine.errors import InputError
@@ -35,9 +35,7 @@ def open_home(home: Path | None) -> Iterator[tuple[Settings, Database]]:
     """
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
-        raise InputError(
-            f"There is no data folder at {settings.home}. Name one with --home, or start 'tsr review' once."
-        )
+        raise InputError(no_home(settings.home))
     database = Database(settings.database)
     try:
         database.migrate(settings.home / "backups")

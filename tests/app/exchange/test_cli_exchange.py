@@ -20,6 +20,7 @@ from toy_home import ToyHome
 
 from app.cli.main import run as tsr
 from app.exchange.home import open_home, run_named, stands_for
+from app.settings import DATABASE_FILE, MAKE_HOME
 from app.storage.models import Run
 from tsr_engine.exchange.registry import FORMATS
 
@@ -206,6 +207,28 @@ def test_without_a_data_folder_nothing_is_made(tmp_path: Path, capsys: pytest.Ca
     )
     assert "There is no data folder" in told
     assert not nowhere.exists()
+
+
+def test_a_library_of_make_review_is_pointed_to_where_it_lies_here(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
+    monkeypatch.delenv("TSR_HOME", raising=False)
+    monkeypatch.chdir(tmp_path)
+    asked = ("export", "drive.mp4", "--format", "cvat-video", "--out", "o")
+    assert "or start 'tsr review' once." in refusal(capsys, 3, *asked)
+    (tmp_path / MAKE_HOME).mkdir(parents=True)
+    assert "or start 'tsr review' once." in refusal(capsys, 3, *asked), "a folder alone is no library"
+    (tmp_path / MAKE_HOME / DATABASE_FILE).touch()
+    for command in (asked, ("models", "list")):
+        told = refusal(capsys, 2 if command[0] == "models" else 3, *command)
+        assert "There is one of 'make review' here: name it with --home out/review." in told
+        assert "start 'tsr review'" not in told
+    for name, says in (
+        ("Makefile", f"HOME_DIR ?= {MAKE_HOME.as_posix()}\n"),
+        ("README.md", f"`--home {MAKE_HOME.as_posix()}`"),
+    ):
+        assert says in (Path(__file__).parents[3] / name).read_text(encoding="utf-8")
 
 
 def test_a_killed_export_leaves_the_old_one_whole(desk: Desk, home: Path, tmp_path: Path) -> None:
