@@ -73,7 +73,7 @@ export function symmetryAt(lane, i) {
 }
 
 /** What follows the mirror symmetry of a crop where another value counts. @param {number} measured @param {number} floor   the run's symmetry_floor */
-export const countsAs = (measured, floor) => (measured < floor ? ` and counts as ${short(floor)} (symmetry_floor)` : '');
+export const countsAs = (measured, floor) => (measured < floor ? `, which counts as ${short(floor)} (symmetry_floor)` : '');
 
 /** What the lane of the first factor shows. @param {number} floor   the run's symmetry_floor */
 export const symmetryHint = (floor) => `First factor: 1 / mirror symmetry of the crop, which counts as ${short(floor)} (symmetry_floor) where it is less; small is good`;

@@ -217,12 +217,12 @@ test('the first factor is explained with the run’s own floor', () => {
   const lane = laneOf(tracks, 2);
   Object.assign(lane, { symmetry_floor: 0.6, symmetry: [null, 1.6667, 1.4085], symmetry_magnitude: [null, 0.239, 0.71] });
   assert.equal(symmetryAt(lane, 0), null);
-  assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239 and counts as 0.6 (symmetry_floor): the factor is 1 / 0.6 = 1.67.');
+  assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239, which counts as 0.6 (symmetry_floor): the factor is 1 / 0.6 = 1.67.');
   assert.equal(symmetryAt(lane, 2), 'The crop’s mirror symmetry is 0.71: the factor is 1 / 0.71 = 1.41.');
   lane.symmetry_floor = 0.2;
   lane.symmetry[1] = 1 / 0.239;
   assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239: the factor is 1 / 0.239 = 4.18.');
-  assert.equal(countsAs(0.239, 0.6), ' and counts as 0.6 (symmetry_floor)');
+  assert.equal(countsAs(0.239, 0.6), ', which counts as 0.6 (symmetry_floor)');
   assert.equal(countsAs(0.6, 0.6), '');
   assert.match(symmetryHint(0.25), /counts as 0\.25 \(symmetry_floor\) where it is less/);
 });

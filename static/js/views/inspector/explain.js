@@ -90,7 +90,7 @@ function symmetryFigure(symmetry, url, floor) {
     symmetry.matches.map(([x1, y1, x2, y2, weight]) => s('g', { opacity: (0.35 + (0.65 * weight) / strongest).toFixed(2) },
       s('line', { x1, y1, x2, y2, class: 'explain-pair' }), s('circle', { cx: x1, cy: y1, r: width / 60, class: 'explain-point' }), s('circle', { cx: x2, cy: y2, r: width / 60, class: 'explain-point' }))),
     symmetry.axis ? s('line', { x1: symmetry.axis[0], y1: symmetry.axis[1], x2: symmetry.axis[2], y2: symmetry.axis[3], class: 'explain-axis' }) : null);
-  return h('figure', null, drawing, h('figcaption', { class: 'small muted' }, `Symmetry ${short(symmetry.magnitude)} from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}${countsAs(symmetry.magnitude, floor)}`));
+  return h('figure', null, drawing, h('figcaption', { class: 'small muted' }, `Symmetry from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}: ${short(symmetry.magnitude)}${countsAs(symmetry.magnitude, floor)}`));
 }
 
 /** @param {{crop: string, mean: string, distance: number}} hash */
