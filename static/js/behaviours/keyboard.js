@@ -7,30 +7,56 @@ import { runOperation } from '../operations/registry.js';
 /** @typedef {import('../page-types.js').App} App */
 
 /** Keys that mean something else inside these. */
-const FIELDS = 'input, textarea, select, [contenteditable], dialog';
+const FIELDS = 'input:not([type="checkbox"]), textarea, select, [contenteditable], dialog';
 /** Where one writes: there the browser's own Ctrl+Z takes back letters, not corrections. */
 const WRITTEN = 'input:not([type="checkbox"], [type="radio"], [type="range"], [type="file"]), textarea, [contenteditable]';
 /** The keys that a field leaves to the page. */
 const NEVER_TEXT = new Set(['F1', 'Ctrl+S']);
-/** What the space bar presses. A list does nothing with it, nor does a tab that is open already. */
-const PRESSED = 'button:not([aria-selected="true"]), a, summary, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
-/** Keys that a focused control uses itself. */
-const CONTROL_KEYS = new Set(['Space', 'Enter', 'Tab', 'Shift+Tab', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'Escape']);
+/** What space bar and Enter press. A list does nothing with them, nor does a tab that is open already. */
+const PRESSED = 'button:not([aria-selected="true"]), a, summary, input, [role="slider"], [role="button"], [role="menuitem"], [role="checkbox"], [role="switch"]';
+/** Keys that scroll what does not fit in its place, and the side that they scroll. */
+const SCROLLING = new Map([
+  ['ArrowLeft', 'Width'], ['ArrowRight', 'Width'], ['ArrowUp', 'Height'], ['ArrowDown', 'Height'], ['Home', 'Height'], ['End', 'Height'],
+]);
+/** A letter of another script than the keys are named in. */
+const OTHER_SCRIPT = /^[^\x00-\x7f]$/;
+const LATIN = /^\p{Script=Latin}$/u;
+/** @type {Record<string, string>} */
+const NAMES = { ' ': 'Space', Delete: 'Del' };
 
 /**
- * How a key event is written in operations: `Ctrl+Shift+Z`, `ArrowLeft`, `Del`.
+ * How a key event can be written in operations (`Ctrl+Shift+Z`, `ArrowLeft`, `Del`), the likeliest first: what it types, or
+ * what the keycap at its place says where it types a letter of another script, or something else in the row of digits.
  * @param {{key: string, code?: string, ctrlKey: boolean, metaKey: boolean, altKey: boolean, shiftKey: boolean}} event
- * @returns {string}
+ * @returns {string[]}
  */
-export function keyName(event) {
-  let key = event.key;
-  if (key === ' ') key = 'Space';
-  else if (key === 'Delete') key = 'Del';
-  else if (event.code?.startsWith('Digit') && event.shiftKey) key = event.code.slice(5);
-  else if (event.altKey && event.code?.startsWith('Key')) key = event.code.slice(3); // Alt makes other letters on some layouts
-  else if (key.length === 1) key = key.toUpperCase();
-  const shift = event.shiftKey && (key.length > 1 || /[A-Z0-9]/.test(key)) ? 'Shift+' : '';
-  return `${event.ctrlKey || event.metaKey ? 'Ctrl+' : ''}${event.altKey ? 'Alt+' : ''}${shift}${key}`;
+export function keyNames(event) {
+  const { key, code = '', shiftKey } = event;
+  /** @param {string} name @param {boolean} [shifted] */
+  const written = (name, shifted = shiftKey && (name.length > 1 || /[A-Z0-9]/.test(name))) =>
+    `${event.ctrlKey || event.metaKey ? 'Ctrl+' : ''}${event.altKey ? 'Alt+' : ''}${shifted ? 'Shift+' : ''}${name}`;
+  // Alt makes other signs of Latin letters on some layouts
+  if (OTHER_SCRIPT.test(key) && !LATIN.test(key) && code.startsWith('Key')) return [written(code.slice(3))];
+  const names = [written(NAMES[key] ?? (key.length === 1 ? key.toUpperCase() : key))];
+  if (code.startsWith('Digit')) names.push(written(code.slice(5)));
+  // where digits are typed with Shift, they are still digits
+  if (/^[0-9]$/.test(key)) names.push(written(key, false));
+  return [...new Set(names)];
+}
+
+/**
+ * Whether what has the focus does something with a key by itself. What it handles in a listener of its own does not come here.
+ * @param {Element|null} target
+ * @param {string} name   of the key
+ */
+function isItsOwn(target, name) {
+  if (name.endsWith('Tab')) return true;
+  if (name === 'Space' || name === 'Enter') return Boolean(target?.closest(PRESSED));
+  const side = SCROLLING.get(name);
+  for (let at = target?.closest('[tabindex="0"]'); side && at; at = at.parentElement?.closest('[tabindex="0"]')) {
+    if (Reflect.get(at, `scroll${side}`) > Reflect.get(at, `client${side}`)) return true;
+  }
+  return false;
 }
 
 /**
@@ -43,23 +69,16 @@ export function listenToKeys(app, refuse) {
   for (const operation of app.operations) for (const key of operation.keys) byKey.set(key, operation);
 
   document.addEventListener('keydown', (event) => {
-    const name = keyName(event);
+    const name = keyNames(event).find((one) => byKey.has(one)) ?? '';
     const operation = byKey.get(name);
     if (!operation || event.defaultPrevented) return;
     const target = event.target instanceof Element ? event.target : null;
     if (document.querySelector('dialog[open]')) return;
     if (target?.closest(WRITTEN) && !NEVER_TEXT.has(name)) return;
     if (target?.closest(FIELDS) && !name.startsWith('Ctrl+') && name !== 'F1') return;
-    // Tab, arrows and the like belong to the picture only while it has the focus
-    const onPicture = target?.closest('[data-keys="picture"]') != null;
-    if (CONTROL_KEYS.has(name) || name.includes('Arrow')) {
-      const free = target === document.body || target?.closest('main') === target;
-      if (!onPicture && !(free && !name.endsWith('Tab'))) {
-        if (!(name === 'Space' && !target?.closest(PRESSED)) && name !== 'Escape') return;
-      }
-      // behind the last track Tab leaves the picture as usual
-      if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
-    }
+    if (!target?.closest('[data-keys="picture"]') && isItsOwn(target, name)) return;
+    // behind the last track Tab leaves the picture as usual
+    if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
     if (!operation.available(app.store.get())) return;
     event.preventDefault();
     runOperation(app, operation, refuse);

@@ -63,7 +63,7 @@ export function splitter({label, orientation, container, variable, name, initial
     const step = event.shiftKey ? 5 : 1;
     const [more, less] = vertical ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
     const next = event.key === more ? size + step : event.key === less ? size - step : event.key === 'Home' ? low : event.key === 'End' ? high : null;
-    if (next === null) return;
+    if (next === null || event.altKey) return;
     // The arrows also step frames; while the line has the focus they belong to it.
     event.preventDefault();
     event.stopPropagation();

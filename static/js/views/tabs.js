@@ -31,7 +31,7 @@ export function createTabs({label, name, tabs}) {
   list.addEventListener('keydown', (event) => {
     const at = tabs.findIndex(({id}) => id === open);
     const next = event.key === 'ArrowRight' ? at + 1 : event.key === 'ArrowLeft' ? at - 1 : event.key === 'Home' ? 0 : event.key === 'End' ? tabs.length - 1 : null;
-    if (next === null) return;
+    if (next === null || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
     const place = (next + tabs.length) % tabs.length;

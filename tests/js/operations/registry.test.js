@@ -2,7 +2,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { keyName } from '../../../static/js/behaviours/keyboard.js';
 import { allOperations } from '../../../static/js/operations/registry.js';
 import { initialState } from '../../../static/js/store/initial.js';
 
@@ -28,14 +27,4 @@ test('names are unique; every operation says what it does', () => {
 
 test('outside the review screen only help can be had', () => {
   assert.deepEqual(operations.filter((operation) => operation.available(initialState())).map(({ id }) => id), ['help']);
-});
-
-test('key events are written as the operations write them', () => {
-  const none = { ctrlKey: false, metaKey: false, altKey: false, shiftKey: false };
-  assert.equal(keyName({ ...none, key: 'f' }), 'F');
-  assert.equal(keyName({ ...none, key: 'Delete', shiftKey: true }), 'Shift+Del');
-  assert.equal(keyName({ ...none, key: 'Z', ctrlKey: true, shiftKey: true }), 'Ctrl+Shift+Z');
-  assert.equal(keyName({ ...none, key: 'µ', code: 'KeyM', altKey: true }), 'Alt+M');
-  assert.equal(keyName({ ...none, key: ' ' }), 'Space');
-  assert.equal(keyName({ ...none, key: '?', shiftKey: true }), '?');
 });

@@ -50,7 +50,7 @@ export function createTauSlider(change, signal) {
     /** @type {Record<string, number>} */
     const factors = { ArrowUp: 1.02, ArrowRight: 1.02, ArrowDown: 1 / 1.02, ArrowLeft: 1 / 1.02, PageUp: 1.2, PageDown: 1 / 1.2 };
     const factor = factors[event.key];
-    if (factor === undefined && event.key !== 'Home') return;
+    if ((factor === undefined && event.key !== 'Home') || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
     if (event.key === 'Home') change(null);

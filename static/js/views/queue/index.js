@@ -60,7 +60,8 @@ export function createQueue(app) {
     /** @type {Record<string, number>} */
     const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -1e9, End: 1e9 };
     const step = steps[event.key];
-    if (step === undefined || order.length === 0) return;
+    // with Shift and Alt the arrows move and resize the box of the selected track
+    if (step === undefined || order.length === 0 || event.shiftKey || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
     const at = order.findIndex((entry) => entry.key === state?.review?.selected);

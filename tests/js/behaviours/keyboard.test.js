@@ -1,0 +1,113 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { afterEach, beforeEach, test } from 'node:test';
+
+import { keyNames, listenToKeys } from '../../../static/js/behaviours/keyboard.js';
+
+const NONE = { ctrlKey: false, metaKey: false, altKey: false, shiftKey: false };
+/** What of an element counts here: which selectors it or something around it answers to, and its sizes. */
+class Part {
+  /** @param {string} names   of selectors, `|` between them @param {Record<string, number>} [sizes] */
+  constructor(names, sizes = {}) {
+    this.names = names.split('|');
+    this.parentElement = null;
+    Object.assign(this, { scrollWidth: 0, clientWidth: 0, scrollHeight: 0, clientHeight: 0 }, sizes);
+  }
+
+  /** @param {string} selector */
+  closest(selector) {
+    return this.names.some((name) => selector.split(', ').some((one) => one.startsWith(name))) ? this : null;
+  }
+}
+const PICTURE = new Part('[data-keys="picture"]|[tabindex="0"]');
+
+/** @type {string[]} */
+let done = [];
+let ended = new AbortController();
+
+beforeEach(() => {
+  done = [];
+  ended = new AbortController();
+  const page = Object.assign(new EventTarget(), { querySelector: () => null });
+  Object.assign(globalThis, { document: page, Element: Part });
+  /** @param {string[]} keys @param {boolean} repeats */
+  const operation = (keys, repeats) => ({ id: keys[0], keys, repeats, available: () => true, disabled: () => null, run: () => done.push(keys[0]) });
+  const operations = [
+    operation(['A'], false), operation(['Del'], false), operation(['F'], true), operation(['1'], false), operation(['8'], false), operation(['Shift+8'], false),
+    ...['ArrowLeft', 'ArrowDown', 'Alt+ArrowLeft', 'Shift+ArrowDown', 'Home'].map((key) => operation([key], true)),
+    operation(['Space'], false), operation(['Escape'], false),
+  ];
+  listenToKeys(/** @type {any} */ ({ operations, store: { get: () => ({ review: null }) }, signal: ended.signal }), () => {});
+});
+afterEach(() => {
+  ended.abort();
+  Reflect.deleteProperty(globalThis, 'document');
+  Reflect.deleteProperty(globalThis, 'Element');
+});
+
+/**
+ * @param {string} key
+ * @param {Record<string, unknown>} [more]
+ * @param {Part} [target]
+ * @returns {boolean} whether the browser does nothing of its own with it
+ */
+function press(key, more = {}, target = PICTURE) {
+  const event = Object.assign(new Event('keydown', { cancelable: true }), { ...NONE, repeat: false, key, code: '', ...more });
+  Object.defineProperty(event, 'target', { value: target });
+  document.dispatchEvent(event);
+  return event.defaultPrevented;
+}
+
+test('key events are written as the operations write them', () => {
+  /** @param {Record<string, unknown>} event */
+  const first = (event) => keyNames(/** @type {any} */ ({ ...NONE, ...event }))[0];
+  assert.equal(first({ key: 'f' }), 'F');
+  assert.equal(first({ key: 'Delete', shiftKey: true }), 'Shift+Del');
+  assert.equal(first({ key: 'Z', ctrlKey: true, shiftKey: true }), 'Ctrl+Shift+Z');
+  assert.equal(first({ key: 'µ', code: 'KeyM', altKey: true }), 'Alt+M');
+  assert.equal(first({ key: ' ' }), 'Space');
+  assert.equal(first({ key: '?', shiftKey: true }), '?');
+});
+
+test('where a key types a letter of another script, its place counts; where it types a Latin one, that does', () => {
+  /** @param {string} key @param {string} code @param {object} [more] */
+  const first = (key, code, more = {}) => keyNames({ ...NONE, key, code, ...more })[0];
+  assert.equal(first('ф', 'KeyA'), 'A');
+  assert.equal(first('Я', 'KeyZ', { ctrlKey: true, shiftKey: true }), 'Ctrl+Shift+Z');
+  assert.equal(first('λ', 'KeyL'), 'L');
+  assert.equal(first('z', 'KeyY', { ctrlKey: true }), 'Ctrl+Z', 'QWERTZ');
+  assert.equal(first('a', 'KeyQ'), 'A', 'AZERTY');
+  assert.equal(first("'", 'KeyQ'), "'", 'Dvorak: it is no Q');
+  assert.equal(first('m', 'Semicolon', { altKey: true }), 'Alt+M', 'AZERTY');
+  assert.equal(first('é', 'KeyW'), 'É', 'BÉPO: it is no W');
+});
+
+test('the row of digits is the row of digits where its keys type something else without Shift', () => {
+  press('&', { code: 'Digit1' });
+  press('1', { code: 'Digit1', shiftKey: true });
+  press('_', { code: 'Digit8' });
+  press('8', { code: 'Digit8', shiftKey: true });
+  press('*', { code: 'Digit8', shiftKey: true });
+  assert.deepEqual(done, ['1', '1', '8', 'Shift+8', 'Shift+8']);
+});
+
+test('the arrows are the review\'s after a click on a row or a button, so Alt and an arrow never leave the page', () => {
+  const row = new Part('[tabindex="0"]', { scrollHeight: 900, clientHeight: 300 });
+  const button = new Part('button');
+  for (const target of [row, button]) for (const key of ['ArrowLeft', 'ArrowDown']) press(key, {}, target);
+  assert.deepEqual(done, ['ArrowLeft', 'ArrowLeft', 'ArrowDown'], 'what scrolls keeps its own');
+  for (const target of [row, button]) {
+    assert.equal(press('ArrowLeft', { altKey: true }, target), true);
+    assert.equal(press('ArrowDown', { shiftKey: true }, target), true);
+  }
+  assert.deepEqual(done.slice(3), ['Alt+ArrowLeft', 'Shift+ArrowDown', 'Alt+ArrowLeft', 'Shift+ArrowDown']);
+});
+
+test('what has the focus keeps the keys that it needs itself', () => {
+  const button = new Part('button');
+  const text = new Part('input');
+  assert.equal(press(' ', {}, button), false);
+  for (const key of ['a', 'ArrowLeft', 'Home']) assert.equal(press(key, {}, text), false);
+  assert.deepEqual(done, []);
+  assert.equal(press('Escape', {}, button), true);
+});
