@@ -9,6 +9,7 @@
  * @property {string[]} keys           as shown: `F`, `Ctrl+Z`
  * @property {string} group            heading in the help
  * @property {string} tooltip
+ * @property {boolean} repeats         whether it happens again and again while its key is held
  * @property {string} [icon]           of views/icons.js
  * @property {(state: import('./state-types.js').State) => boolean} available
  * @property {(state: import('./state-types.js').State) => string|null} disabled   a sentence why not, or null

@@ -81,6 +81,8 @@ export function listenToKeys(app, refuse) {
     if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
     if (!operation.available(app.store.get())) return;
     event.preventDefault();
+    // one press, one verdict: a key that is held must not judge, cut or delete what comes up under it
+    if (event.repeat && !operation.repeats) return;
     runOperation(app, operation, refuse);
   }, { signal: app.signal });
 }

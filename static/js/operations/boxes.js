@@ -235,12 +235,12 @@ export const boxes = [
     disabled: (state) => (state.review && deletedTracks(state.review.docs).length ? null : 'No track is deleted.'),
     run: (app) => app.store.dispatch((state) => openDialog(state, { kind: 'deleted' })),
   }),
-  operation({ id: 'next-track', label: 'Next track in this frame', keys: ['Tab'], group: GROUP, available: (state) => onReview(state), run: (app) => cycle(app, 1) }),
-  operation({ id: 'previous-track', label: 'Previous track in this frame', keys: ['Shift+Tab'], group: GROUP, run: (app) => cycle(app, -1) }),
+  operation({ id: 'next-track', label: 'Next track in this frame', keys: ['Tab'], group: GROUP, repeats: true, run: (app) => cycle(app, 1) }),
+  operation({ id: 'previous-track', label: 'Previous track in this frame', keys: ['Shift+Tab'], group: GROUP, repeats: true, run: (app) => cycle(app, -1) }),
   ...ARROWS.flatMap(([name, dx, dy, arrow]) => [
-    operation({ id: `move-${name.toLowerCase()}`, label: `Move the box ${arrow}`, keys: [`Arrow${name}`], group: 'Box by keyboard', disabled: needsBox, run: (app) => nudge(app, dx, dy) }),
-    operation({ id: `move-10-${name.toLowerCase()}`, label: `Move the box 10 px ${arrow}`, keys: [`Shift+Arrow${name}`], group: 'Box by keyboard', disabled: needsBox, run: (app) => nudge(app, 10 * dx, 10 * dy) }),
-    operation({ id: `grow-${name.toLowerCase()}`, label: `Resize the box ${arrow}`, keys: [`Alt+Arrow${name}`], group: 'Box by keyboard', disabled: needsBox, run: (app) => grow(app, dx, dy) }),
+    operation({ id: `move-${name.toLowerCase()}`, label: `Move the box ${arrow}`, keys: [`Arrow${name}`], group: 'Box by keyboard', repeats: true, disabled: needsBox, run: (app) => nudge(app, dx, dy) }),
+    operation({ id: `move-10-${name.toLowerCase()}`, label: `Move the box 10 px ${arrow}`, keys: [`Shift+Arrow${name}`], group: 'Box by keyboard', repeats: true, disabled: needsBox, run: (app) => nudge(app, 10 * dx, 10 * dy) }),
+    operation({ id: `grow-${name.toLowerCase()}`, label: `Resize the box ${arrow}`, keys: [`Alt+Arrow${name}`], group: 'Box by keyboard', repeats: true, disabled: needsBox, run: (app) => grow(app, dx, dy) }),
   ]),
   operation({
     id: 'new-box', label: 'New track in the middle of the view', keys: ['Shift+N'], icon: 'new_box', group: 'Box by keyboard', disabled: needsRun,

@@ -31,13 +31,14 @@ export function needsBox(state) {
 }
 
 /**
- * An operation; what is not given means the usual: on the review screen, never disabled.
- * @param {Omit<Operation, 'available'|'disabled'|'tooltip'> & Partial<Operation>} fields
+ * An operation; what is not given means the usual: on the review screen, never disabled, once for each press of its key.
+ * @param {Omit<Operation, 'available'|'disabled'|'tooltip'|'repeats'> & Partial<Operation>} fields
  * @returns {Operation}
  */
 export const operation = (fields) => ({
   available: onReview,
   disabled: () => null,
+  repeats: false,
   tooltip: fields.keys.length ? `${fields.label} (${fields.keys[0]})` : fields.label,
   ...fields,
 });

@@ -47,12 +47,12 @@ export const switchLayer = (state, name) =>
 /** @type {import('../page-types.js').Operation[]} */
 export const view = [
   operation({
-    id: 'undo', label: 'Undo', keys: ['Ctrl+Z'], icon: 'undo', group: 'History',
+    id: 'undo', label: 'Undo', keys: ['Ctrl+Z'], icon: 'undo', group: 'History', repeats: true,
     disabled: (state) => (state.review?.undo || state.review?.unsaved.length ? null : 'There is nothing to undo.'),
     run: (app) => app.editor.undo(),
   }),
   operation({
-    id: 'redo', label: 'Redo', keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo', group: 'History',
+    id: 'redo', label: 'Redo', keys: ['Ctrl+Shift+Z', 'Ctrl+Y'], icon: 'redo', group: 'History', repeats: true,
     disabled: (state) => (state.review?.redo ? null : 'There is nothing to redo.'),
     run: (app) => app.editor.redo(),
   }),

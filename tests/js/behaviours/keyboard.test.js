@@ -91,6 +91,14 @@ test('the row of digits is the row of digits where its keys type something else 
   assert.deepEqual(done, ['1', '1', '8', 'Shift+8', 'Shift+8']);
 });
 
+test('a key that is held judges one track, and steps on through the frames', () => {
+  for (const key of ['a', 'Delete', 'f']) {
+    press(key);
+    for (let k = 0; k < 3; k++) assert.equal(press(key, { repeat: true }), true, 'nor does the browser do anything with it');
+  }
+  assert.deepEqual(done, ['A', 'Del', 'F', 'F', 'F', 'F']);
+});
+
 test('the arrows are the review\'s after a click on a row or a button, so Alt and an arrow never leave the page', () => {
   const row = new Part('[tabindex="0"]', { scrollHeight: 900, clientHeight: 300 });
   const button = new Part('button');

@@ -28,3 +28,11 @@ test('names are unique; every operation says what it does', () => {
 test('outside the review screen only help can be had', () => {
   assert.deepEqual(operations.filter((operation) => operation.available(initialState())).map(({ id }) => id), ['help']);
 });
+
+test('keys that move may be held; one that judges, cuts, marks or opens something happens once for each press', () => {
+  assert.deepEqual(operations.filter(({ repeats }) => repeats).flatMap(({ keys }) => keys), [
+    'D', 'F', 'C', 'V', 'R', 'E', 'J', 'Shift+J', 'Tab', 'Shift+Tab',
+    ...['Left', 'Right', 'Up', 'Down'].flatMap((arrow) => [`Arrow${arrow}`, `Shift+Arrow${arrow}`, `Alt+Arrow${arrow}`]),
+    'Ctrl+Z', 'Ctrl+Shift+Z', 'Ctrl+Y',
+  ]);
+});
