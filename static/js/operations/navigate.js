@@ -7,6 +7,7 @@ import { clearestFrame } from '../model/clearest.js';
 import { shownSpan, spanOf } from '../model/effective.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
+import { trackName } from '../model/track_name.js';
 import { toast } from '../views/toasts.js';
 import { needsTrack, operation } from './helpers.js';
 
@@ -45,20 +46,26 @@ function queueStep(app, direction) {
   else toast(endOfQueue(app.store.get(), direction), { topic: 'queue' });
 }
 
-/** Corrected frames of the selected track, else the video's own key frames. @param {App} app @param {1|-1} direction */
-function keyStep(app, direction) {
+/**
+ * Key frames of the selected track; without one those of the video itself. Behind a track's last one the cursor stays: a key
+ * frame of the video there would look like one of the track.
+ * @param {App} app
+ * @param {1|-1} direction
+ * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
+ */
+export function keyStep(app, direction, say = toast) {
   const { review } = app.store.get();
   if (!review?.timebase) return;
-  const doc = review.selected ? review.docs[review.selected] : undefined;
-  const frames = doc ? keyFramesOf(doc) : [];
-  if (frames.length) {
-    const found = direction > 0 ? frames.find((k) => k > review.frame) : frames.findLast((k) => k < review.frame);
-    if (found !== undefined) {
-      go(app, found);
-      return;
-    }
+  if (review.selected === null) {
+    go(app, direction > 0 ? review.timebase.nextKey(review.frame) : review.timebase.previousKey(review.frame));
+    return;
   }
-  go(app, direction > 0 ? review.timebase.nextKey(review.frame) : review.timebase.previousKey(review.frame));
+  const doc = review.docs[review.selected];
+  const frames = doc ? keyFramesOf(doc) : [];
+  const found = direction > 0 ? frames.find((k) => k > review.frame) : frames.findLast((k) => k < review.frame);
+  const none = frames.length === 0 ? 'no key frame yet' : `no ${direction > 0 ? 'later' : 'earlier'} key frame`;
+  if (found === undefined) say(`Track ${trackName(review.selected, doc)} has ${none}.`, { topic: 'key-frame' });
+  else go(app, found);
 }
 
 /** @type {import('../page-types.js').Operation[]} */
@@ -68,8 +75,8 @@ export const navigation = [
   operation({ id: 'next-frame', label: 'Next frame', keys: ['F'], icon: 'step_forward', group: GROUP, repeats: true, run: (app) => move(app, 1) }),
   operation({ id: 'back-10', label: 'Back 10 frames', keys: ['C'], icon: 'skip_back', group: GROUP, repeats: true, run: (app) => move(app, -10) }),
   operation({ id: 'on-10', label: 'On 10 frames', keys: ['V'], icon: 'skip_forward', group: GROUP, repeats: true, run: (app) => move(app, 10) }),
-  operation({ id: 'next-key', label: 'Next key frame', keys: ['R'], icon: 'key_forward', group: GROUP, repeats: true, run: (app) => keyStep(app, 1) }),
-  operation({ id: 'previous-key', label: 'Previous key frame', keys: ['E'], icon: 'key_back', group: GROUP, repeats: true, run: (app) => keyStep(app, -1) }),
+  operation({ id: 'next-key', label: 'Next key frame', keys: ['R'], tooltip: 'Next key frame of the selected track; without a selection, of the video (R)', icon: 'key_forward', group: GROUP, repeats: true, run: (app) => keyStep(app, 1) }),
+  operation({ id: 'previous-key', label: 'Previous key frame', keys: ['E'], tooltip: 'Previous key frame of the selected track; without a selection, of the video (E)', icon: 'key_back', group: GROUP, repeats: true, run: (app) => keyStep(app, -1) }),
   operation({ id: 'first-frame', label: 'First frame', keys: ['Home'], icon: 'previous', group: GROUP, run: (app) => go(app, 0) }),
   operation({ id: 'last-frame', label: 'Last frame', keys: ['End'], icon: 'next', group: GROUP, run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1) }),
   operation({
