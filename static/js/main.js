@@ -4,6 +4,7 @@
 import { createApi } from './api/client.js';
 import { sentence } from './api/errors.js';
 import { listenToKeys } from './behaviours/keyboard.js';
+import { createBackground } from './editing/background.js';
 import { createEditor } from './editing/editor.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
 import { createFrames } from './frames/frames.js';
@@ -13,6 +14,7 @@ import { createLoader } from './review/loader.js';
 import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
 import { seek, select } from './store/actions/review.js';
 import { initialState } from './store/initial.js';
+import { unsavedOf } from './store/unsaved.js';
 import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
@@ -27,10 +29,13 @@ const ended = new AbortController();
 const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels() });
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
+const outbox = globalThis.indexedDB ? createOutbox() : createMemoryOutbox();
+const background = createBackground({ store, api, outbox, signal: ended.signal, toast });
 const editor = createEditor({
   store,
   api,
-  outbox: globalThis.indexedDB ? createOutbox() : createMemoryOutbox(),
+  outbox,
+  background,
   signal: ended.signal,
   toast,
   edited: endToasts,
@@ -93,13 +98,13 @@ addEventListener('hashchange', readRoute, { signal: ended.signal });
 addEventListener('pagehide', writeRoute, { signal: ended.signal });
 addEventListener('beforeunload', (event) => {
   // the outbox keeps them, but only in this browser
-  if (store.get().review?.unsaved.length) event.preventDefault();
+  if (unsavedOf(store.get()).unsaved) event.preventDefault();
 }, { signal: ended.signal });
 listenToKeys(app, (reason) => toast(reason));
 const live = startLive(app, {
   onEvent: (event) => {
     const { review } = store.get();
-    if (event.kind === 'edit' && review?.run?.id === event.subject) editor.hear(event.data.docs, event.data.op_id);
+    if (event.kind === 'edit' && review?.run?.id === event.subject) editor.hear(event.data.docs, event.data.op_id, event.data.author);
     if (event.kind === 'run') app.loader.follow(event.data);
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:space', { detail: event.data }));
   },
@@ -112,5 +117,7 @@ void live.reload();
 store.dispatch((state) => setTheme(state, rememberedTheme()));
 readRoute();
 shell.update(store.get());
+// what an earlier visit has left
+void background.go();
 /** For tests and for the curious at the console. */
 Object.assign(globalThis, { tsr: { store, frames } });

@@ -23,8 +23,8 @@
  * @property {import('./api/client.js').Api} api
  * @property {Operation[]} operations
  * @property {any} frames              the picture cache
- * @property {(command: import('./types.js').Command, of?: string|null) => boolean} edit   apply at once, send, keep until the server has it;
- *   `of`: the run that it is meant for, whichever is on the screen by now
+ * @property {(command: import('./types.js').Command, of?: string|null, gesture?: string) => boolean} edit   apply at once, send, keep until the server has it;
+ *   `of`: the run that it is meant for, whichever is on the screen by now; `gesture`: boxes that it sets without a pause are one step
  * @property {import('./editing/editor.js').Editor} editor
  * @property {import('./review/loader.js').Loader} loader
  * @property {import('./store/catch_up.js').CatchUp['hear']} hear   what the server tells, into the store

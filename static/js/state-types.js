@@ -34,6 +34,8 @@
  * @property {ModelVersion[]|null} models      the newest first; null: not loaded yet
  * @property {ReviewState|null} review
  * @property {Banner[]} banners
+ * @property {{run: string, unsaved: number, held: boolean}[]} elsewhere   operations of runs that are not open without an
+ *   acknowledgement yet; held: a person has to decide, once the run is opened
  * @property {'online'|'offline'} connection
  * @property {'light'|'dark'|'auto'} theme
  * @property {Record<LayerName, boolean>} layers   as a person left them

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, Route
+from playwright.sync_api import Page, Route, expect
 
 from tests.e2e.review_desk import Desk, choose, faultless, state, wait
 from tests.e2e.screenshots import CHROMIUM
@@ -64,7 +64,7 @@ def test_edits_of_an_earlier_visit_are_sent_in_their_order_after_the_clock_was_s
     page.route(edits, lambda route: route.abort())
     for turn in range(3):
         page.evaluate("(days) => { const now = Date.now; Date.now = () => now() - days * 86400000; }", turn)
-        page.keyboard.press("ArrowLeft")
+        page.keyboard.press("Alt+ArrowLeft" if turn == 1 else "ArrowLeft")  # in a row they would be one edit
         wait(page, lambda s, turn=turn: s["unsaved"] == turn + 1)
     box = state(page)["docs"][key]["keys"][at]["box"]
     page.reload()
@@ -103,7 +103,8 @@ BURST = """async ([one, two, three]) => {
 
 def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk) -> None:
     page = desk.browser.new_context().new_page()
-    page.goto(desk.server.link())  # the library: the page has not opened its outbox yet
+    page.route("**/static/js/main.js", lambda route: route.abort())  # no page of today opens its outbox
+    page.goto(desk.server.link())
 
     def outbox(act: str, *given: Any) -> Any:
         return page.evaluate(OUTBOX, [act, *given])
@@ -173,3 +174,43 @@ def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
     assert edits[-1]["name"] == "set_not_a_sign"
     assert desk.documents()[key]["not_a_sign"] is not before
     page.locator(".banner").wait_for(state="detached")
+
+
+def test_undo_without_a_server_is_about_what_was_done_before_it(desk: Desk, page: Page) -> None:
+    key, at = to_a_box(page)
+    before = state(page)["docs"].get(key)
+    port = int(desk.server.base.rsplit(":", 1)[1])
+    desk.server.kill()
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Control+z")
+    expect(page.locator(".toast").filter(has_text=f"Undone: box corrected in frame {at}")).to_be_visible()
+    now = state(page)["docs"][key]
+    assert now["keys"].get(at) == (before or {"keys": {}})["keys"].get(at)
+    page.keyboard.press("p")
+    page.locator("dialog textarea").fill("not to be lost")
+    page.keyboard.press("Control+Enter")
+    wait(page, lambda s: s["unsaved"] == 3)
+    desk.server.start(port)
+    wait(page, lambda s: s["unsaved"] == 0)
+    there = desk.documents()[key]
+    assert there["keys"].get(at) == (before or {"keys": {}})["keys"].get(at)
+    assert [note["text"] for note in there["notes"]][-1] == "not to be lost"
+
+
+def test_a_review_that_was_left_is_saved_from_the_library(desk: Desk, page: Page) -> None:
+    key, at = to_a_box(page)
+    edits = re.compile(r"/api/runs/.*/edits$")
+    page.route(edits, lambda route: route.abort())
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("w")
+    wait(page, lambda s: s["unsaved"] == 2)
+    box = state(page)["docs"][key]["keys"][at]["box"]
+    page.evaluate("() => { location.hash = '#/' }")
+    left = page.locator(".saved").filter(has_text="Saving 2")
+    left.wait_for()
+    page.reload()
+    left.wait_for()  # on the library still: nobody opens the run
+    page.unroute(edits)
+    left.wait_for(state="hidden")
+    assert desk.documents()[key]["keys"][at]["box"] == pytest.approx(box)
+    assert desk.documents()[key]["review"] == "needs_work"

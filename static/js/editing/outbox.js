@@ -12,10 +12,13 @@
  * @property {string} op_id
  * @property {string} run
  * @property {string} author
- * @property {Command|{name: 'undo'|'redo', op_id: string}} command
+ * @property {Command|{name: 'undo'|'redo', op_id: string}} command   op_id empty: of what, the server says when its turn comes
  * @property {Record<string, number>} seen   revision of each touched track that the person saw
+ * @property {import('../types.js').UndoTarget} [about]   of an undo or redo: the operation that it is about
+ * @property {boolean} [growing]   a box that is being moved by keys: it is sent when they rest
  *
  * @typedef {object} Outbox
+ * @property {() => Promise<Pending[]>} all               of all runs, in order
  * @property {(run: string) => Promise<Pending[]>} load   of one run, in order
  * @property {(pending: Pending) => Promise<void>} put    one that is there already keeps its place
  * @property {(op_id: string) => Promise<void>} remove
@@ -75,17 +78,23 @@ export function createOutbox(factory = globalThis.indexedDB) {
     return /** @type {number} */ (key);
   }
 
+  async function all() {
+    const rows = /** @type {(Pending & {order: number})[]} */ (await within('readonly', (store) => store.getAll()));
+    return rows.map(({ order, ...pending }) => {
+      places.set(pending.op_id, Promise.resolve(order));
+      return pending;
+    });
+  }
+
   return {
-    async load(run) {
-      const all = /** @type {(Pending & {order: number})[]} */ (await within('readonly', (store) => store.getAll()));
-      return all.filter((one) => one.run === run).map(({ order, ...pending }) => {
-        places.set(pending.op_id, Promise.resolve(order));
-        return pending;
-      });
-    },
+    all,
+    load: async (run) => (await all()).filter((one) => one.run === run),
     async put(pending) {
       const written = write(pending, placeOf(pending.op_id));
-      places.set(pending.op_id, written);
+      // what is changed later waits for the first writing alone, which gives it its place
+      const first = places.get(pending.op_id) ?? written;
+      places.set(pending.op_id, first);
+      first.catch(() => places.get(pending.op_id) === first && places.delete(pending.op_id));
       await written;
     },
     async remove(op_id) {
@@ -102,6 +111,7 @@ export function createMemoryOutbox() {
   /** In the order of the first `put`. @type {Map<string, Pending>} */
   const held = new Map();
   return {
+    all: async () => [...held.values()],
     load: async (run) => [...held.values()].filter((pending) => pending.run === run),
     put: async (pending) => void held.set(pending.op_id, pending),
     remove: async (op_id) => void held.delete(op_id),

@@ -8,6 +8,7 @@
  * @typedef {import('./outbox.js').Pending} Pending
  */
 import { CommandError, applyCommand, touchedKeys } from '../model/commands.js';
+import { blankDoc } from '../model/documents.js';
 import { docOf, docsFor } from './revisions.js';
 
 /**
@@ -44,25 +45,56 @@ export function revisionsSeen(review, confirmed, command) {
 }
 
 /**
- * Documents with everything on its way applied. What no longer makes sense is left out: the server will say so.
+ * Tracks before and after an operation; null: one had no document.
+ * @typedef {{before: Record<string, TrackDoc|null>, after: Record<string, TrackDoc>}} Step
+ */
+
+/**
+ * Documents with everything on its way applied. What no longer makes sense is left out: the server will say so; so is an undo
+ * of what this page has not seen being done.
  * @param {ReviewState} review
  * @param {Record<string, TrackDoc>} confirmed
- * @param {readonly Pick<Pending, 'command'|'author'>[]} pending   in order
+ * @param {readonly Pick<Pending, 'op_id'|'command'|'author'>[]} pending   in order
  * @param {string} time                  for notes, ISO 8601
+ * @param {ReadonlyMap<string, Step>} [stored]   what operations that the server has did, by op_id
  * @returns {Record<string, TrackDoc>}
  */
-export function projected(review, confirmed, pending, time) {
+export function projected(review, confirmed, pending, time, stored = new Map()) {
   let docs = confirmed;
-  for (const { command, author } of pending) {
+  /** @type {Map<string, Step>} */
+  const steps = new Map();
+  for (const { op_id, command, author } of pending) {
     const own = asCommand(command);
-    if (own === null) continue;
+    if (own === null) {
+      const { op_id: of, name } = /** @type {{name: 'undo'|'redo', op_id: string}} */ (command);
+      const step = steps.get(of) ?? stored.get(of);
+      if (step) docs = { ...docs, ...reverted(review, docs, name === 'undo' ? step.before : step.after) };
+      continue;
+    }
     try {
-      docs = applyCommand({ ...docsFor({ ...review, docs }, own), ...docs }, own, { author, time }).docs;
+      const made = applyCommand({ ...docsFor({ ...review, docs }, own), ...docs }, own, { author, time });
+      steps.set(op_id, stepTo(docs, made.changed.map((key) => made.docs[key])));
+      docs = made.docs;
     } catch (thrown) {
       if (!(thrown instanceof CommandError)) throw thrown;
     }
   }
   return docs;
+}
+
+/** @param {Record<string, TrackDoc>} docs @param {readonly TrackDoc[]} changed @returns {Step} */
+export const stepTo = (docs, changed) => ({
+  before: Object.fromEntries(changed.map(({ key }) => [key, docs[key] ?? null])),
+  after: Object.fromEntries(changed.map((doc) => [doc.key, doc])),
+});
+
+/** @param {ReviewState} review @param {Record<string, TrackDoc>} docs @param {Record<string, TrackDoc|null>} goal @returns {Record<string, TrackDoc>} */
+function reverted(review, docs, goal) {
+  return Object.fromEntries(Object.entries(goal).map(([key, doc]) => {
+    // without a document: the engine's track, or of a person's nothing is left
+    const wanted = doc ?? docOf({ ...review, docs: {} }, key) ?? { ...blankDoc(key), gone: true };
+    return [key, { ...wanted, revision: docs[key]?.revision ?? 0 }];
+  }));
 }
 
 /**
@@ -77,7 +109,7 @@ export function rebased(pending, stored) {
   const next = pending.map((one) => {
     const touched = stored.filter(({ key }) => keysOf(one).includes(key));
     if (touched.length === 0) return one;
-    const moved = { ...one, seen: { ...one.seen, ...Object.fromEntries(touched.map(({ key, revision }) => [key, revision])) } };
+    const moved = { ...one, seen: { ...one.seen, ...Object.fromEntries(touched.map(({ key, revision }) => [key, Math.max(one.seen[key] ?? 0, revision)])) } };
     changed.push(moved);
     return moved;
   });
@@ -101,7 +133,7 @@ export function without(pending, keys) {
 }
 
 /**
- * An operation that was refused, and those behind it that build on it.
+ * An operation that was refused, and those behind it that build on it, with what takes them back.
  * @param {readonly Pending[]} pending
  * @param {Pending} refused
  * @returns {{held: Pending[], left: Pending[]}}
@@ -111,7 +143,7 @@ export function parted(pending, refused) {
   /** @type {Pending[]} */
   const held = [];
   const left = pending.filter((one) => {
-    const bound = one.op_id === refused.op_id || keysOf(one).some((key) => keys.has(key));
+    const bound = one.op_id === refused.op_id || keysOf(one).some((key) => keys.has(key)) || held.some((other) => isAbout(one, other));
     if (bound) {
       for (const key of keysOf(one)) keys.add(key);
       held.push(one);
@@ -119,4 +151,28 @@ export function parted(pending, refused) {
     return !bound;
   });
   return { held, left };
+}
+
+/** Whether an undo or redo is about an operation. @param {Pending} one @param {Pick<Pending, 'op_id'>} other */
+const isAbout = (one, { op_id }) => asCommand(one.command) === null && Reflect.get(one.command, 'op_id') === op_id;
+
+/**
+ * The edits that stand in the end: what is taken back on its way is not among them.
+ * @param {readonly Pending[]} pending   in order
+ */
+export function standing(pending) {
+  return pending.filter((one) => asCommand(one.command) !== null && pending.findLast((other) => isAbout(other, one))?.command.name !== 'undo');
+}
+
+/**
+ * What is to be given up with an operation that the server will never have: of an edit what takes it back; of an undo or redo
+ * what turns it round, and what was to go on from it.
+ * @param {readonly Pending[]} pending
+ * @param {Pending} given
+ * @returns {Pending[]} itself among them
+ */
+export function givenUp(pending, given) {
+  const of = asCommand(given.command) === null ? Reflect.get(given.command, 'op_id') : given.op_id;
+  const at = pending.findIndex(({ op_id }) => op_id === given.op_id);
+  return [given, ...pending.slice(at + 1).filter((one) => isAbout(one, { op_id: of }) || (of !== given.op_id && isAbout(one, { op_id: '' })))];
 }

@@ -47,11 +47,12 @@ export const operation = (fields) => ({
  * Edit the selected track in the frame of the cursor.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {Partial<Command> & {name: Command['name']}} fields
+ * @param {string} [gesture]   what it sets without a pause is one step of the history
  * @returns {boolean} whether it is done; false: no track is selected, or it was refused
  */
-export function editSelected(app, fields) {
+export function editSelected(app, fields, gesture) {
   const { review } = app.store.get();
-  return Boolean(review?.selected && app.edit({ frame: review.frame, key: review.selected, ...fields }));
+  return Boolean(review?.selected && app.edit({ frame: review.frame, key: review.selected, ...fields }, undefined, gesture));
 }
 
 /** A name for a new track. */

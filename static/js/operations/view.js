@@ -2,12 +2,14 @@
 /** Layers, zoom, history, help. */
 
 import { zoomedTo } from '../model/geometry.js';
+import { formatRoute } from '../model/route.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
 import { openDialog } from '../store/actions/page.js';
 import { setViewport, toggleFewLabels, toggleLayer } from '../store/actions/review.js';
+import { unsavedOf } from '../store/unsaved.js';
 import { toast } from '../views/toasts.js';
-import { needsBox, needsRun, operation } from './helpers.js';
+import { needsBox, needsRun, onReview, operation } from './helpers.js';
 
 /** Side that a box is zoomed to, screen px. */
 const JUDGED = 140;
@@ -48,7 +50,7 @@ export const switchLayer = (state, name) =>
 export const view = [
   operation({
     id: 'undo', label: 'Undo', keys: ['Ctrl+Z'], icon: 'undo', group: 'History', repeats: true,
-    disabled: (state) => (state.review?.undo || state.review?.unsaved.length ? null : 'There is nothing to undo.'),
+    disabled: (state) => (state.review?.undo ? null : 'There is nothing to undo.'),
     run: (app) => app.editor.undo(),
   }),
   operation({
@@ -58,12 +60,26 @@ export const view = [
   }),
   operation({
     id: 'save', label: 'Save', keys: ['Ctrl+S'], group: 'History', tooltip: 'Every change is saved when it is made; this tells you so (Ctrl+S)',
+    available: (state) => onReview(state) || state.elsewhere.length > 0,
     run: async (app) => {
       app.editor.retry();
-      const left = app.store.get().review?.unsaved.length ?? 0;
-      if (left) toast(`${left} change${left === 1 ? ' is' : 's are'} on the way to the server.`);
+      const { unsaved, held } = unsavedOf(app.store.get());
+      if (unsaved > held) toast(`${unsaved - held} change${unsaved - held === 1 ? ' is' : 's are'} on the way to the server.`);
       await app.editor.settled();
-      toast('Everything is saved.', { tone: 'good' });
+      const left = unsavedOf(app.store.get());
+      if (left.unsaved === 0) toast('Everything is saved.', { tone: 'good' });
+      else if (left.held) toast(`${left.held} change${left.held === 1 ? ' waits' : 's wait'} for your decision.`);
+    },
+  }),
+  operation({
+    id: 'open-undecided', label: 'Open the run with a conflict', keys: [], group: 'History',
+    tooltip: 'Somebody else changed a track first, in a run that is not open: see both versions and choose one',
+    available: (state) => state.elsewhere.some(({ held }) => held),
+    run: async (app) => {
+      const one = app.store.get().elsewhere.find(({ held }) => held);
+      if (!one) return;
+      const { video_id } = await app.api.run(one.run);
+      location.hash = formatRoute({ screen: 'review', video: video_id, run: one.run, frame: null, track: null });
     },
   }),
   operation({

@@ -23,6 +23,7 @@ export const initialState = () => ({
   models: null,
   review: null,
   banners: [],
+  elsewhere: [],
   connection: 'online',
   theme: 'auto',
   layers: USUAL_LAYERS,

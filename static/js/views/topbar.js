@@ -4,6 +4,7 @@
 import {formatRoute} from '../model/route.js';
 import {listRuns} from '../model/run_groups.js';
 import {openDialog, setTheme} from '../store/actions/page.js';
+import {unsavedOf} from '../store/unsaved.js';
 import {isActive} from './artefact-words.js';
 import {runOperation} from '../operations/registry.js';
 import {fill, h, leaveKeysToPicture, setAttribute, setText} from './dom.js';
@@ -75,7 +76,7 @@ export function createTopBar(app) {
         showChooser(state, chooser, videos, runs);
         for (const link of links) setAttribute(link, 'aria-current', link.dataset.screen === state.route.screen ? 'page' : null);
       }
-      if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.route !== last.route) showSaved(state, saved, spoken);
+      if (state.connection !== last.connection || state.review?.unsaved !== last.review?.unsaved || state.elsewhere !== last.elsewhere || state.route !== last.route) showSaved(state, saved, spoken);
       if (state.artefacts !== last.artefacts) {
         const busy = (state.artefacts ?? []).filter(isActive).length;
         making.hidden = busy === 0;
@@ -131,11 +132,10 @@ function options(select, pairs, chosen, absent) {
  * @param {HTMLElement} spoken
  */
 function showSaved(state, saved, spoken) {
-  const unsaved = state.review?.unsaved.length ?? 0;
-  const held = state.review?.unsaved.filter((one) => one.held).length ?? 0;
+  const {unsaved, held} = unsavedOf(state);
   const offline = state.connection === 'offline';
   const kind = offline ? 'offline' : held ? 'held' : unsaved ? 'unsaved' : 'saved';
-  saved.hidden = state.route.screen !== 'review' && !offline;
+  saved.hidden = state.route.screen !== 'review' && !offline && unsaved === 0;
   const text = savedWords(offline, unsaved, held);
   setText(spoken, saved.hidden ? '' : text);
   if (saved.dataset.kind === kind && saved.textContent === text) return;

@@ -10,6 +10,7 @@ class Part {
   /** @param {string} names   of selectors, `|` between them @param {Record<string, number>} [sizes] */
   constructor(names, sizes = {}) {
     this.names = names.split('|');
+    /** @type {Part|null} */
     this.parentElement = null;
     Object.assign(this, { scrollWidth: 0, clientWidth: 0, scrollHeight: 0, clientHeight: 0 }, sizes);
   }

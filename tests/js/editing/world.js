@@ -1,6 +1,7 @@
 // @ts-check
 /** A store on the review screen, a server in memory, and an editor between them. */
 import { ApiError } from '../../../static/js/api/errors.js';
+import { createBackground } from '../../../static/js/editing/background.js';
 import { createEditor } from '../../../static/js/editing/editor.js';
 import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
 import { applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
@@ -13,19 +14,21 @@ import { createStore } from '../../../static/js/store/store.js';
 
 export const RUN = 'r'.repeat(32);
 
-/** A server that knows revisions, op_ids and one author's undo. */
+/** A server that knows revisions, op_ids and one author's undo and redo. */
 export function createServer() {
   const spans = { m1: { track: 1, first: 0, last: 99 }, m2: { track: 2, first: 50, last: 150 } };
   /** @type {Record<string, TrackDoc>} */
   const docs = {};
   /** @type {Map<string, any>} */
   const answers = new Map();
-  /** @type {{op_id: string, name: string, frame: number, keys: string[], before: Record<string, TrackDoc>}[]} */
+  /** @type {{op_id: string, name: string, frame: number, keys: string[], before: Record<string, TrackDoc>, after: Record<string, TrackDoc>}[]} */
   const done = [];
+  /** @type {typeof done} */
+  const undone = [];
   /** @param {string} key */
   const present = (key) => docs[key] ?? (key in spans ? emptyDoc(Reflect.get(spans, key)) : undefined);
-  const target = () => {
-    const one = done.at(-1);
+  const target = (list = done) => {
+    const one = list.at(-1);
     return one ? { op_id: one.op_id, name: one.name, frame: one.frame, keys: one.keys } : null;
   };
   const server = {
@@ -43,7 +46,7 @@ export function createServer() {
       for (const key of changed) docs[key] = { ...made[key], revision: (docs[key]?.revision ?? 0) + 1 };
       return changed.map((key) => docs[key]);
     },
-    annotation: async () => ({ seq: server.log.length, docs: Object.values(docs), undo: target(), redo: null }),
+    annotation: async () => ({ seq: server.log.length, docs: Object.values(docs), undo: target(), redo: target(undone) }),
     /** @param {string} run @param {any} edit @param {Record<string, number>} revisions */
     async edit(run, { op_id, command }, revisions) {
       await Promise.resolve();
@@ -51,12 +54,15 @@ export function createServer() {
       if (!answers.has(op_id)) {
         /** @type {string[]} */
         let changed;
-        if (command.name === 'undo') {
-          const last = done.at(-1);
+        if (command.name === 'undo' || command.name === 'redo') {
+          const [from, to] = command.name === 'undo' ? [done, undone] : [undone, done];
+          const last = from.at(-1);
           if (last === undefined || last.op_id !== command.op_id) throw new ApiError(409, 'not_next', 'That is not next.');
-          done.pop();
-          changed = Object.keys(last.before);
-          for (const key of changed) docs[key] = { ...last.before[key], revision: docs[key].revision + 1 };
+          from.pop();
+          to.push(last);
+          const goal = command.name === 'undo' ? last.before : last.after;
+          changed = Object.keys(goal);
+          for (const key of changed) docs[key] = { ...goal[key], revision: docs[key].revision + 1 };
         } else {
           for (const key of touchedKeys(command)) {
             const now = present(key)?.revision ?? 0;
@@ -66,11 +72,12 @@ export function createServer() {
           const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (present(key) ? [[key, present(key)]] : [])));
           const made = applyCommand(known, command, { author: 'a', time: '' });
           changed = made.changed;
-          done.push({ op_id, name: command.name, frame: command.frame, keys: changed, before: Object.fromEntries(changed.map((key) => [key, present(key) ?? { ...made.docs[key], gone: true }])) });
+          done.push({ op_id, name: command.name, frame: command.frame, keys: changed, before: Object.fromEntries(changed.map((key) => [key, present(key) ?? { ...made.docs[key], gone: true }])), after: Object.fromEntries(changed.map((key) => [key, made.docs[key]])) });
+          undone.length = 0;
           for (const key of changed) docs[key] = { ...made.docs[key], revision: (docs[key]?.revision ?? 0) + 1 };
         }
         server.log.push(command.name);
-        answers.set(op_id, { op_id, seq: server.log.length, docs: changed.map((key) => docs[key]), undo: target(), redo: null });
+        answers.set(op_id, { op_id, seq: server.log.length, docs: changed.map((key) => docs[key]), undo: target(), redo: target(undone) });
       }
       server.after(op_id);
       return answers.get(op_id);
@@ -82,8 +89,9 @@ export function createServer() {
 /**
  * @param {ReturnType<typeof createServer>} [server]
  * @param {import('../../../static/js/editing/outbox.js').Outbox} [outbox]
+ * @param {string|null} [open]   the run that is opened
  */
-export async function createWorld(server = createServer(), outbox = createMemoryOutbox()) {
+export async function createWorld(server = createServer(), outbox = createMemoryOutbox(), open = RUN) {
   const store = createStore(initialState());
   const video = /** @type {any} */ ({ id: 'v', frames: 200, width: 100, height: 100 });
   const columns = { id: [1, 2], first: [0, 50], last: [99, 150], class_id: [14, 2] };
@@ -92,12 +100,13 @@ export async function createWorld(server = createServer(), outbox = createMemory
   const toasts = [];
   const life = new AbortController();
   let count = 0;
+  const parts = { store, api: /** @type {any} */ (server), outbox, signal: life.signal, toast: (/** @type {string} */ text) => toasts.push(text), pause: () => new Promise((/** @type {(value: void) => void} */ resolve) => void setTimeout(resolve, 1)) };
+  const background = createBackground(parts);
   const editor = createEditor({
-    store, api: /** @type {any} */ (server), outbox, signal: life.signal, toast: (text) => toasts.push(text), author: () => 'a',
-    pause: () => new Promise((resolve) => setTimeout(resolve, 1)), newId: () => `op-${Math.random()}-${count++}`,
+    ...parts, background, author: () => 'a', newId: () => `op-${Math.random()}-${count++}`,
   });
-  await editor.open(RUN);
-  return { server, outbox, store, editor, toasts, end: () => life.abort(), review: () => /** @type {import('../../../static/js/state-types.js').ReviewState} */ (store.get().review) };
+  if (open !== null) await editor.open(open);
+  return { server, outbox, store, editor, background, toasts, end: () => life.abort(), review: () => /** @type {import('../../../static/js/state-types.js').ReviewState} */ (store.get().review) };
 }
 
 /** @param {string} key @param {number} frame @param {number} at @returns {any} */

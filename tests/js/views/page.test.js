@@ -84,7 +84,7 @@ test('the library finds by every word and sorts as asked', () => {
 });
 
 test('help groups keep the order and search keys too', () => {
-  const operation = {tooltip: '', available: () => true, disabled: () => null, run: () => {}};
+  const operation = {tooltip: '', available: () => true, disabled: () => null, repeats: false, run: () => {}};
   const operations = [
     {...operation, id: 'a', label: 'Next frame', keys: ['F'], group: 'Move'},
     {...operation, id: 'b', label: 'Undo', keys: ['Ctrl+Z'], group: 'Edit'},

@@ -79,6 +79,9 @@ export const setTheme = (state, theme) => ({...state, theme});
 /** @param {State} state @param {'online'|'offline'} connection @returns {State} */
 export const setConnection = (state, connection) => (state.connection === connection ? state : {...state, connection});
 
+/** Edits of runs that are not open. @param {State} state @param {State['elsewhere']} elsewhere @returns {State} */
+export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + elsewhere.length === 0 ? state : {...state, elsewhere});
+
 /**
  * Show a banner, or replace the one of the same id.
  * @param {State} state

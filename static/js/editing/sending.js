@@ -1,0 +1,54 @@
+// @ts-check
+/**
+ * What whoever sends operations has in common.
+ *
+ * @typedef {import('./outbox.js').Pending} Pending
+ * @typedef {import('./outbox.js').Outbox} Outbox
+ */
+import { ApiError } from '../api/errors.js';
+import { rebased } from './pending.js';
+
+/** Pauses between tries, ms. */
+const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
+/** Answers after which the same operation can never succeed; after all others it is sent again. */
+const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
+
+/** Code of the one 409 that can pass: another file lies in the place of the video, until it is put back. */
+export const CHANGED = 'file_changed';
+
+/** Whether the same operation may succeed later. @param {unknown} thrown @returns {thrown is ApiError} */
+export const isPassing = (thrown) => thrown instanceof ApiError && (!FINAL.has(thrown.status) || thrown.code === CHANGED);
+
+/** @param {number} tries   so far @returns {number} ms until the next one */
+export const pauseAfter = (tries) => PAUSES[Math.min(tries, PAUSES.length - 1)];
+
+/**
+ * A pause that can be cut short.
+ * @returns {{wait: (ms: number) => Promise<void>, wake: () => void}}
+ */
+export function createPause() {
+  let wake = () => {};
+  return {
+    wait: (ms) => new Promise((resolve) => {
+      const timer = setTimeout(resolve, ms);
+      wake = () => {
+        clearTimeout(timer);
+        resolve();
+      };
+    }),
+    wake: () => wake(),
+  };
+}
+
+/**
+ * An operation is stored: those of its run behind it, in the outbox, build on what it left.
+ * @param {Outbox} outbox
+ * @param {Pending} done
+ * @param {readonly import('../types.js').TrackDoc[]} docs   as it left them
+ * @param {readonly Pending[]} behind
+ */
+export async function leave(outbox, done, docs, behind) {
+  // first those that build on it: after a crash in between it is sent once more and answered as before
+  await Promise.all(rebased(behind, docs).changed.map((one) => outbox.put(one)));
+  await outbox.remove(done.op_id);
+}

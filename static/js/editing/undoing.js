@@ -1,0 +1,90 @@
+// @ts-check
+/**
+ * Undo and redo: operations like others, in their order with them. Which one is meant is settled when the key is pressed, and
+ * shown at once where this page knows what it did; of what only the server knows, the server is asked when its turn comes.
+ *
+ * @typedef {import('./outbox.js').Pending} Pending
+ * @typedef {import('../types.js').UndoTarget} UndoTarget
+ */
+import { ApiError } from '../api/errors.js';
+import { subjectOf } from '../model/effective.js';
+import { trackName } from '../model/track_name.js';
+import { seek, select } from '../store/actions/review.js';
+import { UNKNOWN, nextOf } from './line.js';
+import { describe, describeUndone, named } from './words.js';
+
+/**
+ * @param {object} parts
+ * @param {import('../state-types.js').Store} parts.store
+ * @param {import('./work.js').Work} parts.work
+ * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
+ * @param {(command: {name: 'undo'|'redo', op_id: string}, about: UndoTarget) => string} parts.enqueue   its op_id
+ * @param {() => Promise<void>} parts.refresh
+ */
+export function createUndoing({ store, work, toast, enqueue, refresh }) {
+  /** Those that a person waits to be told of. @type {Set<string>} */
+  const awaited = new Set();
+
+  /** @param {'undo'|'redo'} what @param {UndoTarget} about @param {readonly import('../types.js').TrackDoc[]} docs */
+  function announce(what, about, docs) {
+    const subject = subjectOf(docs, about.frame);
+    // undo must not change what nobody looks at
+    store.dispatch((state) => select(about.frame === null ? state : seek(state, about.frame), subject?.key ?? null));
+    const doc = subject ?? docs[0];
+    toast(`${what === 'undo' ? 'Undone' : 'Done again'}: ${describeUndone(about.name, about.frame, doc && trackName(doc.key, doc), docs.length)}`, { topic: 'undo' });
+  }
+
+  /** Whether this page knows what became of the tracks. @param {UndoTarget} about */
+  const isKnown = ({ op_id }) => work.steps.has(op_id) || [...work.pending, ...work.early].some((one) => one.op_id === op_id);
+
+  /** @param {'undo'|'redo'} what */
+  function press(what) {
+    const about = work.run === null ? null : work.next(what);
+    if (about === null) {
+      toast(`There is nothing to ${what}.`, { topic: 'undo' });
+      return;
+    }
+    const known = isKnown(about);
+    const op_id = enqueue({ name: what, op_id: about.op_id }, about);
+    const docs = store.get().review?.docs ?? {};
+    if (known) {
+      announce(what, about, about.keys.flatMap((key) => docs[key] ?? []));
+    } else {
+      awaited.add(op_id);
+      const which = about === UNKNOWN ? '' : ` (${describeUndone(about.name, about.frame)})`;
+      const why = store.get().connection === 'offline' ? 'The server cannot be reached' : 'The server is being asked';
+      toast(`${why}: ${what}${which} follows its answer.`, { topic: 'undo' });
+    }
+  }
+
+  /**
+   * An undo or redo whose turn has come, with the operation that it is about; null: there is none.
+   * @param {Pending} next
+   * @returns {Promise<Pending|null>}
+   * @throws {ApiError} the server cannot say which
+   */
+  async function resolved(next) {
+    const { name, op_id } = /** @type {{name: 'undo'|'redo', op_id: string}} */ (next.command);
+    if (op_id !== '') return next;
+    if (nextOf(work.line, name) === UNKNOWN) await refresh();
+    const about = nextOf(work.line, name);
+    if (about === UNKNOWN) throw new ApiError(0, 'offline', 'The server did not say what is next.');
+    return about && { ...next, command: { name, op_id: about.op_id }, about };
+  }
+
+  /** The server has done it. @param {Pending} done @param {readonly import('../types.js').TrackDoc[]} docs */
+  function stored({ op_id, command, about }, docs) {
+    if (awaited.delete(op_id) && about) announce(/** @type {'undo'|'redo'} */ (command.name), about, docs);
+  }
+
+  /** @param {Pending} next @param {unknown} thrown */
+  function refused(next, thrown) {
+    const docs = store.get().review?.docs ?? {};
+    const why = thrown instanceof ApiError && thrown.code === 'not_next'
+      ? 'You have gone on in another page since. What is shown is up to date now; the same key is about what was done there.'
+      : thrown instanceof ApiError ? named(thrown.message, docs) : 'Something in the page went wrong.';
+    toast(`${describe(next.command.name)} was not possible. ${why}`, { tone: 'bad', topic: 'undo' });
+  }
+
+  return { press, resolved, stored, refused };
+}

@@ -1,0 +1,123 @@
+// @ts-check
+/** Edits of a run that is not open. */
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { ApiError } from '../../../static/js/api/errors.js';
+import { unsavedOf } from '../../../static/js/store/unsaved.js';
+import { RUN, createWorld, setBox } from './world.js';
+
+const soon = () => new Promise((resolve) => setTimeout(resolve, 20));
+const dead = () => {
+  throw new ApiError(0, 'offline', 'Gone.');
+};
+
+test('a review that is left goes on being saved, and how much is left is known', async () => {
+  const { editor, server, store, outbox } = await createWorld();
+  server.before = dead;
+  for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
+  editor.edit(setBox('m2', 60, 20), RUN, 'move');
+  editor.close();
+  store.dispatch((state) => ({ ...state, review: null }));
+  await soon();
+  assert.deepEqual([store.get().elsewhere, unsavedOf(store.get())], [[{ run: RUN, unsaved: 3, held: false }], { unsaved: 3, held: 0 }]);
+  server.before = () => {};
+  await soon();
+  await soon();
+  assert.deepEqual([server.log, store.get().elsewhere, await outbox.all()], [['set_box', 'set_box', 'set_box'], [], []]);
+});
+
+test('what an earlier visit has left is sent without its run being opened, an undo of it too', async () => {
+  const first = await createWorld();
+  first.editor.edit(setBox('m1', 5, 20));
+  await first.editor.settled();
+  first.server.before = dead;
+  first.editor.edit(setBox('m1', 6, 20));
+  for (let k = 0; k < 2; k++) void first.editor.undo();
+  await soon();
+  first.end();
+  first.server.before = () => {};
+  const second = await createWorld(first.server, first.outbox, null);
+  await second.background.go();
+  assert.deepEqual(first.server.log, ['set_box', 'set_box', 'undo', 'undo']);
+  assert.deepEqual([first.server.docs.m1.keys, await first.outbox.all()], [{}, []]);
+});
+
+test('an answer that comes after its review was left puts those behind it on what it stored', async () => {
+  const { editor, server, outbox } = await createWorld();
+  /** @type {() => void} */
+  let answer = () => {};
+  const { edit } = server;
+  let first = true;
+  server.edit = async (...given) => {
+    if (first) {
+      first = false;
+      await new Promise((resolve) => (answer = () => resolve(undefined)));
+    }
+    return edit(...given);
+  };
+  for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
+  await soon();
+  editor.close();
+  answer();
+  await soon();
+  assert.deepEqual([server.log, server.docs.m1.revision, await outbox.all()], [['set_box', 'set_box'], 2, []]);
+});
+
+test('somebody else was first: it waits, other runs do not, and the run asks when it is opened', async () => {
+  const { editor, server, store, outbox } = await createWorld();
+  server.before = dead;
+  editor.edit(setBox('m1', 5, 20));
+  server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
+  await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
+  editor.close();
+  server.before = () => {};
+  await soon();
+  assert.deepEqual(server.log, ['set_box']);
+  assert.deepEqual(store.get().elsewhere, [{ run: RUN, unsaved: 1, held: true }]);
+  assert.match(store.get().banners.find(({ id }) => id === 'elsewhere')?.text ?? '', /A change of another run is not saved/);
+  await editor.open(RUN);
+  await editor.settled();
+  assert.deepEqual([store.get().elsewhere, store.get().banners.map(({ id }) => id)], [[], ['conflict']]);
+  assert.equal(store.get().dialog?.kind, 'conflict');
+});
+
+test('edits of a run that is not there any more are given up, with a word', async () => {
+  const { editor, server, outbox, toasts } = await createWorld();
+  server.before = dead;
+  for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
+  editor.close();
+  server.before = () => {
+    throw new ApiError(404, 'not_found', 'There is no run.');
+  };
+  await soon();
+  assert.deepEqual([await outbox.all(), toasts], [[], ['2 unsaved changes are given up: the run was removed.']]);
+});
+
+test('what was done before the corrections had come is not dropped with the review', async () => {
+  const { editor, server, outbox } = await createWorld();
+  editor.close();
+  void editor.open(RUN);
+  editor.edit(setBox('m1', 5, 20));
+  editor.close();
+  await soon();
+  assert.deepEqual([server.log, await outbox.all()], [['set_box'], []]);
+});
+
+test('a run whose video has become another file holds up no other', async () => {
+  const { editor, server, outbox } = await createWorld();
+  const { edit } = server;
+  let back = false;
+  server.edit = async (...given) => {
+    if (given[0] === RUN && !back) throw new ApiError(409, 'file_changed', 'The file has changed.');
+    return edit(...given);
+  };
+  editor.edit(setBox('m1', 5, 20));
+  await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
+  editor.close();
+  await soon();
+  assert.deepEqual((await outbox.all()).map(({ run }) => run), [RUN]);
+  back = true;
+  await soon();
+  assert.deepEqual([server.log, await outbox.all()], [['set_box', 'set_box'], []]);
+});

@@ -1,0 +1,146 @@
+// @ts-check
+/** Undo and redo: about what was done last when the key is pressed, whatever the server has by then. */
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { ApiError } from '../../../static/js/api/errors.js';
+import { RUN, createServer, createWorld, setBox } from './world.js';
+
+const relabel = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'relabel_track', key, frame: 5, class_id: 14 });
+const note = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'add_note', key, frame: 7, note_id: 'n'.repeat(32), text: 'Half hidden.' });
+const dead = () => {
+  throw new ApiError(0, 'offline', 'Gone.');
+};
+
+test('an undo takes back what was done before it, not what is done after it, however late the server answers', async () => {
+  const { editor, server, review } = await createWorld();
+  server.before = dead;
+  editor.edit(setBox('m1', 5, 20));
+  void editor.undo();
+  assert.deepEqual(review().docs.m1.keys, {}, 'shown at once');
+  editor.edit(relabel('m1'));
+  server.before = () => {};
+  await editor.settled();
+  assert.deepEqual(server.log, ['set_box', 'undo', 'relabel_track']);
+  assert.deepEqual([server.docs.m1.keys, server.docs.m1.class_id], [{}, 14]);
+  assert.deepEqual(review().docs, server.docs);
+});
+
+test('what was typed after an undo is there after the page died, and what was taken back is not', async () => {
+  const first = await createWorld();
+  first.server.before = dead;
+  first.editor.edit({ name: 'set_review', key: 'm1', frame: 5, review: 'needs_work' });
+  first.editor.edit(setBox('m2', 60, 20));
+  void first.editor.undo();
+  first.editor.edit(note('m2'));
+  assert.deepEqual(first.toasts, ['Undone: box corrected in frame 60']);
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  first.end();
+  first.server.before = () => {};
+  const second = await createWorld(first.server, first.outbox);
+  assert.deepEqual(second.review().docs.m2.keys, {});
+  await second.editor.settled();
+  assert.deepEqual(first.server.log, ['set_review', 'set_box', 'undo', 'add_note']);
+  assert.deepEqual([first.server.docs.m2.keys, first.server.docs.m2.notes.length, first.server.docs.m1.review], [{}, 1, 'needs_work']);
+});
+
+test('redo brings back what an undo on its way takes back; a new edit ends that', async () => {
+  const { editor, server, review, toasts } = await createWorld();
+  server.before = dead;
+  editor.edit(setBox('m1', 5, 20));
+  editor.edit(setBox('m1', 6, 30));
+  for (const what of /** @type {const} */ (['undo', 'undo', 'redo'])) void editor[what]();
+  assert.deepEqual(Object.keys(review().docs.m1.keys), ['5']);
+  assert.equal(review().redo?.frame, 6);
+  editor.edit(relabel('m1'));
+  assert.equal(review().redo, null);
+  void editor.redo();
+  server.before = () => {};
+  await editor.settled();
+  assert.deepEqual(server.log, ['set_box', 'set_box', 'undo', 'undo', 'redo', 'relabel_track']);
+  assert.deepEqual([Object.keys(server.docs.m1.keys), review().docs], [['5'], server.docs]);
+  assert.equal(toasts.at(-1), 'There is nothing to redo.');
+});
+
+test('what this page has stored is taken back on the screen at once, what an earlier visit has, when the server answers', async () => {
+  const first = await createWorld();
+  first.editor.edit(setBox('m1', 5, 20));
+  await first.editor.settled();
+  const second = await createWorld(first.server, first.outbox);
+  second.editor.edit(setBox('m1', 6, 30));
+  await second.editor.settled();
+  second.server.before = dead;
+  for (let k = 0; k < 2; k++) void second.editor.undo();
+  assert.deepEqual(Object.keys(second.review().docs.m1.keys), ['5']);
+  assert.deepEqual(second.toasts, ['Undone: box corrected in frame 6', 'The server is being asked: undo (box corrected in frame 5) follows its answer.']);
+  second.editor.edit(relabel('m1'));
+  second.server.before = () => {};
+  await second.editor.settled();
+  assert.deepEqual(second.server.log.slice(2), ['undo', 'undo', 'relabel_track']);
+  assert.deepEqual([second.server.docs.m1.keys, second.server.docs.m1.class_id, second.review().docs], [{}, 14, second.server.docs]);
+  assert.equal(second.toasts.at(-1), 'Undone: box corrected in frame 5');
+});
+
+test('an edit that was taken back before it met somebody else\'s is given up without a question', async () => {
+  const { editor, server, store, outbox, review } = await createWorld();
+  server.before = dead;
+  editor.edit(setBox('m1', 5, 20));
+  void editor.undo();
+  server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
+  server.before = () => {};
+  await editor.settled();
+  assert.deepEqual([store.get().dialog, server.log, await outbox.load(RUN)], [null, [], []]);
+  assert.deepEqual([review().docs.m1.review, review().unsaved], ['accepted', []]);
+});
+
+test('an undo before the corrections have come keeps its place among what is done then', async () => {
+  const { editor, server, review } = await createWorld();
+  editor.edit(setBox('m2', 60, 20));
+  await editor.settled();
+  editor.close();
+  const opened = editor.open(RUN);
+  editor.edit(setBox('m1', 5, 20));
+  void editor.undo();
+  assert.equal(review().docs.m1.keys[5], undefined);
+  editor.edit(relabel('m1'));
+  await opened;
+  await editor.settled();
+  assert.deepEqual(server.log, ['set_box', 'set_box', 'undo', 'relabel_track']);
+  assert.deepEqual([server.docs.m1.keys, server.docs.m1.class_id], [{}, 14]);
+});
+
+test('undo follows what the same person does in another page', async () => {
+  const server = createServer();
+  const [one, other] = [await createWorld(server), await createWorld(server)];
+  one.editor.edit(setBox('m1', 5, 20));
+  await one.editor.settled();
+  const told = () => {
+    other.editor.hear(structuredClone(Object.values(server.docs)), String(server.log.length), 'a');
+    return new Promise((resolve) => setTimeout(resolve, 5));
+  };
+  await told();
+  assert.equal(other.review().undo?.frame, 5);
+  await other.editor.undo();
+  assert.deepEqual([server.log, server.docs.m1.keys], [['set_box', 'undo'], {}]);
+  assert.deepEqual(other.toasts, ['The server is being asked: undo (box corrected in frame 5) follows its answer.', 'Undone: box corrected in frame 5']);
+  // pressed before the answer to what was heard: it is about what the server says then
+  one.editor.edit(setBox('m2', 60, 20));
+  await one.editor.settled();
+  void told();
+  await other.editor.undo();
+  assert.deepEqual([server.log.at(-1), server.docs.m2.keys], ['undo', {}]);
+});
+
+test('a page that has not heard of it says so, and knows afterwards', async () => {
+  const server = createServer();
+  const [one, other] = [await createWorld(server), await createWorld(server)];
+  other.editor.edit(setBox('m1', 5, 20));
+  await other.editor.settled();
+  one.editor.edit(setBox('m2', 60, 20));
+  await one.editor.settled();
+  await other.editor.undo();
+  assert.match(other.toasts.at(-1) ?? '', /You have gone on in another page since/);
+  assert.deepEqual(Object.keys(other.review().docs.m1.keys), ['5'], 'as the server has it');
+  await other.editor.undo();
+  assert.deepEqual([server.log, server.docs.m2.keys], [['set_box', 'set_box', 'undo'], {}]);
+});
