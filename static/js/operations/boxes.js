@@ -136,7 +136,7 @@ function cycle(app, direction) {
 function nudge(app, dx, dy) {
   const state = app.store.get();
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (shown) editSelected(app, { name: 'set_box', box: nudged(shown.box, dx, dy, size(state)) });
+  if (shown) editSelected(app, { name: 'set_box', box: nudged(shown.box, dx, dy, size(state)) }, 'move');
 }
 
 /** Right and lower edge move; the rest stays. @param {App} app @param {number} dx @param {number} dy */
@@ -145,7 +145,7 @@ function grow(app, dx, dy) {
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
   if (!shown) return;
   const [x1, y1, x2, y2] = shown.box;
-  editSelected(app, { name: 'set_box', box: settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)) });
+  editSelected(app, { name: 'set_box', box: settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)) }, 'resize');
 }
 
 const ARROWS = /** @type {const} */ ([['Left', -1, 0, '←'], ['Right', 1, 0, '→'], ['Up', 0, -1, '↑'], ['Down', 0, 1, '↓']]);

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
+import { held } from '../held.js';
 import { RUN, createServer, createWorld, setBox } from './world.js';
 
 const relabel = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'relabel_track', key, frame: 5, class_id: 14 });
@@ -143,4 +144,46 @@ test('a page that has not heard of it says so, and knows afterwards', async () =
   assert.deepEqual(Object.keys(other.review().docs.m1.keys), ['5'], 'as the server has it');
   await other.editor.undo();
   assert.deepEqual([server.log, server.docs.m2.keys], [['set_box', 'set_box', 'undo'], {}]);
+});
+
+test('a box that keys move without a pause is one operation, sent with where it is in the end', async () => {
+  const { editor, server, review, outbox } = await createWorld();
+  for (let k = 1; k <= 20; k++) editor.edit(setBox('m1', 5, 20 + k), RUN, 'move');
+  assert.deepEqual([review().docs.m1.keys[5].box?.[0], review().unsaved.length], [40, 1]);
+  assert.deepEqual((await outbox.load(RUN)).map(({ command }) => Reflect.get(command, 'box')[0]), [40], 'none of it is lost with the page');
+  for (let k = 1; k <= 5; k++) editor.edit(setBox('m1', 5, 40 + k), RUN, 'resize');
+  editor.edit(setBox('m1', 6, 0), RUN, 'resize');
+  await editor.settled();
+  assert.deepEqual(server.log, ['set_box', 'set_box', 'set_box']);
+  await editor.undo();
+  await editor.undo();
+  assert.deepEqual(server.docs.m1.keys[5].box?.[0], 40);
+  for (const at of [50, 51]) editor.edit(setBox('m1', 5, at), RUN, 'move');
+  const undone = editor.undo();
+  assert.equal(review().docs.m1.keys[5].box?.[0], 40, 'what is moved is taken back whole');
+  await undone;
+  for (const at of [60, 61]) editor.edit(setBox('m1', 5, at), RUN, 'move');
+  await new Promise((resolve) => setTimeout(resolve, 1100));
+  await editor.settled();
+  editor.edit(setBox('m1', 5, 62), RUN, 'move');
+  await editor.settled();
+  await editor.undo();
+  assert.equal(server.docs.m1.keys[5].box?.[0], 61, 'after a pause it is another step');
+});
+
+test('an answer that comes between two presses leaves what is being moved one step', async () => {
+  const { editor, server } = await createWorld();
+  const answer = held();
+  const { edit } = server;
+  server.edit = async (...given) => {
+    await answer.promise;
+    return edit(...given);
+  };
+  editor.edit({ name: 'set_review', key: 'm1', frame: 5, review: 'accepted' });
+  editor.edit(setBox('m1', 5, 20), RUN, 'move');
+  answer.release();
+  await new Promise((resolve) => setTimeout(resolve, 5));
+  editor.edit(setBox('m1', 5, 21), RUN, 'move');
+  await editor.settled();
+  assert.deepEqual([server.log, server.docs.m1.keys[5].box?.[0]], [['set_review', 'set_box'], 21]);
 });
