@@ -4,7 +4,7 @@
 correction                            expectation
 ====================================  ==================================================================
 a track of their own (nothing there)  ``found``
-another class for the whole track     ``label``
+another class for the whole track     ``label``; none of the classes: nothing, for the engine has no such answer
 key frames with boxes                 ``boxes`` in those frames
 not a sign, rejected, deleted         ``absent``; a second track on a sign that stays: that sign is ``one``
 deleted from some frame on            ``absent`` in the frames that went
@@ -24,7 +24,7 @@ from itertools import combinations
 
 import numpy as np
 
-from app.edits.documents import TrackDoc
+from app.edits.documents import NO_CLASS, TrackDoc
 from app.edits.effective import Effective, box_at
 from app.exchange.machine import MachineTrack, MachineTracks
 from tsr_engine.bundle import Bounds, Expectation, Expected, ExpectedSign
@@ -97,7 +97,7 @@ class _Maker:
         label = doc.class_id
         if label is None and accepted and not self._goes_on(doc):
             label = self._label(doc)
-        if label is not None:
+        if label is not None and label != NO_CLASS:
             self.expected.append(Expected(id=f"{doc.key}.label", kind="label", sign=doc.key, class_id=label))
         hidden = set(self.signs[doc.key].hidden)
         if pieces and (visible := [f for f in own if f not in hidden]):

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from app.edits.documents import TrackDoc
-from app.edits.effective import effective_track
+from app.edits.effective import AS_ENGINE, effective_track
 from app.evidence.tables import BoxTable, FloatColumn, IntColumn
 
 __all__ = ["corrected_boxes"]
@@ -42,7 +42,7 @@ def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc], stop: 
             place[key] = len(keys)
             keys.append(key)
         shown = effective_track(document, engine.track, stop)
-        label = np.where(shown.class_id < 0, engine.label(document), shown.class_id)
+        label = np.where(shown.class_id == AS_ENGINE, engine.label(document), shown.class_id)
         source = np.where(shown.origin == 0, engine.sources(document, shown.frame), -1)
         parts.append((shown.frame, np.full(len(shown.frame), place[key]), shown.boxes, label, source))
     frame, track, boxes, labels, sources = (np.concatenate(column) for column in zip(*parts, strict=True))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.edits.documents import OPEN_END, Segment, TrackDoc
-from app.edits.effective import EffectiveTrack, effective_track
+from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from tsr_engine.geometry.boxes import iou_each
 
 __all__ = ["Adoption", "MachineRun", "adopt_documents"]
@@ -234,7 +234,7 @@ def _shows(new: MachineRun, track: int, wanted: EffectiveTrack, label: int) -> b
     close = _overlaps(person, (frames, boxes))
     whole = _overlaps((wanted.frame, wanted.boxes), (frames, boxes))
     labels = wanted.class_id[i]
-    same = bool(((labels == -1) | (labels == label)).all())
+    same = bool(((labels == AS_ENGINE) | (labels == label)).all())
     return (
         same and len(close) == int(corrected.sum()) and bool((close >= CORRECTED).all()) and bool((whole >= SAME).all())
     )
@@ -254,7 +254,7 @@ def _moved(segment: Segment, old: MachineRun, new: MachineRun, twin: int) -> Seg
 
 
 def _label(doc: TrackDoc, run: MachineRun) -> int:
-    """The label of a document, -1: unknown."""
+    """The label of a document, -1: unknown, or none of the classes."""
     if doc.class_id is not None:
         return doc.class_id
     own = int(doc.key[1:]) if doc.key.startswith("m") else next((s.track for s in doc.segments), -1)

@@ -36,14 +36,14 @@ class SetBox(_OnTrack):
 
 
 class RelabelTrack(_OnTrack):
-    """Label of the whole track; null: the engine's again."""
+    """Label of the whole track; null: the engine's again, -1: none of the classes."""
 
     name: Literal["relabel_track"]
     class_id: ClassId | None
 
 
 class RelabelBox(_OnTrack):
-    """Label of the box in this frame alone; ``box`` is the one on screen."""
+    """Label of the box in this frame alone, null: the track's again; ``box`` is the one on screen."""
 
     name: Literal["relabel_box"]
     class_id: ClassId | None

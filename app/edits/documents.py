@@ -9,6 +9,7 @@ The state of a track at frame f, with K the last key frame at or before f:
 5. otherwise nothing.
 
 ``occluded`` is K's. The label is that of the key frame at f, else the document's, else the engine's.
+``NO_CLASS`` is a label like any other.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pydantic import AfterValidator, Field
 from app.shapes import Model
 
 __all__ = [
+    "NO_CLASS",
     "OPEN_END",
     "Box",
     "ClassId",
@@ -36,6 +38,8 @@ __all__ = [
 
 OPEN_END = 2**31 - 2
 """Last frame of a piece of an engine track that may still grow, because its run goes on."""
+NO_CLASS = -1
+"""Label of a sign that is none of the classes, as a person says; null is no word about it: the engine's stands."""
 _FAR = 1e5
 
 
@@ -54,7 +58,8 @@ _Edge = Annotated[float, Field(strict=True)]
 Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(_ordered)]
 """x1, y1, x2, y2; 0-based pixel edges."""
 Frame = Annotated[int, Field(ge=0, le=2**31 - 2, strict=True)]
-ClassId = Annotated[int, Field(ge=0, le=42, strict=True)]
+ClassId = Annotated[int, Field(ge=NO_CLASS, le=42, strict=True)]
+"""One of the 43 classes, or ``NO_CLASS``."""
 Key = Annotated[str, Field(pattern=r"^(m[0-9]{1,12}|h[0-9a-z]{6,40})$")]
 """``m7``: the engine's track 7; ``h...``: made by a person."""
 Review = Literal["open", "accepted", "rejected", "needs_work"]

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from app.edits.documents import TrackDoc
 
-__all__ = ["Effective", "EffectiveTrack", "box_at", "effective_track"]
+__all__ = ["AS_ENGINE", "Effective", "EffectiveTrack", "box_at", "effective_track"]
+
+AS_ENGINE = -2
+"""In a column of labels: nobody says anything, the engine's stands. -1 is a sign of none of the classes."""
 
 Edges = tuple[float, float, float, float]
 Origin = Literal["engine", "corrected", "interpolated"]
@@ -25,7 +28,7 @@ class Effective:
     origin: Origin
     occluded: bool
     class_id: int | None
-    """As people say; None: the engine's label stands."""
+    """As people say, -1: none of the classes; None: the engine's label stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,7 @@ class EffectiveTrack:
     Attributes:
         frame: shape (n,).
         boxes: shape (n, 4), px.
-        class_id: shape (n,), -1: the engine's label stands.
+        class_id: shape (n,), -1: none of the classes, ``AS_ENGINE``: the engine's label stands.
         origin: shape (n,), 0 engine, 1 corrected, 2 interpolated.
         occluded: shape (n,).
     """
@@ -98,12 +101,12 @@ def effective_track(
     line = np.isfinite(lines[:, 0])
     shown = (line | there) & ~keys.outside_at(at)
     boxes = np.where(line[:, None], lines, boxes)[shown]
-    whole = -1 if doc.class_id is None else doc.class_id
+    whole = AS_ENGINE if doc.class_id is None else doc.class_id
     label = keys.labels(frames, at)
     return EffectiveTrack(
         frame=frames[shown],
         boxes=np.ascontiguousarray(boxes),
-        class_id=np.where(label < 0, whole, label)[shown],
+        class_id=np.where(label == AS_ENGINE, whole, label)[shown],
         origin=np.where(line, np.where(on_key, 1, 2), 0)[shown],
         occluded=keys.occluded_at(at)[shown],
     )
@@ -122,7 +125,7 @@ class _Keys:
         self._outside = np.array([key.outside for key in keys], np.bool_)
         self._occluded = np.array([key.occluded for key in keys], np.bool_)
         self._line = np.array([key.interpolate for key in keys], np.bool_)
-        self._label = np.array([-1 if key.class_id is None else key.class_id for key in keys], np.int64)
+        self._label = np.array([AS_ENGINE if key.class_id is None else key.class_id for key in keys], np.int64)
         places = np.arange(n)
         self._start = np.maximum.accumulate(np.where(self._has, places, -1)) if n else places
         # the next key frame that has a box or is outside; n: there is none
@@ -138,11 +141,11 @@ class _Keys:
         return self._held(self._occluded, at)
 
     def labels(self, frames: NDArray[np.int64], at: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The label of a key frame in its own frame; -1 elsewhere."""
+        """The label of a key frame in its own frame; ``AS_ENGINE`` elsewhere."""
         if not len(self.frame):
-            return np.full(len(frames), -1)
+            return np.full(len(frames), AS_ENGINE)
         own = (at >= 0) & (self.frame[at] == frames)
-        return np.where(own, self._label[at], -1)
+        return np.where(own, self._label[at], AS_ENGINE)
 
     def lines(self, frames: NDArray[np.int64], at: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """The boxes that key frames alone give, NaN where they give none; which are a key frame's own."""

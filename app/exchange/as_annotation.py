@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from uuid import uuid4
 
 from app.edits.documents import TrackDoc, engine_doc
-from app.exchange.laid_over import Alike, alike, as_shown, key_frames_of, laid_over
+from app.exchange.laid_over import Alike, alike, as_shown, key_frames_of, laid_over, whole_label
+from app.exchange.machine import engine_label
 from app.exchange.marks import REVIEWS, new_notes
 from app.exchange.same_sign import lying_on, touching
 from tsr_engine.exchange.dataset import Skipped, Track
@@ -55,6 +57,7 @@ def annotate(
     author: str,
     size: tuple[int, int],
     exported: bool = False,
+    labels: Mapping[int, int] = MappingProxyType({}),
 ) -> Annotated:
     """The documents that make a run show what the tracks say.
 
@@ -65,6 +68,7 @@ def annotate(
         author: for notes.
         size: width and height of the picture, px; imports are cut at its edges.
         exported: the file is an export of this run, so that names alone say which track is which.
+        labels: the engine's class of each track that has a document, by number; -1: never recognised.
     """
     found = Annotated()
     thinned = 0
@@ -79,9 +83,10 @@ def annotate(
         key = _fresh() if own is None else own
         old = present.get(key, TrackDoc(key=key))
         if base is None or over is None or over.run is None:
-            document, thinner = _made(key, track)
+            document, thinner = _made(key, track, engine_label(old, labels))
         else:
-            document, thinner = laid_over(track, over, base, THIN_PX)
+            engine = shown[key].label if base.class_id is None else engine_label(base, labels)
+            document, thinner = laid_over(track, over, base, engine, THIN_PX)
         document = _judged(document, track, old, author)
         if key in present and present[key].same(document):  # brought in before
             found.same += 1
@@ -140,10 +145,14 @@ def _same(track: Track, shown: Track, found: Alike) -> bool:
     return not judged and as_shown(track, found)
 
 
-def _made(key: str, track: Track) -> tuple[TrackDoc, bool]:
-    """A document that shows the track by its key frames alone, and whether boxes were thinned to these."""
+def _made(key: str, track: Track, engine: int | None) -> tuple[TrackDoc, bool]:
+    """A document that shows the track by its key frames alone, and whether boxes were thinned to these.
+
+    ``engine`` is the engine's class of the track of that key, which is nobody's word; None: it is a person's track.
+    """
     keys, thinned = key_frames_of(track, THIN_PX, track.label)
-    return TrackDoc(key=key, class_id=track.label if track.label >= 0 else None, keys=keys), thinned
+    said = whole_label(track)
+    return TrackDoc(key=key, class_id=None if said == engine else said, keys=keys), thinned
 
 
 def _judged(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> TrackDoc:

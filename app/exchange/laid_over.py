@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.edits.effective import effective_track
-from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.dataset import UNSAID, Track
 from tsr_engine.exchange.filters import part_of
 from tsr_engine.exchange.thinning import key_frames, runs_of
 
-__all__ = ["Alike", "alike", "as_shown", "key_frames_of", "labels_of", "laid_over"]
+__all__ = ["Alike", "alike", "as_shown", "key_frames_of", "labels_of", "laid_over", "whole_label"]
 
 _WRITTEN_PX = 0.06
 """What formats with two decimals or percents of the picture lose, px."""
@@ -70,16 +70,22 @@ def alike(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thi
 
 
 def labels_of(track: Track) -> NDArray[np.int64]:
-    """The label of each frame, -1: not known; shape (n,)."""
-    return np.full(len(track.frames), track.label) if track.labels is None else track.labels
+    """The label of each frame, -1: none of the classes, ``UNSAID``: the file says nothing; shape (n,)."""
+    labels = np.full(len(track.frames), track.label) if track.labels is None else track.labels
+    return labels if track.silent is None else np.where(track.silent, UNSAID, labels)
+
+
+def whole_label(track: Track) -> int | None:
+    """The label of the whole track, -1: none of the classes; None: the file says nothing in any frame."""
+    return None if track.silent is not None and track.silent.all() else track.label
 
 
 def as_shown(track: Track, found: Alike) -> bool:
-    """Whether the run shows the same boxes in the same frames, hidden and labelled the same; no label says nothing."""
+    """Whether the run shows the same boxes in the same frames, hidden and labelled the same where it says a label."""
     if found.run is None or not np.array_equal(track.frames, found.run.frames):
         return False
     said = labels_of(track)
-    labels = ((said == labels_of(found.run)) | (said < 0)).all()
+    labels = ((said == labels_of(found.run)) | (said == UNSAID)).all()
     return bool(found.boxes.all() and labels and np.array_equal(track.occluded, found.run.occluded))
 
 
@@ -99,7 +105,8 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
     ends = np.zeros(len(track.frames), np.bool_)
     ends[runs_of(track.frames)[1:] - 1] = True
     labels = labels_of(track)
-    keep = keep | ((labels != label) & (labels >= 0))  # a label of its own holds for one key frame alone
+    own = (labels != label) & (labels != UNSAID)
+    keep = keep | own  # a label of its own holds for one key frame alone
     keys: dict[str, KeyFrame] = {}
     for i in np.flatnonzero(keep).tolist():
         x1, y1, x2, y2 = track.boxes[i].tolist()
@@ -107,18 +114,19 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
             box=(x1, y1, x2, y2),
             occluded=bool(track.occluded[i]),
             interpolate=not ends[i],
-            class_id=int(labels[i]) if labels[i] != label and labels[i] >= 0 else None,
+            class_id=int(labels[i]) if own[i] else None,
         )
     return keys, thinned
 
 
-def laid_over(track: Track, found: Alike, base: TrackDoc, thin_px: float) -> tuple[TrackDoc, bool]:
+def laid_over(track: Track, found: Alike, base: TrackDoc, engine: int | None, thin_px: float) -> tuple[TrackDoc, bool]:
     """The document that shows what the file says, and keeps what the run shows alike.
 
     Args:
         track: of the file.
         found: where both agree; ``run`` is not None.
         base: the document that shows the run's track, not gone.
+        engine: the engine's class of it, -1: never recognised; None: it has no track of the engine's.
         thin_px: how far an edge may move between key frames, px.
 
     Returns:
@@ -134,7 +142,8 @@ def laid_over(track: Track, found: Alike, base: TrackDoc, thin_px: float) -> tup
     segments = _clipped(base.segments, first if cut_before else 0, last if cut_after or ends_outside else None)
     start = first if cut_before else min([first, *frames])
     stop = last + 1 if cut_after else max([last, *frames]) + 1
-    label = track.label if track.label >= 0 else run.label
+    said = whole_label(track)
+    label = run.label if said is None else said
     new = _Over(base, track, label)
     thinned = False
     for a, b, mode in _stretches(track, found, start, stop):
@@ -148,7 +157,8 @@ def laid_over(track: Track, found: Alike, base: TrackDoc, thin_px: float) -> tup
             keys, thinner = key_frames_of(part, thin_px, label)
             new.keys |= keys
             thinned |= thinner
-    class_id = base.class_id if label == run.label else label
+    # the engine's own class is nobody's word
+    class_id = base.class_id if label == run.label else None if label == engine else label
     return base.model_copy(update={"class_id": class_id, "segments": segments, "keys": new.keys}), thinned
 
 
@@ -161,7 +171,8 @@ class _Over:
         self._frames = base.frames()
         self._shown: list[int] = track.frames.tolist()
         self._hidden = dict(zip(track.frames.tolist(), track.occluded.tolist(), strict=True))
-        self._labels = {f: c for f, c in zip(track.frames.tolist(), labels_of(track).tolist(), strict=True) if c >= 0}
+        labels = zip(track.frames.tolist(), labels_of(track).tolist(), strict=True)
+        self._labels = {f: c for f, c in labels if c != UNSAID}
         self._label = label
         turns = np.flatnonzero(np.diff(track.occluded, prepend=track.occluded[:1]))
         own = [f for f, c in self._labels.items() if c != label]

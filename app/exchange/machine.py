@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from app.edits.documents import TrackDoc
 from app.evidence.tables import FloatColumn, IntColumn, columns
 from tsr_engine.evidence.reader import EvidenceReader
 
-__all__ = ["MachineTrack", "MachineTracks"]
+__all__ = ["MachineTrack", "MachineTracks", "engine_label", "machine_labels"]
 
 _BLOCK = 256
 _ROWS = "SELECT track_id, frame, x1, y1, x2, y2, score FROM track_frames WHERE state <> 'dead' AND track_id"
@@ -66,3 +68,24 @@ class MachineTracks:
             score = 1.0 / (1.0 + np.exp(-table[6]))
         boxes = np.ascontiguousarray(table[2:6].T)
         return MachineTrack(number, self.labels[number], table[1].astype(np.int64), boxes, score)
+
+
+def machine_labels(folder: Path) -> dict[int, int]:
+    """Class of each confirmed track of a run, by number; -1: never recognised.
+
+    Args:
+        folder: its evidence.
+    """
+    with EvidenceReader(folder) as reader:
+        return MachineTracks(reader).labels
+
+
+def engine_label(document: TrackDoc, labels: Mapping[int, int]) -> int | None:
+    """The engine's class of a document's own track, else of its first piece; None: it has no track of the engine's.
+
+    Args:
+        document: of the track.
+        labels: class of each of the engine's tracks, by number; -1: never recognised.
+    """
+    own = [int(document.key[1:])] if document.key.startswith("m") else []
+    return next((labels[n] for n in (*own, *(s.track for s in document.segments)) if n in labels), None)

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from app.edits.documents import TrackDoc
-from app.edits.effective import effective_track
+from app.edits.effective import AS_ENGINE, effective_track
 from app.evidence.tables import FloatColumn, IntColumn
-from app.exchange.machine import MachineTrack, MachineTracks
+from app.exchange.machine import MachineTrack, MachineTracks, engine_label
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.dataset import NONE, Track
 
 __all__ = ["boxes_beyond", "run_tracks"]
 
@@ -89,9 +89,9 @@ def _edited(
     shown = effective_track(document, boxes_of, frames)
     if not len(shown.frame):
         return None
-    label = _label(document, machine)
-    whole = label if document.class_id is None else document.class_id
-    each = np.where(shown.class_id < 0, whole, shown.class_id)
+    label = engine_label(document, machine.labels) if document.class_id is None else document.class_id
+    whole = NONE if label is None else label
+    each = np.where(shown.class_id == AS_ENGINE, whole, shown.class_id)
     engine = shown.origin == 0
     score = np.full(len(shown.frame), np.nan)
     for segment in document.segments:
@@ -120,15 +120,6 @@ def _edited(
         state="rejected" if document.not_a_sign else document.review,
         source="human" if human else "corrected" if changed else origin,
         notes=tuple((note.frame, note.text) for note in document.notes),
-    )
-
-
-def _label(document: TrackDoc, machine: MachineTracks) -> int:
-    """The engine's class of a document's own track, else of its first piece; -1: none."""
-    own = [int(document.key[1:])] if document.key.startswith("m") else []
-    return next(
-        (machine.labels[n] for n in (*own, *(segment.track for segment in document.segments)) if n in machine.labels),
-        -1,
     )
 
 

@@ -97,7 +97,7 @@
 
 /**
  * @typedef {object} QueueFilter
- * @property {number|null} class_id
+ * @property {number|null} class_id      null: any; -1: without a class
  * @property {'all'|'open'|'accepted'|'rejected'|'needs_work'} review
  * @property {number} least_doubt
  * @property {number|null} least_score   best score of a track, log-odds; null: any, also none at all

@@ -189,7 +189,7 @@
  * @typedef {object} TrackDoc
  * @property {string} key              `m7`: the engine's track 7; `h...`: made by a person
  * @property {number} revision         0: untouched
- * @property {number|null} class_id    null: the engine's class stands
+ * @property {number|null} class_id    null: the engine's class stands; -1: none of the classes, as a person says
  * @property {'open'|'accepted'|'rejected'|'needs_work'} review
  * @property {boolean} not_a_sign
  * @property {Segment[]} segments      pieces of engine tracks, in order of frames, disjoint
@@ -207,7 +207,7 @@
  * @property {boolean} occluded        from here to the next key frame
  * @property {boolean} outside         no box from here to the next key frame
  * @property {boolean} interpolate     straight line from here to the next key frame with a box
- * @property {number|null} class_id    of this box only
+ * @property {number|null} class_id    of this box only; null: the track's; -1: none of the classes
  */
 
 /** @typedef {{id: string, frame: number, text: string, author: string, time: string}} Note */

@@ -14,6 +14,7 @@ from exchange_toys import a_dataset, a_track, a_video, target_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange import checks
 from tsr_engine.exchange.checks import Intake, check_track, read_json, read_text
+from tsr_engine.exchange.dataset import UNSAID
 from tsr_engine.exchange.labels import CLASS_NAMES
 
 
@@ -108,10 +109,23 @@ def test_the_same_row_twice_is_taken_once(intake: Intake) -> None:
 def test_unknown_classes_come_in_without_class_or_not_at_all(intake: Intake) -> None:
     intake.box("a", 1, (0, 0, 9, 9), intake.label("tree", "f", 8), file="f", line=8)
     found = intake.finish("f")
-    assert next(found.videos[0].tracks()).label == -1
+    track = next(found.videos[0].tracks())
+    assert (track.label, track.silent is not None and track.silent.tolist()) == (-1, [True])
     assert "Class 'tree' is none of the 43 classes (1 times, first f, line 8)" in found.repaired[0]
     with pytest.raises(ImportFormatError, match="f, line 8: class 'tree'"):
         Intake(intake.target, strict=True).label("tree", "f", 8)
+
+
+def test_none_of_the_classes_is_said_and_counts_as_a_class_does(intake: Intake) -> None:
+    for frame, label in enumerate((-1, -1, -1, UNSAID, 14)):
+        intake.box("a", frame, (0, 0, 9, 9), label, file="f")
+        intake.box("b", frame, (0, 0, 9, 9), 14 if label == 14 else UNSAID, file="f")
+    first, second = intake.finish("f").videos[0].tracks()
+    assert first.labels is not None
+    assert (first.label, first.labels.tolist()) == (-1, [-1, -1, -1, -1, 14])
+    assert first.silent is not None
+    assert first.silent.tolist() == [False, False, False, True, False]
+    assert second.label == 14, "what is not said says nothing"
 
 
 def test_rows_come_in_any_order(intake: Intake) -> None:

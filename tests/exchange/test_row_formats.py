@@ -105,6 +105,7 @@ def test_mot_scores_go_out_as_detections(tmp_path: Path) -> None:
     assert path.read_text() == "1,-1,10.00,20.00,20.00,30.00,0.5,-1,-1,-1\n"
     (track,) = tracks_of(_read(path, "mot")).values()
     assert (track.frames.tolist(), track.score.tolist(), track.label) == ([0], [0.5], -1)
+    assert track.silent is not None, "rows without a class say nothing about it"
 
 
 @pytest.mark.parametrize(
@@ -302,6 +303,21 @@ def test_two_sets_of_box_columns_are_refused(tmp_path: Path, header: str) -> Non
 def test_tables_that_break_a_rule(tmp_path: Path, row: str, words: tuple[str, ...]) -> None:
     path = _file(tmp_path, "rows.csv", f"frame,track_id,x1,y1,x2,y2,class_id\n{row}\n")
     _refused(path, "tracks-csv", "rows.csv", *words)
+
+
+def test_none_of_the_classes_is_said_and_an_empty_cell_says_nothing(tmp_path: Path) -> None:
+    path = _file(tmp_path, "rows.csv", "frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,2,30,40,-1\n0,2,1,2,30,40,\n")
+    said, empty = tracks_of(_read(path, "tracks-csv")).values()
+    assert (said.label, said.silent) == (empty.label, None) == (-1, None)
+    assert empty.silent is not None
+    entries = [
+        {"frame": 3, "id": 5, "class_id": -1, "box": [1, 2, 30, 40]},
+        {"frame": 3, "id": 6, "box": [1, 2, 30, 40]},
+    ]
+    path = _file(tmp_path, "rows.json", json.dumps(entries))
+    said, empty = tracks_of(_read(path, "tracks-json")).values()
+    assert (said.label, said.silent) == (empty.label, None) == (-1, None)
+    assert empty.silent is not None
 
 
 def test_a_table_without_boxes(tmp_path: Path) -> None:

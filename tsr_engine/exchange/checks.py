@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.errors import ExportError
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget, Switch
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, place_of, read_json, read_text, refuse
@@ -44,7 +44,7 @@ def check_track(track: Track, video: DatasetVideo, labels: Sequence[str]) -> Non
     n = len(track.frames)
     if n == 0:
         raise fail("has no boxes.")
-    for name in ("key", "occluded", "score", "labels", "ignore"):
+    for name in ("key", "occluded", "score", "labels", "ignore", "silent"):
         values = getattr(track, name)
         if values is not None and values.shape != (n,):
             raise fail(f"{name} has shape {values.shape}, must have ({n},).")
@@ -70,7 +70,7 @@ class Intake:
     Refused (``ImportFormatError``): numbers that are not finite, boxes without area, frames outside of the video, two
     different boxes of one track in one frame. Repaired, each kind with one sentence: boxes that reach over the
     picture's edge are cut there, the same row twice is taken once. Skipped: boxes wholly outside of the picture.
-    Names of no class come in as -1 with a sentence; ``strict`` refuses them.
+    Names of no class say nothing about it, which is told with a sentence; ``strict`` refuses them.
     """
 
     def __init__(self, target: ImportTarget, *, strict: bool = False) -> None:
@@ -93,7 +93,7 @@ class Intake:
         return uid in self._tracks
 
     def label(self, name: str, file: str, line: int | str | None = None) -> int:
-        """The class number of a name; -1 where no class has it.
+        """The class number of a name, -1 for "unknown sign"; ``UNSAID`` where no class has it.
 
         Raises:
             ImportFormatError: no class has it and the intake is strict.
@@ -107,7 +107,7 @@ class Intake:
             )
         entry = self._unknown.setdefault(name, [0, file, line])
         entry[0] += 1
-        return -1
+        return UNSAID
 
     def repair(self, sentence: str) -> None:
         """Tell what was put right."""
@@ -213,7 +213,7 @@ class Intake:
         ignore: bool = False,
         score: float = math.nan,
     ) -> bool:
-        """One box of one track; ``frame`` is an ordinal. False: it was left out.
+        """One box of one track; ``frame`` is an ordinal, ``label`` may be ``UNSAID``. False: it was left out.
 
         Raises:
             ImportFormatError: it breaks a rule.
@@ -259,7 +259,7 @@ class Intake:
         rows.frame.append(frame)
         rows.kind.append(END)
         rows.edges.extend((0.0, 0.0, 0.0, 0.0))
-        rows.label.append(-1)
+        rows.label.append(UNSAID)
         rows.flags.append(0)
         rows.score.append(math.nan)
         rows.place.append(-1)
@@ -336,7 +336,7 @@ class Intake:
         else:
             frames, edges, label = frames[is_box], edges[is_box], label[is_box]
             flags, score = flags[is_box], score[is_box]
-        common = common_label(label)
+        common, silent, label = common_label(label), label == UNSAID, np.maximum(label, NONE)
         ignore = (flags & 4) > 0
         return Track(
             uid=uid,
@@ -346,8 +346,9 @@ class Intake:
             key=(flags & 1) > 0,
             occluded=(flags & 2) > 0,
             score=score.copy(),
-            labels=None if (label == common).all() else label.copy(),
+            labels=None if (label == common).all() else label,
             ignore=ignore if ignore.any() else None,
+            silent=silent if silent.any() else None,
             state=rows.state,
             source=rows.source,
             notes=tuple(rows.notes),

@@ -18,8 +18,12 @@ from numpy.typing import NDArray
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_limits import VideoLimits
 
-__all__ = ["REJECTED", "Dataset", "DatasetVideo", "Skipped", "Track"]
+__all__ = ["NONE", "REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
 
+NONE = -1
+"""Label of a sign that is none of the labels, or that nobody has recognised."""
+UNSAID = -2
+"""In rows of a file that comes in: it says nothing about the class. Tracks have ``NONE`` and ``silent`` there."""
 REJECTED = "rejected"
 """Review state of a track that is no sign: it teaches what fools the engine, and is never written as a sign."""
 
@@ -30,7 +34,7 @@ class Track:
 
     Attributes:
         uid: stable name of the track within its video (the review tool's key: ``m7``, ``h3f2...``).
-        label: index into the labels of the data set; -1: not known.
+        label: index into the labels of the data set; -1: none of them, or not known.
         frames: frames that show it, strictly ascending, shape (n,).
         boxes: shape (n, 4), px edges; finite, ``x1 < x2`` and ``y1 < y2``.
         key: frames that hold a statement of their own; the others can be interpolated, shape (n,).
@@ -38,6 +42,7 @@ class Track:
         score: 0 to 1, NaN where there is none, shape (n,).
         labels: label of each frame where it differs from ``label``; None: it does not, else shape (n,).
         ignore: neither right nor wrong in an evaluation (a don't-care region), shape (n,); None: nowhere.
+        silent: where an imported file says nothing about the class, shape (n,); None: nowhere. The label is -1 there.
         state: how far review is: ``open``, ``accepted``, ``rejected``, ``needs_work`` or, of a truth, ``truth``.
         source: ``engine``, ``corrected``, ``human``, ``truth`` or ``imported``.
         notes: what people wrote: frame and text.
@@ -52,6 +57,7 @@ class Track:
     score: NDArray[np.float64]
     labels: NDArray[np.int64] | None = None
     ignore: NDArray[np.bool_] | None = None
+    silent: NDArray[np.bool_] | None = None
     state: str = "open"
     source: str = "engine"
     notes: tuple[tuple[int, str], ...] = ()

@@ -61,6 +61,7 @@ def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
         score=track.score[chosen],
         labels=None if track.labels is None else track.labels[chosen],
         ignore=None if track.ignore is None else track.ignore[chosen],
+        silent=None if track.silent is None else track.silent[chosen],
         notes=tuple(note for note in track.notes if note[0] in known),
     )
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.checks import Intake, read_json, refuse
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.dataset import UNSAID, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.names import is_name_of, safe_stem, video_names
@@ -259,7 +259,7 @@ def _read_region(region: dict[str, Any], intake: Intake, file: str, where: str) 
         raise refuse(file, where, "must have a value with a sequence. Export as JSON again.")
     _check_count(value.get("framesCount"), intake, file, where)
     names = value.get("labels")
-    label = intake.label(str(names[0]), file, where) if isinstance(names, list) and names else -1
+    label = intake.label(str(names[0]), file, where) if isinstance(names, list) and names else UNSAID
     meta = _meta(region)
     uid = intake.unique((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
     video = intake.target.video

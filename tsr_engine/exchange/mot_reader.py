@@ -13,7 +13,7 @@ from pathlib import Path
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.beside import is_called, is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
-from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.dataset import UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.names import safe_stem
@@ -136,7 +136,7 @@ def _rest(
     if len(values) != 9:
         # Results: confidence, then three columns for positions in space.
         score = values[6] if len(values) > 6 else math.nan
-        return -1, math.nan if score == -1 else score, False, False
+        return UNSAID, math.nan if score == -1 else score, False, False
     flag, number, visibility = values[6:]
     if flag not in (0.0, 1.0):
         raise refuse(
@@ -146,8 +146,8 @@ def _rest(
         raise refuse(file, line, f"the visibility must be in 0 to 1, or -1. Got {cells[8].strip()[:40]!r}.")
     if not (math.isfinite(number) and number == int(number)):
         raise refuse(file, line, f"the class must be a whole number. Got {cells[7].strip()[:40]!r}.")
-    if number == -1:
-        label = -1
+    if number == -1:  # what the columns that nobody uses hold
+        label = UNSAID
     elif names is None:
         label = intake.label(str(int(number)), file, line)
         intake.count("Rows without labels.txt took their class number as the tool's", file, line)

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from tsr_engine.exchange.dataset import NONE, UNSAID
+
 __all__ = ["BOX", "END", "TrackRows", "common_label", "dense"]
 
 BOX = 0
@@ -65,9 +67,9 @@ def dense(
 
 
 def common_label(label: np.ndarray[Any, Any]) -> int:
-    """The label that most frames have; among equals the smallest known one."""
-    known = label[label >= 0]
-    if not len(known):
-        return -1
-    values, counts = np.unique(known, return_counts=True)
-    return int(values[np.argmax(counts)])
+    """The label that most frames have, as far as the file says one; among equals the smallest class, ``NONE`` last."""
+    values, counts = np.unique(label[label != UNSAID], return_counts=True)
+    if not len(values):
+        return NONE
+    most = values[counts == counts.max()]
+    return int(most[most != NONE][0] if (most != NONE).any() else NONE)

@@ -10,7 +10,7 @@ from typing import Any, get_args
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.beside import is_called, told_by_manifest
 from tsr_engine.exchange.checks import Intake, refuse
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo
+from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
@@ -203,14 +203,14 @@ def _label(said: Mapping[str, str], file: str, line: int, intake: Intake) -> int
         return intake.label(said["label"], file, line)
     cell = said.get("class", "")
     if not cell:
-        return -1
+        return UNSAID
     try:
         number = real_number(cell)
     except ValueError:
         return intake.label(cell, file, line)
     if not math.isfinite(number) or number != int(number):
         raise refuse(file, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
-    return -1 if number == -1 else intake.label(str(int(number)), file, line)
+    return NONE if number == NONE else intake.label(str(int(number)), file, line)
 
 
 def _score(said: Mapping[str, str], file: str, line: int) -> float:

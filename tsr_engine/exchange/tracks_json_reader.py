@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.checks import Intake, refuse
-from tsr_engine.exchange.dataset import REJECTED, Dataset
+from tsr_engine.exchange.dataset import NONE, REJECTED, UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.linking import LooseBoxes
@@ -101,7 +101,7 @@ class _File:
         if uid in self._seen:
             raise refuse(self._name, where, f"a second track is called {uid[:60]!r}. Give each its own id.")
         self._seen.add(uid)
-        label = self._label(track, where, -1)
+        label = self._label(track, where, UNSAID)
         boxes = track.get("boxes", [])
         if not isinstance(boxes, list):
             raise refuse(self._name, where, "boxes must be a list. Correct it.")
@@ -140,7 +140,7 @@ class _File:
             "score": math.nan if score is None else self._number(score, "score", where),
         }
         edges = self._box_edges(box, where)
-        label = self._label(box, where, -1 if track is None else track[1])
+        label = self._label(box, where, UNSAID if track is None else track[1])
         uid = self._id(box, where) if track is None else track[0]
         if uid:
             self._intake.box(uid, frame, edges, label, **given)
@@ -174,8 +174,8 @@ class _File:
         if value is None:
             return default
         if type(value) is int:
-            if value == -1:
-                return -1
+            if value == NONE:
+                return NONE
             if self._classes is None:
                 return self._intake.label(str(value), self._name, where)
             if not 0 <= value < len(self._classes):

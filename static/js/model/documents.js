@@ -8,6 +8,9 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
 
+/** Label of a sign that is none of the classes, as a person says; null is no word about it: the engine's stands. */
+export const NO_CLASS = -1;
+
 /** Last frame of a piece of an engine track that may still grow, because its run goes on. */
 export const OPEN_END = 2 ** 31 - 2;
 

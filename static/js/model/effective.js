@@ -16,7 +16,7 @@ export { keyFramesOf, nextKey, prevKey };
  * @param {number} frame
  * @param {(track: number, frame: number) => Box|null} machineBox   the engine's box
  * @param {(track: number) => number|null} [machineClass]           the engine's fused class
- * @returns {EffectiveBox|null}   `class_id` null: neither a person nor `machineClass` gives one
+ * @returns {EffectiveBox|null}   `class_id` `NO_CLASS`: a person says so; null: neither a person nor `machineClass` gives one
  */
 export function boxAt(doc, frame, machineBox, machineClass) {
   if (doc.gone) return null;

@@ -6,13 +6,14 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./join.js').Span} Span
  */
+import { NO_CLASS } from './documents.js';
 import { labelOf } from './effective.js';
 import { framesIn, shownRuns } from './shown_runs.js';
 
+export { NO_CLASS };
+
 /** Everything but what people have rejected. */
 export const DEFAULT_STATES = /** @type {readonly string[]} */ (['open', 'accepted', 'needs_work', 'rejected']);
-/** Class number of tracks without a class. */
-export const NO_CLASS = -1;
 
 /**
  * @typedef {object} Choice   what an export dialog remembers

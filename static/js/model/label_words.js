@@ -1,5 +1,16 @@
 // @ts-check
-/** What else people call the classes of signs, for the search: other words for the same thing, in lower case. */
+/** What the classes of signs are called, and what else people call them: for the search, in lower case. Pure. */
+
+import { NO_CLASS } from './documents.js';
+
+/**
+ * @param {readonly import('../types.js').Label[]} labels
+ * @param {number|null|undefined} id   `NO_CLASS`: a person says so; null: nobody has said, and the engine has read none
+ */
+export function className(labels, id) {
+  if (id === NO_CLASS) return 'none of the classes';
+  return labels.find((label) => label.id === id)?.name ?? (id === null || id === undefined ? 'no class' : `class ${id}`);
+}
 
 /** @type {Readonly<Record<number, string>>} */
 export const OTHER_WORDS = Object.freeze({

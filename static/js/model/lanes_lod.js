@@ -31,14 +31,15 @@
  * @property {Float32Array[]} doubt    by level: largest doubt in a bucket
  * @property {number} most             of all buckets
  */
+import { NO_CLASS } from './documents.js';
 import { clamp } from './geometry.js';
 import { packIntervals } from './interval_packing.js';
 
 export const CORRECTED = 3;
 /** @type {Record<TrackDoc['review'], number>} */
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
-/** In place of a class: there is none, or a person says that it is no sign. */
-export const NO_CLASS = -1;
+export { NO_CLASS };
+/** In place of a class: a person says that it is no sign. */
 export const NOT_A_SIGN = -2;
 /** Frames between two bars of a row. */
 const GAP = 4;

@@ -1,5 +1,5 @@
 // @ts-check
-/** What people have said about a track in a frame, in plain sentences. Pure. */
+/** What people have said about a track, and about it in a frame, in plain sentences. Pure. */
 
 import { keyFramesOf, lastKey, lineAt } from './documents.js';
 
@@ -19,4 +19,30 @@ export function personAt(doc, frame) {
   const boxes = keyFramesOf(doc).filter((key) => doc.keys[key].box !== null);
   const [before, after] = [boxes.filter((key) => key <= frame).at(-1), boxes.find((key) => key > frame)];
   return [`The box lies on the line between a person’s boxes in frames ${before} and ${after}.`, ...hidden].join(' ');
+}
+
+/** Frames that are named. */
+const NAMED = 3;
+
+/**
+ * What people have said about its class: of the whole track, and of single boxes, which the track's title does not show.
+ * @param {import('../types.js').TrackDoc|undefined} doc
+ * @param {number|null} engine   the engine's class of it; null: none
+ * @param {(id: number) => string} nameOf
+ * @returns {string|null} null: nothing
+ */
+export function whoseLabel(doc, engine, nameOf) {
+  if (!doc) return null;
+  const words = [];
+  if (doc.class_id !== null) {
+    const other = engine === null ? '' : engine === doc.class_id ? '; the engine says the same' : `; the engine says ${nameOf(engine)}`;
+    words.push(`Label set by a person${other}.`);
+  }
+  const own = keyFramesOf(doc).flatMap((frame) => {
+    const { class_id } = doc.keys[frame];
+    return class_id === null || class_id === (doc.class_id ?? engine) ? [] : [`${nameOf(class_id)} in frame ${frame}`];
+  });
+  const more = own.length > NAMED ? ` and ${own.length - NAMED} more` : '';
+  if (own.length) words.push(`Single boxes are called otherwise: ${own.slice(0, NAMED).join(', ')}${more}.`);
+  return words.length ? words.join(' ') : null;
 }

@@ -15,6 +15,8 @@
  * @property {number} needs_work
  * @property {number} left        open and needs work: what a person still has to decide
  */
+import { NO_CLASS } from './documents.js';
+import { className } from './label_words.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
@@ -123,7 +125,7 @@ export function queueCounts(entries) {
  */
 function passes(entry, filter) {
   return (
-    (filter.class_id === null || entry.class_id === filter.class_id) &&
+    (filter.class_id === null || (entry.class_id ?? NO_CLASS) === filter.class_id) &&
     (filter.review === 'all' || entry.review === filter.review) &&
     (!filter.with_notes || entry.notes.length > 0) &&
     entry.doubt >= filter.least_doubt &&
@@ -142,6 +144,7 @@ function mentions(entry, word, names) {
   if (entry.name === word || (entry.track !== null && String(entry.track) === word)) return true;
   if (entry.track === null && entry.name.includes(word)) return true;
   if (entry.class_id !== null && names.get(entry.class_id)?.includes(word)) return true;
+  if (entry.class_id === NO_CLASS && className([], NO_CLASS).includes(word)) return true;
   if (entry.not_a_sign && 'not a sign'.includes(word)) return true;
   return [...entry.reasons, ...entry.notes].some((text) => text.toLowerCase().includes(word));
 }
@@ -159,13 +162,16 @@ function comparator(sort) {
     case 'time':
       return tie;
     case 'class':
-      return (a, b) => (a.class_id ?? 1e9) - (b.class_id ?? 1e9) || tie(a, b);
+      return (a, b) => classPlace(a) - classPlace(b) || tie(a, b);
     case 'score':
       return (a, b) => finite(a.score) - finite(b.score) || tie(a, b);
     default:
       return (a, b) => b.rank - a.rank || tie(a, b); // not the doubt, which changes with an edit: rows would run away from the person
   }
 }
+
+/** Tracks without a class come last. @param {TrackEntry} entry */
+const classPlace = ({ class_id }) => (class_id === null || class_id === NO_CLASS ? 1e9 : class_id);
 
 /** @param {number} score @returns {number} tracks without a score come last */
 function finite(score) {

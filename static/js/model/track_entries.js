@@ -15,7 +15,7 @@
  * @property {number} first           first frame
  * @property {number} last            last frame, inclusive
  * @property {readonly import('./join.js').Span[]} runs   stretches of frames that it shows something in
- * @property {number|null} class_id   a person's label, else the engine's
+ * @property {number|null} class_id   a person's label, also `NO_CLASS`, else the engine's
  * @property {boolean} relabelled     the label is a person's
  * @property {number} doubt           0..1
  * @property {number} rank            the queue's order; as of when the columns were asked for, whatever people do since
@@ -25,6 +25,7 @@
  * @property {boolean} not_a_sign
  * @property {readonly string[]} notes   their texts
  */
+import { NO_CLASS } from './documents.js';
 import { spanOf } from './effective.js';
 import { shownRuns } from './shown_runs.js';
 import { piecesOfDocument } from './track_lane.js';
@@ -147,7 +148,7 @@ function documentEntry(tracks, columnOf, doc, column) {
  * @param {TrackDoc} doc
  */
 function overruled(tracks, column, doc) {
-  return doc.not_a_sign || (doc.class_id !== null && doc.class_id !== tracks.class_id[column]);
+  return doc.not_a_sign || (doc.class_id !== null && doc.class_id !== (tracks.class_id[column] ?? NO_CLASS));
 }
 
 /** @param {TrackDoc} doc */

@@ -10,7 +10,7 @@
  * @property {Box} box
  * @property {'engine'|'corrected'|'interpolated'} origin
  * @property {boolean} occluded
- * @property {number|null} class_id
+ * @property {number|null} class_id     null: none is known; -1: none of the classes, as a person says
  * @property {boolean} not_a_sign      a person says so
  * @property {boolean} edited          this box is not the engine's any more: its place, its label or whether it is hidden is a person's
  * @property {import('../types.js').OverlayTrack|null} engine

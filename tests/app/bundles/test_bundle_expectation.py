@@ -7,7 +7,7 @@ from typing import Any
 from bundle_office import LABEL, WRONG, box, corrections
 
 from app.bundles.expectation import expectation_of
-from app.edits.documents import KeyFrame, Segment, TrackDoc
+from app.edits.documents import NO_CLASS, KeyFrame, Segment, TrackDoc
 from tsr_engine.bundle import Expectation
 
 
@@ -85,6 +85,11 @@ def test_a_label_that_nobody_corrected_is_not_expected_before_all_votes_are_in(h
     assert ids(corrected) == ["m2.found", "m2.label"]  # that is the bug
     ended = expected(home, whole(review="accepted", last=69), stop=70)  # a person says where it ends
     assert ids(ended) == ["m2.found", "m2.label"]
+
+
+def test_none_of_the_classes_asks_for_no_label(home: Any) -> None:
+    assert ids(expected(home, whole(class_id=NO_CLASS))) == []
+    assert ids(expected(home, whole(class_id=NO_CLASS, review="accepted"))) == ["m2.found"]
 
 
 def test_hidden_frames_ask_for_nothing(home: Any, toy_homes: Any) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from app.compare.annotation import corrected_boxes
 from app.compare.service import CompareService
-from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
+from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.service import EditService
 from app.errors import Invalid, NotFound
 from app.evidence.tables import BoxTable
@@ -59,7 +59,12 @@ def test_corrections_are_laid_over_the_engine() -> None:
         key="m1",
         class_id=3,
         segments=(Segment(track=1, first=0, last=6), Segment(track=2, first=7, last=14)),
-        keys={"3": KeyFrame(box=(0, 0, 5, 5)), "8": KeyFrame(outside=True), "10": KeyFrame(class_id=5)},
+        keys={
+            "3": KeyFrame(box=(0, 0, 5, 5)),
+            "8": KeyFrame(outside=True),
+            "10": KeyFrame(class_id=5),
+            "12": KeyFrame(class_id=NO_CLASS),
+        },
     )
     drawn = TrackDoc(
         key="habcdef",
@@ -77,7 +82,7 @@ def test_corrections_are_laid_over_the_engine() -> None:
     assert held(found, "habcdef") == {2: [0, 0, 10, 10], 3: [10, 0, 20, 10], 4: [20, 0, 30, 10]}
     rows = np.flatnonzero(found.track == 0)
     labels = dict(zip(found.frame[rows].tolist(), found.class_id[rows].tolist(), strict=True))
-    assert labels == dict.fromkeys(boxes, 3) | {10: 5}
+    assert labels == dict.fromkeys(boxes, 3) | {10: 5, 12: NO_CLASS}
     sources = dict(zip(found.frame[rows].tolist(), found.source[rows].tolist(), strict=True))
     assert sources == dict.fromkeys(boxes, 0) | {3: -1}
     assert (np.diff(found.frame) >= 0).all()

@@ -149,6 +149,7 @@ def test_a_person_who_says_something_else(home: Any) -> None:
         ({"class_id": other}, True),
         ({"class_id": own}, False),
         ({"class_id": None}, False),
+        ({"class_id": -1}, True),
         ({"class_id": None, "not_a_sign": True}, True),
         ({"class_id": other, "review": "needs_work"}, True),
         ({"class_id": other, "review": "accepted"}, False),

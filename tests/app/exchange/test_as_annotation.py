@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from exchange_desk import assert_same_track
 
-from app.edits.documents import TrackDoc, engine_doc
+from app.edits.documents import NO_CLASS, TrackDoc, engine_doc
 from app.edits.effective import effective_track
 from app.exchange.as_annotation import annotate
 from app.exchange.as_truth import truth_rows
@@ -87,7 +87,8 @@ def test_a_state_and_notes_come_along() -> None:
     document = only([line(state="accepted", notes=((3, "bent"), (4, "")))])
     assert document.review == "accepted"
     assert [(note.frame, note.text, note.author) for note in document.notes] == [(3, "bent", "ada")]
-    assert only([line(state="truth", label=-1)]).class_id is None
+    assert only([line(label=-1, silent=np.ones(10, np.bool_))]).class_id is None
+    assert only([line(state="truth", label=-1)]).class_id == NO_CLASS
 
 
 def test_regions_to_ignore_are_left_out_and_told() -> None:
@@ -103,11 +104,24 @@ def test_a_track_that_shows_it_already_is_let_alone() -> None:
     rounded = replace(track, boxes=np.round(track.boxes + 0.004, 2))
     there = {"m7": engine_doc(7, 0, 9)}
     assert annotate([rounded], {"m7": track}, there, "ada", SIZE).same == 1
-    unlabelled = replace(rounded, label=-1)
+    unlabelled = replace(rounded, label=-1, silent=np.ones(10, np.bool_))
     assert annotate([unlabelled], {"m7": track}, there, "ada", SIZE).same == 1, "no word about the class"
     outside = replace(track, boxes=track.boxes - [100, 0, 60, 0])
     cut = replace(outside, boxes=np.clip(outside.boxes, 0, 320))
     assert annotate([cut], {"m7": outside}, there, "ada", SIZE).same == 1, "importers cut at the picture's edge"
+
+
+def test_none_of_the_classes_is_a_word_and_the_engines_own_class_is_nobodys() -> None:
+    there, run = {"m7": engine_doc(7, 0, 9)}, {"m7": line("m7")}
+    none = annotate([line("m7", label=-1)], run, there, "ada", SIZE).documents["m7"]
+    assert none == engine_doc(7, 0, 9).model_copy(update={"class_id": NO_CLASS})
+    assert annotate([line("m7", label=-1)], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE).same == 1
+    back = annotate([line("m7")], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE, labels={7: 14})
+    assert back.documents["m7"] == engine_doc(7, 0, 9)
+    never = {"m7": line("m7", label=-1)}
+    assert annotate([line("m7", label=-1)], never, there, "ada", SIZE).same == 1, "the engine has read none either"
+    some = np.where(np.arange(10) == 4, -1, 14)
+    assert annotate([line("m7", labels=some)], run, there, "ada", SIZE).documents["m7"].keys["4"].class_id == NO_CLASS
 
 
 @pytest.mark.parametrize(

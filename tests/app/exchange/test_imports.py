@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from typing import Any
 
@@ -184,6 +185,39 @@ def test_a_file_from_elsewhere_needs_no_names(desk: Desk, annotations: bytes) ->
     assert (found["tracks"], found["same"]) == (1, 1)
     assert sorted(desk.tracks()) == ["m1", "m2"]
     assert 13 in {track.label for track in desk.tracks().values()}
+
+
+def test_a_sign_of_none_of_the_classes_comes_in_goes_out_and_has_a_way_back(desk: Desk) -> None:
+    """No class is a word about the track; the engine's class is the engine's again, not a person's."""
+    engine = desk.tracks()["m1"]
+
+    def content() -> bytes:
+        files = unzipped(desk.download(desk.export(format="tracks-csv")))
+        return next(content for name, content in files.items() if name.endswith(".csv"))
+
+    def with_class(number: int, name: str) -> bytes:
+        table = [row.split(",") for row in content().decode().splitlines()]
+        at, named, uid = (table[0].index(column) for column in ("class_id", "label", "uid"))
+        for row in table[1:]:
+            if row[uid] == "m1":
+                row[at], row[named] = str(number), name
+        return "\n".join(map(",".join, table)).encode()
+
+    plain = content()
+    found = desk.bring_in(with_class(-1, ""), "annotation", name="none.csv")
+    assert (found["tracks"], found["same"]) == (1, 1)
+    none = desk.tracks()["m1"]
+    assert (none.label, none.labels, none.source) == (-1, None, "corrected")
+    assert_same_track(none, dataclasses.replace(engine, label=-1))
+    for name in ("cvat-video", "coco", "tracks-json", "mot"):
+        again = desk.bring_in(desk.download(desk.export(format=name)), "annotation", name=f"{name}.zip")
+        assert (again["tracks"], again["same"]) == (0, 2), name
+    figure = desk.get(f"/api/compare?reference=run:{desk.run_id}&candidate=annotation:{desk.run_id}")
+    assert {(cell["reference"], cell["candidate"]) for cell in figure["confusion"]["cells"]} >= {(engine.label, None)}
+    back = desk.bring_in(plain, "annotation", name="plain.csv")
+    assert (back["tracks"], back["same"]) == (1, 1)
+    assert desk.tracks()["m1"].source == "engine"
+    assert desk.server.context.edits.documents(desk.run_id)["m1"].class_id is None
 
 
 def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes) -> None:

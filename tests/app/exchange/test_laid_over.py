@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.edits.documents import KeyFrame, TrackDoc, engine_doc
-from app.edits.effective import EffectiveTrack, effective_track
+from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from app.exchange.as_annotation import THIN_PX, annotate
 from app.exchange.laid_over import alike, laid_over
 from tsr_engine.exchange.dataset import Track
@@ -34,7 +34,7 @@ def as_track(document: TrackDoc) -> tuple[Track, EffectiveTrack]:
     """What a document shows, as a data set has it."""
     found = effective_track(document, whole, STOP)
     label = ENGINE if document.class_id is None else document.class_id
-    labels = np.where(found.class_id < 0, label, found.class_id)
+    labels = np.where(found.class_id == AS_ENGINE, label, found.class_id)
     n = len(found.frame)
     key = np.ones(n, np.bool_)
     track = Track(document.key, label, found.frame, found.boxes, key, found.occluded, np.full(n, np.nan), labels)
@@ -66,7 +66,7 @@ def altered(track: Track, rng: np.random.Generator) -> Track:
     new = np.setdiff1d(rng.integers(0, STOP, rng.integers(0, 4)), track.frames)
     frames = np.concatenate([track.frames[keep], new])
     order = np.argsort(frames, kind="stable")
-    label = int(rng.choice([track.label, 3]))
+    label = int(rng.choice([track.label, 3, -1]))
     return Track(
         track.uid,
         label,
@@ -87,7 +87,7 @@ def test_the_document_shows_what_the_file_says_and_keeps_where_its_boxes_come_fr
         shown, before = as_track(doc)
         track = altered(shown, rng)
         found = alike(track, shown, doc, (10**6, 10**6), THIN_PX)
-        made, _ = laid_over(track, found, doc, THIN_PX)
+        made, _ = laid_over(track, found, doc, ENGINE, THIN_PX)
         got, after = as_track(made)
         assert got.frames.tolist() == track.frames.tolist()
         assert np.abs(got.boxes - track.boxes).max() <= THIN_PX + 0.06 + 1e-9

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, queueOrder, scoreRange } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
-import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
+import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { drive } from '../harness/synthetic.js';
 
 const LABELS = [{ id: 1, name: 'Yield', picture: '' }, { id: 2, name: 'Stop', picture: '' }];
@@ -57,6 +57,18 @@ test('a person’s label and review state count, not the engine’s', () => {
   const docs = { m1: doc(1, { class_id: 2, review: 'accepted' }) };
   assert.deepEqual(queueOrder(state(docs, { class_id: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state(docs, { review: 'open' })), ['m2', 'm3']);
+});
+
+test('none of the classes is an answer of its own: filtered, found and doubted as such', () => {
+  const docs = { m1: doc(1, { class_id: NO_CLASS }) };
+  assert.deepEqual(queueOrder(state(docs, { class_id: NO_CLASS })), ['m1']);
+  assert.deepEqual(queueOrder(state(docs, { class_id: 1 })), ['m3']);
+  assert.deepEqual(queueOrder(state(docs, { text: 'none of' })), ['m1']);
+  assert.deepEqual(queueOrder(state(docs, { sort: 'class' })), ['m3', 'm2', 'm1']);
+  const { tracks } = state().review;
+  assert.equal(trackEntries(tracks, docs).find(({ key }) => key === 'm1')?.doubt, 1);
+  const never = { ...tracks, class_id: [null, 2, 1] };
+  assert.equal(trackEntries(never, { ...docs }).find(({ key }) => key === 'm1')?.doubt, 0.1, 'the engine has read none either');
 });
 
 test('deleted tracks are not in the queue, people’s own are', () => {

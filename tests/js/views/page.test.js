@@ -7,7 +7,8 @@ import {sides, viewOf} from '../../../static/js/views/compare-places.js';
 import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
 import {lacking} from '../../../static/js/views/dialogs/add-video.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
-import {findLabels, sideOf} from '../../../static/js/views/dialogs/relabel.js';
+import {NO_CLASS, emptyDoc} from '../../../static/js/model/documents.js';
+import {findLabels, isSaid, sideOf} from '../../../static/js/views/dialogs/relabel.js';
 import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/views/format.js';
 import {savedWords} from '../../../static/js/views/topbar.js';
 import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
@@ -59,6 +60,14 @@ test('classes are found by number, by beginnings, by parts', () => {
   assert.deepEqual(ids('overt'), [4]);
   assert.deepEqual(ids('zebra'), []);
   assert.equal(ids(' ').length, LABELS.length);
+});
+
+test('what people have said already is not said again; single boxes make a difference', () => {
+  const doc = {...emptyDoc({track: 7, first: 0, last: 99}), class_id: NO_CLASS};
+  const key = {box: null, occluded: false, outside: false, interpolate: false, class_id: 14};
+  assert.deepEqual([isSaid(doc, null, NO_CLASS), isSaid(doc, null, null), isSaid(doc, 5, null)], [true, false, true]);
+  const single = {...doc, keys: {5: key}};
+  assert.deepEqual([isSaid(single, null, NO_CLASS), isSaid(single, 5, 14), isSaid(single, 5, null)], [false, true, false]);
 });
 
 test('what is written on a sign goes before the number of a class', () => {

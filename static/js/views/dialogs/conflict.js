@@ -3,6 +3,7 @@
 
 import {sentence} from '../../api/errors.js';
 import {describe as words, describeUndone, named} from '../../editing/words.js';
+import {className} from '../../model/label_words.js';
 import {trackName} from '../../model/track_name.js';
 import {h, setText} from '../dom.js';
 import {moment} from '../format.js';
@@ -24,7 +25,7 @@ const REVIEWS = {open: 'not reviewed', accepted: 'accepted', rejected: 'rejected
  */
 export function describe(doc, labels) {
   if (!doc) return {State: 'not there'};
-  const name = doc.class_id === null ? 'as the engine says' : labels.find(({id}) => id === doc.class_id)?.name ?? `class ${doc.class_id}`;
+  const name = doc.class_id === null ? 'as the engine says' : className(labels, doc.class_id);
   const keys = Object.keys(doc.keys).map(Number).sort((a, b) => a - b);
   return {
     State: doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc.gone ? 'deleted' : REVIEWS[doc.review],

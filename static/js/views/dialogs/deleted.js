@@ -3,6 +3,7 @@
 
 import {deletedTracks, lastWords, pictureOf} from '../../model/deleted.js';
 import {labelOf} from '../../model/effective.js';
+import {className} from '../../model/label_words.js';
 import {trackName} from '../../model/track_name.js';
 import {seek, select} from '../../store/actions/review.js';
 import {fill, h} from '../dom.js';
@@ -41,7 +42,7 @@ export function deletedDialog({app, close, signal}) {
     fill(list, ...found.map(({doc, first, last}) => {
       const name = trackName(doc.key, doc);
       const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
-      const text = doc.not_a_sign ? 'not a sign' : labels.find(({id}) => id === label)?.name ?? 'no class';
+      const text = doc.not_a_sign ? 'not a sign' : className(labels, label);
       const by = said.get(doc.key);
       return h('li', {class: 'made'}, picture(doc, last, labels.find(({id}) => id === label)?.picture),
         h('div', {class: 'stack made-text'}, h('strong', null, `Track ${name}`),

@@ -1,8 +1,9 @@
 // @ts-check
 /** Choose one of the classes by typing part of its name or its number; keyboard alone is enough. */
 
-import {labelAt} from '../../model/effective.js';
-import {OTHER_WORDS} from '../../model/label_words.js';
+import {NO_CLASS} from '../../model/documents.js';
+import {labelAt, labelOf} from '../../model/effective.js';
+import {OTHER_WORDS, className} from '../../model/label_words.js';
 import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
 import {docOf} from '../../editing/revisions.js';
@@ -49,17 +50,15 @@ function drawnLast() {
 }
 
 /**
- * What the track is now, so that Enter alone changes nothing.
+ * Whether people have said just this already, so that there is nothing to store.
  *
- * @param {import('../../state-types.js').ReviewState|null} review
- * @param {string|null} key
- * @param {number} frame
- * @returns {number|null}
+ * @param {import('../../types.js').TrackDoc} doc
+ * @param {number|null} frame       of the one box that it is about; null: the whole track
+ * @param {number|null} class_id
  */
-function classOf(review, key, frame) {
-  const doc = review && key ? docOf(review, key) : null;
-  const {tracks} = review ?? {};
-  return doc && labelAt(doc, frame, (track) => tracks?.class_id[tracks.id.indexOf(track)] ?? null);
+export function isSaid(doc, frame, class_id) {
+  if (frame !== null) return (doc.keys[frame]?.class_id ?? null) === class_id;
+  return doc.class_id === class_id && Object.values(doc.keys).every((key) => key.class_id === null);
 }
 
 /**
@@ -85,20 +84,26 @@ export function relabelDialog({app, data, close}) {
   /** @type {string|null} */
   const key = draft ? null : data.key ?? review?.selected ?? null;
   const frame = draft?.frame ?? data.frame ?? review?.frame ?? 0;
-  const current = draft ? drawnLast() : classOf(review, key, frame);
+  const doc = review && key ? docOf(review, key) : null;
+  /** @param {number} id */
+  const engineClass = (id) => review?.tracks?.class_id[review.tracks.id.indexOf(id)] ?? null;
+  const current = draft ? drawnLast() : doc && labelAt(doc, frame, engineClass);
   let found = [...labels];
-  const present = Math.max(0, labels.findIndex(({id}) => id === current));
+  // what the track is now; of none of the classes none is offered, for Enter would take it
+  const present = draft ? Math.max(0, labels.findIndex(({id}) => id === current)) : labels.findIndex(({id}) => id === current);
+  let untouched = true;
   let at = present;
   const list = h('ul', {class: 'labels', role: 'listbox', id: 'labels', 'aria-label': 'Classes'});
   const search = h('input', {
     class: 'input', type: 'text', role: 'combobox', autocomplete: 'off', spellcheck: 'false', placeholder: 'Type a name or a number',
     'aria-label': 'Class', 'aria-expanded': 'true', 'aria-controls': 'labels', 'aria-autocomplete': 'list', oninput: () => {
       at = search.value.trim() ? 0 : present;
+      untouched = false;
       show();
     },
   });
-  const box = h('input', {type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box'});
-  const track = h('input', {type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box'});
+  const box = h('input', {type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack()});
+  const track = h('input', {type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack()});
   const scopes = h('fieldset', {class: 'row scopes', hidden: draft !== null},
     h('legend', {class: 'visually-hidden'}, 'What gets the class'),
     h('label', {class: 'row'}, track, 'Whole track'),
@@ -125,11 +130,25 @@ export function relabelDialog({app, data, close}) {
   /** @param {Label|undefined} label */
   function choose(label) {
     if (!label) return;
-    if (draft) {
-      remember('draw.class', String(label.id));
-      createTrack(app, draft, label.id);
-    } else if (key) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id: label.id, frame});
+    if (draft) remember('draw.class', String(label.id));
+    put(label.id);
+  }
+
+  /** @param {number|null} class_id */
+  function put(class_id) {
+    const now = app.store.get().review;
+    const said = now && key ? docOf(now, key) : null;
+    if (draft) createTrack(app, draft, class_id);
+    else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id))) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id, frame});
     close();
+  }
+
+  /** What is left to say nothing: of one box that it is as its track, of a track that it is as the engine says. */
+  function tellBack() {
+    const [text, id] = box.checked ? ['As the whole track', doc && labelOf(doc, engineClass)] : ['As the engine says', doc && labelOf({...doc, class_id: null}, engineClass)];
+    setText(back, text);
+    back.title = `${text}: ${className(labels, id)}`;
+    back.hidden = !box.checked && !doc?.key.startsWith('m') && !doc?.segments.length;
   }
 
   search.addEventListener('keydown', (event) => {
@@ -140,27 +159,29 @@ export function relabelDialog({app, data, close}) {
     const step = steps[event.key];
     if (step !== undefined) {
       event.preventDefault();
-      at = Math.max(0, Math.min(found.length - 1, at + step));
+      at = Math.max(0, Math.min(found.length - 1, at < 0 ? 0 : at + step));
+      untouched = false;
       show();
     } else if (event.key === 'Enter') {
       event.preventDefault();
-      choose(found[at]);
+      if (untouched && !draft) close();
+      else choose(found[at]);
     } else if (event.altKey && event.key.toLowerCase() === 'b') {
       event.preventDefault();
       (box.checked ? track : box).checked = true;
+      tellBack();
     }
   });
-  show();
   // The list has no height yet: the dialog opens after this.
   requestAnimationFrame(() => list.querySelector('[aria-selected="true"]')?.scrollIntoView({block: 'nearest'}));
-  const unknown = h('button', {class: 'btn', type: 'button', title: 'Keep the box as a track of none of these classes', onclick: () => {
-    if (draft) createTrack(app, draft, null);
-    close();
-  }}, 'No class');
+  const unknown = h('button', {class: 'btn', type: 'button', title: 'A sign that is none of these classes', onclick: () => put(NO_CLASS)}, 'No class');
+  const back = h('button', {class: 'btn', type: 'button', onclick: () => put(null)});
+  tellBack();
+  show();
   return {
     side: sideOf(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
     title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Class of the new track', size: 'middle', focus: search,
     body: h('div', {class: 'stack relabel'}, search, scopes, list, none),
-    footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Alt+B switches between track and box.'), ...(draft ? [unknown] : []), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
+    footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Alt+B switches between track and box.'), ...(draft ? [unknown] : [back, unknown]), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
   };
 }

@@ -1,6 +1,8 @@
 // @ts-check
 /** Label, probability, runner-up and review state of the selected track. */
 
+import { className } from '../../model/label_words.js';
+import { whoseLabel } from '../../model/persons_words.js';
 import { framesIn } from '../../model/shown_runs.js';
 import { edit } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
@@ -38,7 +40,7 @@ export function createHead(app, signal) {
     /** @param {import('./index.js').Inspected} inspected */
     update({ state, review, entry, found }) {
       /** @param {number|null|undefined} id */
-      const nameOf = (id) => state.labels.find((label) => label.id === id)?.name ?? (id === null || id === undefined ? 'no class' : `class ${id}`);
+      const nameOf = (id) => className(state.labels, id);
       key = entry.key;
       now = entry.review;
       const label = state.labels.find((one) => one.id === entry.class_id);
@@ -48,9 +50,9 @@ export function createHead(app, signal) {
       setText(sub, `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`);
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
-      human.hidden = !entry.relabelled && entry.track !== null;
-      const whole = tracks && tracks.class_id[i] !== null ? nameOf(tracks.class_id[i]) : null;
-      setText(human, !entry.relabelled ? (tracks ? 'Made by a person out of the engine’s tracks.' : 'Drawn by a person.') : `Label set by a person${whole === null ? '' : `; the engine says ${whole}`}.`);
+      const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf);
+      human.hidden = whose === null && entry.track !== null;
+      setText(human, whose ?? (tracks ? 'Made by a person out of the engine’s tracks.' : 'Drawn by a person.'));
       const read = entry.whole ? readingOf(tracks, i) : found?.reading ?? null;
       margin.hidden = votes.hidden = read === null;
       own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
@@ -58,8 +60,8 @@ export function createHead(app, signal) {
       if (read) {
         const runner = read.runner_up === null ? '' : `; runner-up ${nameOf(read.runner_up)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
         // of a part the engine has no answer of its own: its frames' votes are counted, and may name another class
-        const whose = !entry.whole ? `These frames alone: ${nameOf(read.class_id)}, fused probability` : entry.relabelled ? `The engine’s ${nameOf(read.class_id)}: fused probability` : 'Fused probability';
-        setText(votes, `${whose} ${percent(read.share)}${runner}`);
+        const asked = !entry.whole ? `These frames alone: ${nameOf(read.class_id)}, fused probability` : entry.relabelled ? `The engine’s ${nameOf(read.class_id)}: fused probability` : 'Fused probability';
+        setText(votes, `${asked} ${percent(read.share)}${runner}`);
       }
       setAttribute(margin, 'aria-label', votes.textContent);
       buttons.forEach((button, k) => {

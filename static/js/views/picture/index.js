@@ -1,7 +1,9 @@
 // @ts-check
 /** The picture with its layers, a legend that switches them, and a line that says where one is. */
 
+import { NO_CLASS } from '../../model/documents.js';
 import { fit, revealed, toScreen } from '../../model/geometry.js';
+import { className } from '../../model/label_words.js';
 import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
 import { listed, trackName } from '../../model/track_name.js';
@@ -203,7 +205,7 @@ export function createPicture(app) {
     const { review } = state;
     if (state.labels !== labels) {
       labels = state.labels;
-      names = new Map(labels.map(({ id, name }) => [id, name]));
+      names = new Map([...state.labels.map(({ id }) => id), NO_CLASS].map((id) => [id, className(state.labels, id)]));
       last = null;
     }
     if (draft !== draftOf(state)) {

@@ -1,6 +1,7 @@
 // @ts-check
 /** What the queue shows and in which order. */
 
+import { NO_CLASS } from '../../model/documents.js';
 import { scoreRange } from '../../model/queue.js';
 import { filter } from '../app.js';
 import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
@@ -40,7 +41,8 @@ export function createFilters(app, signal) {
      */
     update(now, entries, labels) {
       const present = new Set(entries.map((entry) => entry.class_id));
-      const offered = labels.filter((label) => present.has(label.id) || label.id === now.class_id);
+      const none = present.has(null) || present.has(NO_CLASS) || now.class_id === NO_CLASS ? [{ id: NO_CLASS, name: 'Without a class' }] : [];
+      const offered = [...labels.filter((label) => present.has(label.id) || label.id === now.class_id), ...none];
       const key = offered.map((label) => label.id).join();
       if (key !== listed) {
         listed = key;

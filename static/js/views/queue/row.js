@@ -1,6 +1,7 @@
 // @ts-check
 /** One row of the queue. */
 
+import { NO_CLASS } from '../../model/documents.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { figure, frameSpan, percent } from '../format.js';
 
@@ -46,7 +47,7 @@ export function createRow(key) {
       picture.classList.toggle('queue-no-picture', label === undefined);
       if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
       if (!label) picture.removeAttribute('src');
-      setText(name, entry.not_a_sign ? 'Not a sign' : (label?.name ?? 'No class yet'));
+      setText(name, entry.not_a_sign ? 'Not a sign' : (label?.name ?? (entry.class_id === NO_CLASS ? 'None of the classes' : 'No class yet')));
       setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;

@@ -1,0 +1,33 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
+import { className } from '../../../static/js/model/label_words.js';
+import { whoseLabel } from '../../../static/js/model/persons_words.js';
+
+const labels = ['speed limit 20 km/h', 'yield'].map((name, id) => ({ id, name, picture: '' }));
+/** @param {number} id */
+const nameOf = (id) => className(labels, id);
+const bare = emptyDoc({ track: 7, first: 0, last: 99 });
+const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
+
+test('no word, none of the classes and a class of no name are told apart', () => {
+  assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['no class', 'none of the classes', 'yield', 'class 40']);
+});
+
+test('whose label it is, and what the engine says', () => {
+  assert.equal(whoseLabel(undefined, 0, nameOf), null);
+  assert.equal(whoseLabel(bare, 0, nameOf), null);
+  assert.equal(whoseLabel({ ...bare, class_id: 1 }, 0, nameOf), 'Label set by a person; the engine says speed limit 20 km/h.');
+  assert.equal(whoseLabel({ ...bare, class_id: 0 }, 0, nameOf), 'Label set by a person; the engine says the same.');
+  assert.equal(whoseLabel({ ...bare, class_id: NO_CLASS }, null, nameOf), 'Label set by a person.');
+});
+
+test('boxes that are called otherwise than their track are named, a few of many', () => {
+  const one = { ...bare, keys: { 5: { ...key, class_id: 1 }, 9: { ...key, class_id: 0 }, 12: key } };
+  assert.equal(whoseLabel(one, 0, nameOf), 'Single boxes are called otherwise: yield in frame 5.');
+  const many = { ...bare, class_id: 0, keys: Object.fromEntries([1, 2, 3, 4, 5].map((frame) => [frame, { ...key, class_id: NO_CLASS }])) };
+  assert.equal(whoseLabel(many, 0, nameOf), 'Label set by a person; the engine says the same. Single boxes are called otherwise: '
+    + 'none of the classes in frame 1, none of the classes in frame 2, none of the classes in frame 3 and 2 more.');
+});
