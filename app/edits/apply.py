@@ -8,6 +8,7 @@ from typing import Any
 from app.edits import commands as c
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
 from app.edits.join import join
+from app.edits.relabel import relabelled
 
 __all__ = ["CommandError", "apply_command", "touched_keys", "with_class"]
 
@@ -126,7 +127,7 @@ def _set_box(doc: TrackDoc, command: Any) -> TrackDoc:
 
 
 def _relabel_track(doc: TrackDoc, command: Any) -> TrackDoc:
-    return doc.model_copy(update={"class_id": command.class_id})
+    return relabelled(doc, command.class_id)
 
 
 def _relabel_box(doc: TrackDoc, command: Any) -> TrackDoc:

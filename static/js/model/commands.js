@@ -11,6 +11,7 @@
  */
 import { OPEN_END, beganAs, blankDoc, emptyDoc, isEmpty, keyFramesOf, lastKey, lineAt } from './documents.js';
 import { join } from './join.js';
+import { relabelled } from './relabel.js';
 
 /** A command that makes no sense for the documents; the message is one sentence. */
 export class CommandError extends Error {
@@ -111,7 +112,7 @@ function alone(doc, command, person) {
     case 'add_key':
       return withKey(doc, frame, { box: needed(command.box, 'box') });
     case 'relabel_track':
-      return { ...doc, class_id: command.class_id ?? null };
+      return relabelled(doc, command.class_id ?? null);
     case 'relabel_box':
       return withKey(doc, frame, { class_id: command.class_id ?? null, ...shown(doc, command) });
     case 'set_occluded':

@@ -15,7 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Command
-from app.edits.documents import TrackDoc
+from app.edits.documents import NO_CLASS, KeyFrame, TrackDoc
 from app.edits.effective import Effective, box_at, effective_track
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
@@ -168,6 +168,30 @@ def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
         assert got.frame.tolist() == [f for f, _ in want]
         assert got.boxes.tolist() == [list(one.box) for _, one in want]
         assert got.occluded.tolist() == [one.occluded for _, one in want]
+
+
+@settings(max_examples=150, deadline=None)
+@given(seed=st.integers(0, 10**6), length=st.integers(0, 12), label=st.sampled_from([None, NO_CLASS, 3]))
+def test_the_whole_track_means_every_box_and_moves_none(seed: int, length: int, label: int | None) -> None:
+    docs = walk(seed, length)
+    for key, doc in docs.items():
+        if doc.gone:
+            continue
+        after = do(docs, name="relabel_track", frame=10, key=key, class_id=label)[key]
+        assert len(after.keys) <= len(doc.keys)
+        for frame in range(75):
+            a, b = shown(doc, frame), shown(after, frame)
+            assert near(a, b)
+            assert b is None or b.class_id == label
+
+
+def test_a_key_frame_of_a_label_alone_goes_with_it() -> None:
+    docs = do(beginning(), name="relabel_box", frame=8, key="m1", class_id=7)
+    docs = do(docs, name="set_occluded", frame=12, key="m1", value=True)
+    docs = do(docs, name="relabel_box", frame=12, key="m1", class_id=7)
+    assert do(docs, name="relabel_track", frame=10, key="m1", class_id=None)["m1"].keys == {
+        "12": KeyFrame(occluded=True)
+    }
 
 
 def test_joining_a_track_that_left_does_not_hide_the_other() -> None:
