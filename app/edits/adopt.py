@@ -3,7 +3,8 @@
 A track of the old run is the track of the new one that overlaps it (IoU >= ``SAME``) in the most frames, if those are
 at least half of the frames of the shorter of the two. An edit is no longer needed where the new run shows by itself
 what people wanted: the same frames but for one in ten, in each corrected frame a box within ``CORRECTED``, and the
-same label. A verdict goes over only where nine of ten frames agree within ``AGREES`` and the label is the same.
+same label. A verdict goes over only where nine of ten frames agree within ``AGREES`` and the label is the same; of what
+was accepted and the new run shows by itself, the verdict alone goes over.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from app.edits.documents import OPEN_END, Segment, TrackDoc
+from app.edits.documents import OPEN_END, Segment, TrackDoc, engine_doc
 from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from tsr_engine.geometry.boxes import iou_each
 
@@ -97,7 +98,7 @@ def adopt_documents(
         if doc.gone:
             _deleted(result, taken, key, doc, twins, new, present)
         else:
-            _living(result, taken, key, doc, twins, old, new, frames)
+            _living(result, taken, key, doc, twins, old, new, present, frames)
     return result
 
 
@@ -138,6 +139,7 @@ def _living(
     twins: Mapping[int, int | None],
     old: MachineRun,
     new: MachineRun,
+    present: Mapping[str, TrackDoc],
     frames: int,
 ) -> None:
     last = doc.last_said()
@@ -151,7 +153,10 @@ def _living(
     plain = not doc.notes and not doc.not_a_sign and not wanted.occluded.any()
     for candidate in {t for t in twins.values() if t is not None} if doc.segments else new.ids():
         if plain and doc.review in ("open", "accepted") and _shows(new, candidate, wanted, label):
-            result.not_needed.append(key)
+            if doc.review == "accepted":
+                _agreed(result, taken, key, candidate, new, present, start)
+            else:
+                result.not_needed.append(key)
             return
     segments: list[Segment] = []
     for segment in doc.segments:
@@ -173,7 +178,7 @@ def _living(
     others = {f"m{s.track}" for s in segments} - {name} if key.startswith("m") else set()
     clash = next((n for n in (name, *sorted(others)) if n in taken), None)
     if clash is not None:
-        result.conflicts.append((key, f"Track {clash} of this run carries other edits already.", start))
+        result.conflicts.append((key, _clashes(clash), start))
         return
     ordered = sorted(segments, key=lambda s: (s.first, s.track))
     if any(a.last >= b.first for a, b in pairwise(ordered)):
@@ -192,6 +197,34 @@ def _living(
     taken.update(documents)
     result.changed[key] = documents
     result.kept.append(name)
+
+
+def _agreed(
+    result: Adoption,
+    taken: set[str],
+    key: str,
+    track: int,
+    new: MachineRun,
+    present: Mapping[str, TrackDoc],
+    start: int,
+) -> None:
+    """The new run shows by itself what somebody accepted: its track is accepted, and nothing else is said of it."""
+    name = f"m{track}"
+    if name in taken:
+        judged = present.get(name)
+        if judged is not None and judged.review == "accepted":
+            result.not_needed.append(key)
+        else:
+            result.conflicts.append((key, _clashes(name), start))
+        return
+    taken.add(name)
+    accepted = engine_doc(track, *new.span(track)).model_copy(update={"review": "accepted"})
+    result.changed[key] = {name: accepted}
+    result.kept.append(name)
+
+
+def _clashes(name: str) -> str:
+    return f"Track {name} of this run carries other edits already."
 
 
 def _twin(track: tuple[Ints, Boxes], run: MachineRun) -> int | None:

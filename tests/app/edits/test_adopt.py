@@ -52,6 +52,25 @@ def test_a_verdict_does_not_go_over_to_a_track_that_is_not_the_same() -> None:
     assert adopt_documents(docs, run(OLD), longer, {}, FRAMES).changed["m1"]["m7"].review == "open"
 
 
+def test_an_accepted_track_that_agrees_stays_accepted_and_is_not_judged_again() -> None:
+    docs = edited({"name": "set_review", "key": "m1", "review": "accepted"})
+    accepted = engine_doc(7, 0, 32).model_copy(update={"review": "accepted"})
+    result = adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES)
+    assert (result.changed, result.kept, result.not_needed) == ({"m1": {"m7": accepted}}, ["m7"], [])
+    moved = edited(
+        {"name": "set_box", "key": "m1", "box": [11.0, 10.0, 31.0, 30.0]},
+        {"name": "relabel_track", "key": "m1", "class_id": 8},
+        {"name": "set_review", "key": "m1", "review": "accepted"},
+    )
+    by_itself = adopt_documents(moved, run(OLD), run({7: (0, 32, 1, 8)}), {}, FRAMES)
+    assert by_itself.changed == {"m1": {"m7": accepted}}, "corrections that the new run makes itself are not needed"
+    assert adopt_documents(docs, run(OLD), run(NEW), {"m7": accepted}, FRAMES).not_needed == ["m1"]
+    other = accepted.model_copy(update={"review": "rejected"})
+    assert [c[0] for c in adopt_documents(docs, run(OLD), run(NEW), {"m7": other}, FRAMES).conflicts] == ["m1"]
+    apart = adopt_documents(docs, run(OLD), run({7: (0, 90, 1, 3)}), {}, FRAMES)
+    assert apart.changed["m1"]["m7"].review == "open"
+
+
 def test_a_correction_that_the_new_run_makes_itself_is_not_needed() -> None:
     docs = edited({"name": "set_box", "key": "m1", "box": [11.0, 10.0, 31.0, 30.0]})
     assert adopt_documents(docs, run(OLD), run(NEW), {}, FRAMES).not_needed == ["m1"]
