@@ -57,6 +57,11 @@ class MachineRun:
         rows = self._rows.get(track, slice(0, 0))
         return self._frame[rows], self._boxes[rows]
 
+    def span_of(self, key: str) -> tuple[int, int] | None:
+        """The same by the key of a track; None: the engine has no such one."""
+        known = key.startswith("m") and int(key[1:]) in self.label
+        return self.span(int(key[1:])) if known else None
+
     def span(self, track: int) -> tuple[int, int]:
         """First and last frame of a track that exists."""
         frames = self.of(track)[0]
@@ -86,12 +91,12 @@ def adopt_documents(
         docs: the old run's documents.
         old: the engine's tracks of the old run.
         new: those of the new run.
-        present: documents that the new run has already; they are left alone.
+        present: documents that the new run has already; those that say something are left alone.
         frames: that the video has.
     """
     result = Adoption()
     twins = {t: _twin(old.of(t), new) for t in {s.track for doc in docs.values() for s in doc.segments}}
-    taken: set[str] = set(present)
+    taken = {key for key, doc in present.items() if not doc.untouched(new.span_of(key))}
     for key, doc in sorted(docs.items()):
         if doc.merged_into is not None:
             continue  # goes with the track that it became part of

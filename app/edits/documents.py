@@ -152,6 +152,23 @@ class TrackDoc(Model):
             return int(self.key[1:])
         return self.segments[0].track if self.segments else None
 
+    def untouched(self, span: tuple[int, int] | None) -> bool:
+        """Nothing is said of the track, or all of it was undone, so that there is nothing to respect.
+
+        Args:
+            span: first and last frame of the engine's track of that key; None: there is none.
+        """
+        if self.merged_into is not None or self.class_id is not None or self.review != "open" or self.not_a_sign:
+            return False
+        if self.keys or self.notes:
+            return False
+        if not self.key.startswith("m"):
+            return self.gone and not self.segments
+        if self.gone or span is None or len(self.segments) != 1:
+            return False
+        (piece,) = self.segments
+        return self.key == f"m{piece.track}" and piece.first <= span[0] and span[1] <= piece.last
+
     def same(self, other: TrackDoc) -> bool:
         """Equal but for the revision."""
         return self.model_copy(update={"revision": other.revision}) == other

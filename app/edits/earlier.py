@@ -73,11 +73,5 @@ def _says_something(doc: TrackDoc, evidence: EvidenceService, run_id: str) -> bo
     """Whether a track is not as the engine left it; what was drawn and deleted again, or merged, counts elsewhere."""
     if doc.merged_into is not None or (doc.gone and not doc.key.startswith("m")):
         return False
-    if doc.gone or doc.class_id is not None or doc.review != "open" or doc.not_a_sign or doc.keys or doc.notes:
-        return True
-    if not doc.key.startswith("m") or len(doc.segments) != 1:
-        return True
-    (piece,) = doc.segments
-    span = evidence.span(run_id, piece.track)
-    whole = span is not None and piece.first <= span[0] and span[1] <= piece.last
-    return doc.key != f"m{piece.track}" or not whole
+    span = evidence.span(run_id, int(doc.key[1:])) if doc.key.startswith("m") else None
+    return not doc.untouched(span)

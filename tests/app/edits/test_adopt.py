@@ -96,8 +96,23 @@ def test_a_track_that_is_not_found_any_more_is_a_conflict_and_a_deleted_one_is_n
 
 def test_edits_of_the_new_run_are_left_alone() -> None:
     docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
-    result = adopt_documents(docs, run(OLD), run(NEW), {"m7": engine_doc(7, 0, 32)}, FRAMES)
+    theirs = engine_doc(7, 0, 32).model_copy(update={"review": "needs_work"})
+    result = adopt_documents(docs, run(OLD), run(NEW), {"m7": theirs}, FRAMES)
     assert (result.changed, [key for key, _, _ in result.conflicts]) == ({}, ["m1"])
+
+
+def test_tracks_of_which_all_was_undone_carry_no_edits() -> None:
+    docs = edited({"name": "relabel_track", "key": "m1", "class_id": 8})
+    drawn = {"name": "create_track", "key": "hdrawn01", "box": [300.0, 9.0, 320.0, 29.0], "class_id": 2}
+    docs |= apply_command({}, TypeAdapter(Command).validate_python({"frame": 10, **drawn}))
+    blank = {"m7": engine_doc(7, 0, 32), "hdrawn01": TrackDoc(key="hdrawn01", gone=True)}
+    result = adopt_documents(docs, run(OLD), run(NEW), blank, FRAMES)
+    assert (sorted(result.kept), result.conflicts) == (["hdrawn01", "m7"], [])
+    cut = {"m7": engine_doc(7, 0, 20)}
+    deleted = {"m7": engine_doc(7, 0, 32).model_copy(update={"gone": True})}
+    merged = {"m7": deleted["m7"].model_copy(update={"merged_into": "m9"})}
+    for present in (cut, deleted, merged):
+        assert [key for key, _, _ in adopt_documents(docs, run(OLD), run(NEW), present, FRAMES).conflicts] == ["m1"]
 
 
 def test_a_split_stays_split_and_a_cut_stays_cut() -> None:

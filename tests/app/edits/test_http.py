@@ -186,6 +186,18 @@ def test_what_is_new_since_the_first_adoption_comes_too(
     assert len(new.log()) == 3
 
 
+def test_edits_that_were_undone_in_the_new_run_do_not_bar_the_way(
+    http: Server, made: ToyHome, ann: Page, tracks: list[str]
+) -> None:
+    new = Page(http, made.add_run(folder=f"runs/{made.run_id}"))
+    ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
+    made_there = new.send(relabel(tracks[0], 9), f'"{tracks[0]}:0"').json()
+    assert [conflict["key"] for conflict in adopt(new, ann.run)["conflicts"]] == [tracks[0]]
+    new.send({"name": "undo", "op_id": made_there["op_id"]})
+    assert adopt(new, ann.run) == {"kept": [tracks[0]], "not_needed": [], "conflicts": []}
+    assert new.docs()[tracks[0]]["class_id"] == 7
+
+
 def test_adopting_from_nowhere(http: Server, made: ToyHome, ann: Page) -> None:
     for source, status in (("0" * 32, 404), (ann.run, 422), ("x", 422)):
         answer = ann.client.post(f"/api/runs/{ann.run}/adopt", json={"from_run": source})
