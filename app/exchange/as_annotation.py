@@ -3,7 +3,7 @@
 A track that is one of the run's says what that track shall show; what it shows already stays as it is. In an
 export of the same run it is the one of the same name. In every other file names are somebody else's (each run has an
 ``m1``), so boxes have to agree. Every other track becomes a new one. Tracks that the file does not have stay as they
-are.
+are, but for those of the engine that one of its tracks covers besides its own: they become part of it, as by a merge.
 """
 
 from __future__ import annotations
@@ -14,10 +14,12 @@ from types import MappingProxyType
 from uuid import uuid4
 
 from app.edits.documents import TrackDoc, engine_doc
+from app.edits.track_name import track_name
+from app.exchange.joined import joined
 from app.exchange.laid_over import Alike, alike, as_shown, key_frames_of, laid_over, whole_label
-from app.exchange.machine import engine_label
+from app.exchange.machine import MachineFacts, engine_label
 from app.exchange.marks import REVIEWS, new_notes
-from app.exchange.same_sign import lying_on, touching
+from app.exchange.same_sign import covered_too, lying_on, touching
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import part_of
 
@@ -36,6 +38,7 @@ class Annotated:
         changed: tracks of the run that now show something else.
         made: new tracks.
         same: tracks of the run that showed it already.
+        merged: names of the run's tracks that became part of another, because the file has both as one.
         boxes: boxes of the changed and the new tracks.
         repaired: what was put right, one sentence each.
         skipped: what has no place in an annotation.
@@ -45,9 +48,22 @@ class Annotated:
     changed: int = 0
     made: int = 0
     same: int = 0
+    merged: list[str] = field(default_factory=list)
     boxes: int = 0
     repaired: list[str] = field(default_factory=list)
     skipped: list[Skipped] = field(default_factory=list)
+
+    def tell_covered(
+        self, merged: Iterable[str], left: Iterable[str], document: TrackDoc, present: Mapping[str, TrackDoc]
+    ) -> None:
+        """Say what became of the run's tracks that a track of the file covers besides its own."""
+        self.merged += [track_name(name, present.get(name)) for name in merged]
+        for name in left:
+            reason = (
+                f"It lies on track {track_name(document.key, document)} as the file has it, but people have said "
+                "something of it, so it stays. Merge the two, or reject one."
+            )
+            self.skipped.append(Skipped(f"track {track_name(name, present.get(name))} of the run", reason))
 
 
 def annotate(
@@ -57,7 +73,7 @@ def annotate(
     author: str,
     size: tuple[int, int],
     exported: bool = False,
-    labels: Mapping[int, int] = MappingProxyType({}),
+    engine: Mapping[int, MachineFacts] = MappingProxyType({}),
 ) -> Annotated:
     """The documents that make a run show what the tracks say.
 
@@ -68,34 +84,45 @@ def annotate(
         author: for notes.
         size: width and height of the picture, px; imports are cut at its edges.
         exported: the file is an export of this run, so that names alone say which track is which.
-        labels: the engine's class of each track that has a document, by number; -1: never recognised.
+        engine: the engine's tracks, at least those that have a document, by number.
     """
     found = Annotated()
     thinned = 0
     counted, ignored = _counted(tracks)
-    for track, own in zip(counted, _own(counted, shown, present, exported), strict=True):
+    names = _own(counted, shown, present, exported)
+    covered = covered_too(counted, names, shown)
+    labels = {number: facts.label for number, facts in engine.items()}
+    for place, (track, own) in enumerate(zip(counted, names, strict=True)):
         known = own is not None
-        base = _base(own, shown, present)
-        over = None if own is None or base is None else alike(track, shown[own], base, size, THIN_PX)
-        if own is not None and over is not None and _same(track, shown[own], over):
+        key = _fresh() if own is None else own
+        parts = {name: _engines(name, present, engine, shown) for name in covered.get(place, [])}
+        free = {name: doc for name, doc in parts.items() if doc is not None}
+        base, run = _base(own, shown, present), shown.get(key)
+        if base is not None and run is not None:
+            base, run = joined(base, run, ((doc, shown[name]) for name, doc in free.items()))
+        over = None if base is None or run is None else alike(track, run, base, size, THIN_PX)
+        if run is not None and over is not None and not free and _same(track, run, over):
             found.same += 1
             continue
-        key = _fresh() if own is None else own
         old = present.get(key, TrackDoc(key=key))
         if base is None or over is None or over.run is None:
             document, thinner = _made(key, track, engine_label(old, labels))
         else:
-            engine = shown[key].label if base.class_id is None else engine_label(base, labels)
-            document, thinner = laid_over(track, over, base, engine, THIN_PX)
+            own_label = shown[key].label if base.class_id is None else engine_label(base, labels)
+            document, thinner = laid_over(track, over, base, own_label, THIN_PX)
         document = _judged(document, track, old, author)
-        if key in present and present[key].same(document):  # brought in before
+        if key in present and present[key].same(document) and not free:  # brought in before
             found.same += 1
             continue
         found.documents[key] = document
+        found.documents |= {n: d.model_copy(update={"gone": True, "merged_into": key}) for n, d in free.items()}
+        found.tell_covered(free, [name for name, doc in parts.items() if doc is None], document, present)
         thinned += thinner
         found.boxes += len(track.frames)
         found.changed += known
         found.made += not known
+    if found.merged:
+        found.repaired.append(_merged_words(found.merged))
     if thinned:
         one = "1 track with a box of its own in every frame was"
         dense_ones = one if thinned == 1 else f"{thinned} tracks with a box of their own in every frame were"
@@ -137,6 +164,26 @@ def _own(
     for place, name in lying_on([tracks[i] for i in strangers], left).items():
         names[strangers[place]] = name
     return names
+
+
+def _engines(
+    name: str, present: Mapping[str, TrackDoc], engine: Mapping[int, MachineFacts], shown: Mapping[str, Track]
+) -> TrackDoc | None:
+    """The document of an engine track that nobody has touched; None: somebody has said something of it."""
+    if name not in present:
+        frames = shown[name].frames
+        return engine_doc(int(name[1:]), int(frames[0]), int(frames[-1])) if name.startswith("m") else None
+    facts = engine.get(int(name[1:])) if name.startswith("m") else None
+    return present[name] if present[name].untouched(None if facts is None else facts.span) else None
+
+
+def _merged_words(names: list[str]) -> str:
+    """Which tracks of the run the file has as part of another."""
+    most = 5
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    if len(names) == 1:
+        return f"Track {names[0]} of the run lies on a track of the file too, and became part of it."
+    return f"Tracks {', '.join(names[:most])}{more} of the run lie on tracks of the file too, and became part of them."
 
 
 def _same(track: Track, shown: Track, found: Alike) -> bool:

@@ -22,7 +22,7 @@ from app.exchange.as_annotation import Annotated, annotate
 from app.exchange.as_run import write_run
 from app.exchange.as_truth import truth_rows
 from app.exchange.dataset import LABELS, Source, VideoFacts
-from app.exchange.machine import machine_labels
+from app.exchange.machine import machine_facts
 from app.exchange.marks import marks
 from app.exchange.stored import home_source, video_facts
 from app.exchange.tracks import run_tracks
@@ -258,7 +258,7 @@ class ImportService:
         author = incoming.author or self._settings.author
         before = {track.uid: track for track in source.tracks()}
         found = Annotated()
-        labels = machine_labels(source.folder)
+        engine = machine_facts(source.folder)
         exported = dataset.videos[0].provenance.get("run", {}).get("id") == run_id
 
         def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
@@ -268,11 +268,11 @@ class ImportService:
                 frames = source.video.frames
                 passed = run_tracks(source.folder, present, source.first, source.stop, frames, source.origin)
                 shown = {track.uid: track for track in passed}
-            found = annotate(tracks, shown, present, author, size, exported, labels)
+            found = annotate(tracks, shown, present, author, size, exported, engine)
             return found.documents
 
-        seq, stored = self._edits.put_documents(run_id, author, _command(incoming), make)
-        told = _result("annotation", run_id, len(stored), found.boxes, dataset, found.skipped)
+        seq, _ = self._edits.put_documents(run_id, author, _command(incoming), make)
+        told = _result("annotation", run_id, found.changed + found.made, found.boxes, dataset, found.skipped)
         return told.model_copy(update={"same": found.same, "edit": seq, "repaired": [*told.repaired, *found.repaired]})
 
 

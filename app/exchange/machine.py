@@ -12,7 +12,7 @@ from app.edits.documents import TrackDoc
 from app.evidence.tables import FloatColumn, IntColumn, columns
 from tsr_engine.evidence.reader import EvidenceReader
 
-__all__ = ["MachineTrack", "MachineTracks", "engine_label", "machine_labels"]
+__all__ = ["MachineFacts", "MachineTrack", "MachineTracks", "engine_label", "machine_facts"]
 
 _BLOCK = 256
 _ROWS = "SELECT track_id, frame, x1, y1, x2, y2, score FROM track_frames WHERE state <> 'dead' AND track_id"
@@ -70,14 +70,28 @@ class MachineTracks:
         return MachineTrack(number, self.labels[number], table[1].astype(np.int64), boxes, score)
 
 
-def machine_labels(folder: Path) -> dict[int, int]:
-    """Class of each confirmed track of a run, by number; -1: never recognised.
+@dataclass(frozen=True, slots=True)
+class MachineFacts:
+    """What is known of a confirmed track without its boxes.
+
+    Attributes:
+        label: class of the whole track; -1: never recognised.
+        span: first and last frame.
+    """
+
+    label: int
+    span: tuple[int, int]
+
+
+def machine_facts(folder: Path) -> dict[int, MachineFacts]:
+    """All confirmed tracks of a run, by number.
 
     Args:
         folder: its evidence.
     """
+    sql = "SELECT track_id, class_id, first_frame, last_frame FROM tracks WHERE confirmed_frame IS NOT NULL"
     with EvidenceReader(folder) as reader:
-        return MachineTracks(reader).labels
+        return {row[0]: MachineFacts(-1 if row[1] is None else row[1], (row[2], row[3])) for row in reader.query(sql)}
 
 
 def engine_label(document: TrackDoc, labels: Mapping[int, int]) -> int | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -10,11 +10,13 @@ from app.evidence.overlap import box_pairs
 from app.evidence.tables import BoxTable
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["lying_on", "touching"]
+__all__ = ["covered_too", "lying_on", "touching"]
 
 _IOU = 0.5
 _SHARE = 0.5
 """Frames of the shorter of two tracks in which they must lie on each other."""
+_COVERED = 0.9
+"""Frames of a track in which another one must lie on it, so that nothing of its own is left."""
 
 
 def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, str]:
@@ -27,17 +29,58 @@ def lying_on(tracks: Sequence[Track], shown: Mapping[str, Track]) -> dict[int, s
     theirs, ours = _table(tracks), _table(others)
     if not len(theirs) or not len(ours):
         return {}
-    pairs = box_pairs(theirs, ours, _IOU)
-    both, frames = np.unique(np.column_stack([theirs.track[pairs.a], ours.track[pairs.b]]), axis=0, return_counts=True)
     found: dict[int, str] = {}
     taken: set[int] = set()
-    for i in np.argsort(-frames, kind="stable").tolist():
-        a, b = both[i].tolist()
+    for a, b, frames in _pairs(theirs, ours):
         shorter = min(len(tracks[a].frames), len(others[b].frames))
-        if a not in found and b not in taken and frames[i] >= _SHARE * shorter:
+        if a not in found and b not in taken and frames >= _SHARE * shorter:
             found[a] = names[b]
             taken.add(b)
     return found
+
+
+def covered_too(
+    tracks: Sequence[Track], names: Sequence[str | None], shown: Mapping[str, Track]
+) -> dict[int, list[str]]:
+    """Place of a track -> the run's tracks that it covers besides its own, so that their signs would be there twice.
+
+    A track is covered where it has an IoU of at least 0.5 with the other one in nine of ten of its frames. What the own
+    track of the run covers by itself was there twice before, and is left as it is.
+
+    Args:
+        tracks: of the file.
+        names: the run's track that each is about; None: none.
+        shown: the run's tracks, by name.
+    """
+    others = [name for name, track in shown.items() if name not in names and track.state != "rejected"]
+    theirs, ours = _table(tracks), _table([shown[name] for name in others])
+    found: dict[int, list[str]] = {}
+    if not len(theirs) or not len(ours):
+        return found
+    taken: set[str] = set()
+    for a, b, frames in _pairs(theirs, ours):
+        name, own = others[b], names[a]
+        if name in taken or frames < _COVERED * len(shown[name].frames):
+            continue
+        if own is not None and own in shown and _covers(shown[own], shown[name]):
+            continue
+        found.setdefault(a, []).append(name)
+        taken.add(name)
+    return found
+
+
+def _pairs(theirs: BoxTable, ours: BoxTable) -> Iterator[tuple[int, int, int]]:
+    """Places of tracks that lie on each other, and in how many frames; those with most first."""
+    pairs = box_pairs(theirs, ours, _IOU)
+    both, frames = np.unique(np.column_stack([theirs.track[pairs.a], ours.track[pairs.b]]), axis=0, return_counts=True)
+    for i in np.argsort(-frames, kind="stable").tolist():
+        a, b = both[i].tolist()
+        yield a, b, int(frames[i])
+
+
+def _covers(track: Track, other: Track) -> bool:
+    pairs = box_pairs(_table([track]), _table([other]), _IOU)
+    return len(pairs.a) >= _COVERED * len(other.frames)
 
 
 def touching(track: Track, other: Track) -> bool:

@@ -12,6 +12,7 @@ from app.edits.documents import NO_CLASS, TrackDoc, engine_doc
 from app.edits.effective import effective_track
 from app.exchange.as_annotation import annotate
 from app.exchange.as_truth import truth_rows
+from app.exchange.machine import MachineFacts
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.numbering import track_numbers
 
@@ -116,7 +117,9 @@ def test_none_of_the_classes_is_a_word_and_the_engines_own_class_is_nobodys() ->
     none = annotate([line("m7", label=-1)], run, there, "ada", SIZE).documents["m7"]
     assert none == engine_doc(7, 0, 9).model_copy(update={"class_id": NO_CLASS})
     assert annotate([line("m7", label=-1)], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE).same == 1
-    back = annotate([line("m7")], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE, labels={7: 14})
+    back = annotate(
+        [line("m7")], {"m7": line("m7", label=-1)}, {"m7": none}, "ada", SIZE, engine={7: MachineFacts(14, (0, 9))}
+    )
     assert back.documents["m7"] == engine_doc(7, 0, 9)
     never = {"m7": line("m7", label=-1)}
     assert annotate([line("m7", label=-1)], never, there, "ada", SIZE).same == 1, "the engine has read none either"
@@ -167,10 +170,52 @@ def test_a_name_counts_in_an_export_of_the_run_and_else_where_boxes_agree() -> N
     assert list(annotate([redrawn], run, {}, "ada", SIZE).documents) == ["m1"]
     other = replace(line("m1"), boxes=line().boxes + 101, label=3)  # the m1 of another run is our m2
     assert list(annotate([other], run, {}, "ada", SIZE).documents) == ["m2"]
-    assert list(annotate([other], run, {}, "ada", SIZE, exported=True).documents) == ["m1"]
+    named = annotate([other], run, {}, "ada", SIZE, exported=True).documents
+    assert (list(named), named["m2"].merged_into) == (["m1", "m2"], "m1"), "one sign is not there twice"
     gone = {"m3": TrackDoc(key="m3", gone=True)}
     assert annotate([line("m3")], {}, gone, "ada", SIZE).made == 1
     assert list(annotate([line("m3")], {}, gone, "ada", SIZE, exported=True).documents) == ["m3"]
+
+
+def parts(*spans: range) -> dict[str, Track]:
+    """A sign that the engine has lost and found again."""
+    return {f"m{2 + 4 * k}": line(f"m{2 + 4 * k}", frames=span) for k, span in enumerate(spans)}
+
+
+def test_tracks_of_the_run_that_the_file_has_as_one_become_one() -> None:
+    run = parts(range(5), range(5, 8), range(8, 10)) | {"m30": replace(line("m30"), boxes=line().boxes + 100)}
+    found = annotate([line("x", label=3)], run, {}, "ada", SIZE)
+    assert (found.changed, found.made, sorted(found.documents)) == (1, 0, ["m10", "m2", "m6"])
+    whole = found.documents["m2"]
+    assert (whole.keys, whole.class_id) == ({}, 3), "their boxes go on coming from the engine"
+    assert [(s.track, s.first, s.last) for s in whole.segments] == [(2, 0, 4), (6, 5, 7), (10, 8, 9)]
+    assert [found.documents[key].merged_into for key in ("m6", "m10")] == ["m2", "m2"]
+    assert all(found.documents[key].gone for key in ("m6", "m10"))
+    assert found.repaired == ["Tracks #6, #10 of the run lie on tracks of the file too, and became part of them."]
+    moved = line("x", boxes=line().boxes + np.where(np.arange(10) == 6, 2, 0)[:, None])
+    (corrected,) = [doc for doc in annotate([moved], run, {}, "ada", SIZE).documents.values() if not doc.gone]
+    assert corrected.frames() == [6]
+
+
+def test_a_part_of_which_people_have_said_something_stays_and_is_told() -> None:
+    run = parts(range(6), range(6, 10))
+    engine = {2: MachineFacts(14, (0, 5)), 6: MachineFacts(14, (6, 9))}
+    said = {"m6": engine_doc(6, 6, 9).model_copy(update={"review": "accepted"})}
+    found = annotate([line("x", label=3)], run, said, "ada", SIZE, engine=engine)
+    assert list(found.documents) == ["m2"]
+    assert [skipped.what for skipped in found.skipped] == ["track #6 of the run"]
+    undone = {"m6": engine_doc(6, 6, 9).model_copy(update={"revision": 2})}
+    merged = annotate([line("x", label=3)], run, undone, "ada", SIZE, engine=engine).documents["m6"]
+    assert (merged.gone, merged.revision) == (True, 2)
+
+
+def test_what_was_there_twice_before_stays_so_and_what_lies_beside_a_track_too() -> None:
+    run = parts(range(10)) | {"m6": replace(line("m6", frames=range(3, 8)), boxes=line(frames=range(3, 8)).boxes + 1)}
+    assert list(annotate([line("x", label=3)], run, {}, "ada", SIZE).documents) == ["m2"]
+    both = parts(range(5), range(5, 20))
+    assert list(annotate([line("x", label=3)], both, {}, "ada", SIZE).documents) == ["m2"], "most of it is its own"
+    file = [line("m2", frames=range(5)), line("m6", frames=range(5, 10), label=3)]
+    assert list(annotate(file, parts(range(5), range(5, 10)), {}, "ada", SIZE).documents) == ["m6"]
 
 
 def test_what_was_brought_in_before_is_the_same_the_next_time() -> None:

@@ -220,6 +220,41 @@ def test_a_sign_of_none_of_the_classes_comes_in_goes_out_and_has_a_way_back(desk
     assert desk.server.context.edits.documents(desk.run_id)["m1"].class_id is None
 
 
+def test_a_sign_that_was_merged_is_not_there_twice_in_another_run(desk: Desk) -> None:
+    """The engine has lost a sign and found it again; in one run somebody has merged the two."""
+    exported = desk.download(desk.export(format="tracks-csv"))
+    rows = next(content for name, content in unzipped(exported).items() if name.endswith(".csv")).decode().splitlines()
+    head = rows[0].split(",")
+    frame, uid, number = (head.index(column) for column in ("frame", "uid", "track_id"))
+    track = desk.tracks()["m1"]
+    middle = int(track.frames[len(track.frames) // 2])
+    later = [row.split(",") for row in rows[1:]]
+    for row in later:
+        if row[uid] == "m1" and int(row[frame]) >= middle:
+            row[uid], row[number] = "m9", "9"
+    broken = "\n".join([rows[0], *(",".join(row) for row in later)]).encode()
+    first, second = (desk.bring_in(broken, "run", name=name)["id"] for name in ("first.csv", "second.csv"))
+    merge = {"name": "merge", "frame": middle, "key": "m1", "others": ["m9"]}
+    body = {"op_id": "merge-them-1", "author": "ada", "command": merge}
+    desk.post(f"/api/runs/{first}/edits", body, headers={"If-Match": '"m1:0", "m9:0"'})
+    wanted = desk.tracks(first)
+    merged = desk.download(desk.export(runs=[first], format="tracks-json"))
+    before = desk.tracks(second)
+    found = desk.bring_in(merged, "annotation", name="merged.zip", run=second)
+    assert (found["tracks"], found["same"]) == (1, 1)
+    assert "Track #9 of the run lies on a track of the file too, and became part of it." in found["repaired"]
+    after = desk.tracks(second)
+    assert sorted(after) == sorted(wanted) == ["m1", "m2"]
+    assert_same_track(after["m1"], wanted["m1"])
+    assert np.isfinite(after["m1"].score).tolist() == np.isfinite(wanted["m1"].score).tolist()
+    again = desk.bring_in(merged, "annotation", name="merged.zip", run=second)
+    assert (again["tracks"], again["same"], again["edit"]) == (0, 2, None)
+    entry = desk.get(f"/api/runs/{second}/edits")["edits"][-1]
+    command = {"name": "undo", "op_id": entry["op_id"]}
+    desk.post(f"/api/runs/{second}/edits", {"op_id": "undo-merge-1", "author": entry["author"], "command": command})
+    assert sorted(desk.tracks(second)) == sorted(before)
+
+
 def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes) -> None:
     desk = untouched
     theirs = annotations.replace(b'"stop"', b'"Stopschild"').replace(b">stop<", b">Stopschild<")

@@ -1,0 +1,48 @@
+"""Tracks of a run that a file has as one: what the run would show, had somebody merged them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from app.edits.documents import TrackDoc
+from app.edits.join import join
+from app.exchange.laid_over import labels_of
+from tsr_engine.exchange.dataset import Track
+
+__all__ = ["joined"]
+
+
+def joined(base: TrackDoc, shown: Track, others: Iterable[tuple[TrackDoc, Track]]) -> tuple[TrackDoc, Track]:
+    """A track with the frames of others that it does not have itself, so that their boxes go on coming from the engine.
+
+    Args:
+        base: the document of the track.
+        shown: what it shows.
+        others: documents of engine tracks that nobody has touched, and what they show.
+
+    Returns:
+        The document, and what it shows.
+    """
+    for document, other in others:
+        base = join(base, document)
+        (number,) = {piece.track for piece in document.segments}
+        pieces = [piece for piece in base.segments if piece.track == number]
+        taken = np.zeros(len(other.frames), np.bool_)
+        for piece in pieces:
+            taken |= (piece.first <= other.frames) & (other.frames <= piece.last)
+        frames = np.concatenate([shown.frames, other.frames[taken]])
+        order = np.argsort(frames, kind="stable")
+        labels = np.concatenate([labels_of(shown), np.full(int(taken.sum()), shown.label)])[order]
+        shown = replace(
+            shown,
+            frames=frames[order],
+            boxes=np.concatenate([shown.boxes, other.boxes[taken]])[order],
+            key=np.concatenate([shown.key, other.key[taken]])[order],
+            occluded=np.concatenate([shown.occluded, other.occluded[taken]])[order],
+            score=np.concatenate([shown.score, other.score[taken]])[order],
+            labels=labels,
+        )
+    return base, shown
