@@ -137,6 +137,8 @@ def _relabel_box(doc: TrackDoc, command: Any) -> TrackDoc:
 
 
 def _delete_from(doc: TrackDoc, command: Any) -> TrackDoc:
+    if not doc.shows_from(command.frame):
+        raise CommandError(f"{_shows_nothing(doc, command)} There is nothing to delete.")
     # a line that is cut must end where it was when it was cut
     edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
     if edge is not None and str(command.frame - 1) not in doc.keys:
@@ -148,6 +150,10 @@ def _delete_from(doc: TrackDoc, command: Any) -> TrackDoc:
         }
     )
     return _delete_track(doc, command) if kept.empty() else kept
+
+
+def _shows_nothing(doc: TrackDoc, command: Any) -> str:
+    return f"Track {doc.key} shows nothing from frame {command.frame} on."
 
 
 def _delete_track(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -182,7 +188,12 @@ def _set_occluded(doc: TrackDoc, command: Any) -> TrackDoc:
 
 def _set_outside(doc: TrackDoc, command: Any) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
-    return _with_key(doc, command.frame, outside=command.value, **({} if box is None else {"box": box}))
+    if command.value and not doc.shows_from(command.frame):
+        raise CommandError(f"{_shows_nothing(doc, command)} It is out of sight already.")
+    after = _with_key(doc, command.frame, outside=command.value, **({} if box is None else {"box": box}))
+    if not command.value and not after.shows_from(command.frame):
+        raise CommandError(f"{_shows_nothing(doc, command)} Nothing could come back into sight: draw a box.")
+    return after
 
 
 def _set_not_a_sign(doc: TrackDoc, command: Any) -> TrackDoc:

@@ -15,6 +15,7 @@ The state of a track at frame f, with K the last key frame at or before f:
 from __future__ import annotations
 
 import math
+from itertools import zip_longest
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -141,6 +142,19 @@ class TrackDoc(Model):
         share = (frame - start) / (end - start)
         x1, y1, x2, y2 = (p + share * (q - p) for p, q in zip(a, b, strict=True))
         return x1, y1, x2, y2
+
+    def shows_from(self, frame: int) -> bool:
+        """Whether the track shows something at a frame or later; a piece of the engine's may lack single frames."""
+        starts = [frame, *(k for k in self.frames() if k > frame)]
+        for start, following in zip_longest(starts, starts[1:]):
+            held = self.last_key(start)
+            if held is not None and self.keys[str(held)].outside:
+                continue
+            if self.line_at(start) is not None:
+                return True
+            if any(s.last >= start and (following is None or s.first < following) for s in self.segments):
+                return True
+        return False
 
     def last_said(self) -> int | None:
         """The last frame that a key frame or a note is about; None: there is neither."""

@@ -9,7 +9,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{author: string, time: string}} Person   for notes; time in ISO 8601
  */
-import { OPEN_END, beganAs, blankDoc, emptyDoc, isEmpty, keyFramesOf, lastKey, lineAt } from './documents.js';
+import { OPEN_END, beganAs, blankDoc, emptyDoc, isEmpty, keyFramesOf, lastKey, lineAt, showsFrom } from './documents.js';
 import { join } from './join.js';
 import { relabelled } from './relabel.js';
 
@@ -118,7 +118,7 @@ function alone(doc, command, person) {
     case 'set_occluded':
       return withKey(doc, frame, { occluded: command.value === true, ...shown(doc, command) });
     case 'set_outside':
-      return withKey(doc, frame, { outside: command.value === true, ...shown(doc, command) });
+      return setOutside(doc, command);
     case 'set_not_a_sign':
       return { ...doc, not_a_sign: command.value === true };
     case 'set_review':
@@ -211,11 +211,31 @@ function create(docs, command) {
  * @returns {TrackDoc}
  */
 function deleteFrom(doc, frame) {
+  if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
   // a line that is cut must end where it was when it was cut
   const edge = frame > 0 ? lineAt(doc, frame - 1) : null;
   if (edge !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: edge });
   const kept = { ...doc, segments: clip(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
   return isEmpty(kept) ? { ...doc, gone: true } : kept;
+}
+
+/** @param {TrackDoc} doc @param {number} frame */
+const showsNothing = (doc, frame) => `Track ${doc.key} shows nothing from frame ${frame} on.`;
+
+/**
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {TrackDoc}
+ */
+function setOutside(doc, command) {
+  const { frame } = command;
+  const outside = command.value === true;
+  if (outside && !showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} It is out of sight already.`);
+  const after = withKey(doc, frame, { outside, ...shown(doc, command) });
+  if (!outside && !showsFrom(after, frame)) {
+    throw new CommandError(`${showsNothing(doc, frame)} Nothing could come back into sight: draw a box.`);
+  }
+  return after;
 }
 
 /**

@@ -121,6 +121,22 @@ export function lineAt(doc, frame) {
 }
 
 /**
+ * Whether the track shows something at a frame or later; a piece of the engine's may lack single frames.
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @returns {boolean}
+ */
+export function showsFrom(doc, frame) {
+  const starts = [frame, ...keyFramesOf(doc).filter((k) => k > frame)];
+  return starts.some((start, i) => {
+    const held = lastKey(doc, start);
+    if (held !== null && doc.keys[held].outside) return false;
+    const following = starts[i + 1] ?? Infinity;
+    return lineAt(doc, start) !== null || doc.segments.some((s) => s.last >= start && s.first < following);
+  });
+}
+
+/**
  * Whether nothing of the track is left in any frame.
  * @param {TrackDoc} doc
  * @returns {boolean}

@@ -103,8 +103,8 @@ class Desk:
         drawn = {"key": "hdrawn01"}
         self.edit({"name": "create_track", **drawn, "frame": 5, "box": [20, 30, 44, 52], "class_id": 1}, {})
         self.edit({"name": "set_box", **drawn, "frame": 11, "box": [26.5, 33.25, 50, 58]}, {"hdrawn01": 1})
-        self.edit({"name": "set_outside", **drawn, "frame": 12, "value": True}, {"hdrawn01": 2})
-        self.edit({"name": "set_box", **drawn, "frame": 15, "box": [30, 36, 56, 62]}, {"hdrawn01": 3})
+        self.edit({"name": "set_box", **drawn, "frame": 15, "box": [30, 36, 56, 62]}, {"hdrawn01": 2})
+        self.edit({"name": "set_outside", **drawn, "frame": 12, "value": True}, {"hdrawn01": 3})
 
 
 def open_desk(made: ToyHome, folder: Path) -> Desk:

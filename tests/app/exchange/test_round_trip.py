@@ -74,8 +74,8 @@ def correct(desk: Desk) -> None:
     drawn = {"key": "hdrawn01"}
     desk.edit({"name": "create_track", **drawn, "frame": 5, "box": [20, 30, 54, 62], "class_id": 1}, {})
     desk.edit({"name": "set_box", **drawn, "frame": 11, "box": [26.5, 33.25, 60, 68]}, {"hdrawn01": 1})
-    desk.edit({"name": "set_outside", **drawn, "frame": 12, "value": True}, {"hdrawn01": 2})
-    desk.edit({"name": "set_box", **drawn, "frame": 15, "box": [30, 36, 66, 72]}, {"hdrawn01": 3})
+    desk.edit({"name": "set_box", **drawn, "frame": 15, "box": [30, 36, 66, 72]}, {"hdrawn01": 2})
+    desk.edit({"name": "set_outside", **drawn, "frame": 12, "value": True}, {"hdrawn01": 3})
 
 
 def in_picture(desk: Desk) -> dict[str, Track]:

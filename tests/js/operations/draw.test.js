@@ -118,3 +118,16 @@ for (const [id, what] of /** @type {const} */ ([['occluded', 'occluded'], ['outs
     end();
   });
 }
+
+test('behind a track’s end there is nothing to delete and nothing to take out of sight: it is refused, and nothing is to be undone', async () => {
+  const { store, editor, server, toasts, review, end } = await createWorld();
+  store.dispatch((state) => changeReview(state, { selected: 'm1', frame: 120, tracks: state.review?.tracks && { ...state.review.tracks, class_id: [14, 14] } }));
+  for (const id of ['delete-from', 'outside', 'split']) boxes.find((one) => one.id === id)?.run(/** @type {any} */ ({ store, edit: editor.edit }));
+  await editor.settled();
+  assert.deepEqual([server.log, review().unsaved, review().docs], [[], [], {}]);
+  assert.deepEqual(toasts.slice(0, 2), [
+    'Track #1 shows nothing from frame 120 on. There is nothing to delete.', 'Track #1 shows nothing from frame 120 on. It is out of sight already.',
+  ]);
+  assert.match(toasts[2], /nothing on one side of frame 120/);
+  end();
+});
