@@ -166,7 +166,7 @@ def test_notes_are_found_again(desk: Desk) -> None:
         expect(page.locator(".queue-row")).to_have_count(1)
         assert "Note: Behind the lorry" in (found.get_attribute("title") or "")
         off()
-        page.wait_for_function("document.querySelectorAll('.queue-row').length > 1")
+        expect(page.locator(".queue-row")).not_to_have_count(1)
 
 
 def test_ground_truth_that_is_shown_says_whose_it_is(desk: Desk) -> None:
