@@ -67,6 +67,51 @@ def test_another_class_keeps_source_score_and_lanes(desk: Desk, tmp_path: Path) 
     assert "stop" in page.locator(".lanes-detail-name").inner_text()
 
 
+def test_a_sign_of_none_of_the_classes_and_the_way_back_to_the_engines(desk: Desk) -> None:
+    page = desk.page()
+    key = str(next_long_track(page)["selected"])
+    page.get_by_role("tab", name="Inspector").click()
+    human = page.locator(".inspector-human")
+    engine: str = page.evaluate(
+        """k => { const { labels, review: { tracks } } = tsr.store.get();
+        return labels[tracks.class_id[tracks.id.indexOf(Number(k.slice(1)))]].name; }""",
+        key,
+    )
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    edited(page, lambda: page.get_by_role("button", name="No class", exact=True).click())
+    assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == -1)
+    page.locator(".inspector-name", has_text="none of the classes").wait_for()
+    assert human.inner_text() == f"Label set by a person; the engine says {engine}."
+    # a box of its own, then the whole track as the engine says: every box is meant
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    page.keyboard.press("Alt+b")
+    assert page.get_by_role("button", name="As the whole track").is_visible()
+    edited(page, lambda: choose_label(page, "yield"))
+    page.locator(".inspector-human", has_text="Single boxes are called otherwise: give way in frame").wait_for()
+    page.keyboard.press("l")
+    edited(page, lambda: page.get_by_role("button", name="As the engine says").click())
+    now = wait(page, lambda s: s["docs"][key]["class_id"] is None)
+    assert now["docs"][key]["keys"] == {}
+    page.locator(".inspector-name", has_text=engine).wait_for()
+    assert human.is_hidden()
+    # Enter alone changes nothing, nor does what is said already
+    for act in (
+        lambda: page.keyboard.press("Enter"),
+        lambda: page.get_by_role("button", name="As the engine says").click(),
+    ):
+        page.keyboard.press("l")
+        page.locator("dialog[open] input:focus").wait_for()
+        act()
+        page.locator("dialog[open]").wait_for(state="detached")
+    assert wait(page, lambda s: s["unsaved"] == 0)["undo"] == now["undo"]
+    edited(page, lambda: page.keyboard.press("Control+z"))
+    assert wait(page, lambda s: s["docs"][key]["class_id"] == -1)["docs"][key]["keys"], "undo brings single ones back"
+    for _ in range(2):
+        edited(page, lambda: page.keyboard.press("Control+z"))
+
+
 def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> None:
     page = desk.page()
     key = str(next_long_track(page)["selected"])
