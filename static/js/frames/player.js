@@ -25,6 +25,8 @@ const NEAR = 2;
 const REST = 180;
 /** After this a picture that somebody who scrubs has left is no longer waited for, ms. */
 const PATIENCE = 400;
+/** A picture that did not come because the server was away is asked for again after this, ms. */
+const AGAIN = 1000;
 /** How far behind time playing may fall before its clock is set back, s. */
 const SLACK = 0.12;
 
@@ -42,10 +44,10 @@ const SLACK = 0.12;
 /**
  * @param {Store} store
  * @param {FrameCache} cache
- * @param {{now?: () => number, tick?: (run: () => void) => number, untick?: (handle: number) => void}} [clock]
+ * @param {{now?: () => number, tick?: (run: () => void) => number, untick?: (handle: number) => void, again?: number}} [clock]   again: pause before a picture is asked for once more, ms
  * @returns {Player}
  */
-export function createPlayer(store, cache, { now = () => performance.now(), tick = requestAnimationFrame, untick = cancelAnimationFrame } = {}) {
+export function createPlayer(store, cache, { now = () => performance.now(), tick = requestAnimationFrame, untick = cancelAnimationFrame, again = AGAIN } = {}) {
   /** @type {Paint} */
   let paint = () => {};
   let wanted = -1;
@@ -137,6 +139,10 @@ export function createPlayer(store, cache, { now = () => performance.now(), tick
     } catch (thrown) {
       if (wanted !== frame || dropped(thrown)) return;
       fail(frame, thrown);
+      if (!ended && thrown instanceof ApiError && thrown.code === 'offline') {
+        clearTimeout(resting);
+        resting = setTimeout(() => arrive(frame), again); // nobody moves the cursor to see what has come back
+      }
     }
   }
 

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { afterEach, test } from 'node:test';
 
+import { ApiError } from '../../../static/js/api/errors.js';
 import { createPlayer } from '../../../static/js/frames/player.js';
 import { createTimebase } from '../../../static/js/model/timebase.js';
 import { changeReview, openReview, seek } from '../../../static/js/store/actions/review.js';
@@ -19,16 +20,16 @@ function create() {
   const table = { frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] };
   const video = /** @type {any} */ ({ id: 'v', width: 1280, height: 720, frames: 5000 });
   const store = createStore(changeReview(openReview(initialState(), video), { timebase: createTimebase(/** @type {any} */ (table)) }));
-  /** @type {{kind: string, frame: number, come: () => void}[]} */
+  /** @type {{kind: string, frame: number, come: () => void, fail: (why: Error) => void}[]} */
   const asked = [];
   /** @type {[number, boolean][]} */
   const painted = [];
-  const ask = (/** @type {string} */ kind) => (/** @type {number} */ frame) => new Promise((resolve) => {
-    asked.push({ kind, frame, come: () => resolve({ frame, width: kind === 'glance' ? 0 : 1280, bitmap: {} }) });
+  const ask = (/** @type {string} */ kind) => (/** @type {number} */ frame) => new Promise((resolve, fail) => {
+    asked.push({ kind, frame, come: () => resolve({ frame, width: kind === 'glance' ? 0 : 1280, bitmap: {} }), fail });
   });
   const cache = /** @type {any} */ ({ peek: () => null, load: ask('load'), glance: ask('glance'), want: () => {}, setWidth: () => {}, clear: () => {} });
   let clock = 0;
-  const player = createPlayer(store, cache, { now: () => clock, tick: () => 1, untick: () => {} });
+  const player = createPlayer(store, cache, { now: () => clock, tick: () => 1, untick: () => {}, again: 1 });
   player.onShot((shot, passing) => painted.push([shot.frame, passing]));
   store.subscribe(() => player.sync());
   endings.push(() => player.destroy());
@@ -62,6 +63,29 @@ test('who scrubs sees pictures on the way: one is asked for at a time, and none 
   await turn();
   assert.deepEqual(painted.at(-1), [3000, true]);
   assert.equal(asked.length, 3);
+});
+
+test('a picture that the server could not send for being away comes by itself when it is back', async () => {
+  const { asked, painted, store, go } = create();
+  await turn();
+  await go(1);
+  const gone = new ApiError(0, 'offline', 'The server cannot be reached.');
+  asked[1].fail(gone);
+  await turn();
+  await turn();
+  assert.match(store.get().banners[0].text, /Frame 1 cannot be shown. The server cannot be reached/);
+  assert.deepEqual(asked.slice(2).map(({ kind, frame }) => [kind, frame]), [['load', 1]]);
+  asked[2].fail(gone);
+  await turn();
+  await turn();
+  asked[3].come();
+  await turn();
+  assert.deepEqual([painted.at(-1), store.get().banners], [[1, false], []]);
+  await go(2);
+  asked[4].fail(new ApiError(404, 'missing', 'The file is not there.'));
+  await turn();
+  await turn();
+  assert.equal(asked.length, 5); // what else goes wrong is not asked for again and again
 });
 
 test('a picture that takes too long does not hold up the next', async () => {
