@@ -120,7 +120,8 @@ def saved(page: Page) -> dict[str, Any]:
 
 def edited(page: Page, act: Callable[[], object]) -> dict[str, Any]:
     """The state once what ``act`` changed is acknowledged."""
-    before = (state(page)["undo"] or {}).get("op_id")
+    # while the server is still asked, what can be undone has no name: its answer alone would look like a change
+    before = (wait(page, lambda s: (s["undo"] or {}).get("op_id") != "")["undo"] or {}).get("op_id")
     act()
     return wait(page, lambda s: s["unsaved"] == 0 and (s["undo"] or {}).get("op_id") != before)
 

@@ -137,6 +137,7 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
     wait(page, lambda s: s["selected"] == key)
     page.keyboard.press("l")
     edited(page, lambda: choose_label(page, "stop"))
+    wait(page, lambda s: s["docs"][key]["class_id"] == 14 and s["unsaved"] == 0)
     for told_again in (True, False):
         page.locator(".topbar-run").select_option(later)
         wait(page, lambda s: s["run"] == later and s["docs"] and s["overlay"] is not None)
