@@ -295,5 +295,5 @@ def _label(doc: TrackDoc, run: MachineRun) -> int:
     """The label of a document, -1: unknown, or none of the classes."""
     if doc.class_id is not None:
         return doc.class_id
-    own = int(doc.key[1:]) if doc.key.startswith("m") else next((s.track for s in doc.segments), -1)
-    return run.label.get(own, -1)
+    track = doc.began_as()
+    return -1 if track is None else run.label.get(track, -1)

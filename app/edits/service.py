@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import Any
 from uuid import uuid4
 
 import numpy as np
-from sqlalchemy import Select, func, select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.edits.adopt import MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys, with_class
 from app.edits.commands import Redo, Undo
-from app.edits.documents import OPEN_END, TrackDoc, engine_doc
+from app.edits.documents import TrackDoc
 from app.edits.extent import known_frames, require_documents_inside, require_inside
 from app.edits.history import Target, adopted_keys, last_said, targets
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
+from app.edits.present import PresentDocuments
 from app.edits.revisions import check_revisions
-from app.edits.stored import doc_of, documents_of
+from app.edits.stored import documents_of
 from app.edits.views import AdoptConflict, Adopted, Annotation, EditAnswer, LogEntry, adopted, log_entry
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
 from app.storage.database import Database
-from app.storage.models import Edit, Run, TrackDocument
+from app.storage.models import Edit, Run
 from app.videos.same_file import ChangedFiles
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
@@ -40,6 +41,7 @@ class EditService:
         self._events = events
         self._evidence = evidence
         self._files = ChangedFiles(database)
+        self._present = PresentDocuments(evidence)
 
     def annotation(self, run_id: str, author: str) -> Annotation:
         """All documents of a run, and what ``author`` can undo.
@@ -49,8 +51,7 @@ class EditService:
         """
         with self._database.read() as session:
             _require_run(session, run_id)
-            rows = session.scalars(select(TrackDocument).where(TrackDocument.run_id == run_id)).all()
-            return self._annotated(session, run_id, author, [doc_of(row) for row in rows])
+            return self._annotated(session, run_id, author, list(documents_of(session, run_id).values()))
 
     def documents(self, run_id: str) -> dict[str, TrackDoc]:
         """All documents of a run by key."""
@@ -104,20 +105,18 @@ class EditService:
                 before, after, edit = self._revert(session, run, author, command)
             else:
                 before, after = self._change(session, run, author, command, expected)
-            saved = self._save(session, run_id, before, after)
-            docs = list(saved.values())
-            row = Edit(
+            row, saved = self._write(
+                session,
+                run,
+                author,
+                command.model_dump(mode="json"),
+                before,
+                after,
+                command.frame if edit is None else edit.frame,
                 op_id=op_id,
-                run_id=run_id,
-                author=author,
-                kind=command.name,
-                command=command.model_dump(mode="json"),
-                frame=command.frame if edit is None else edit.frame,
-                before={key: None if doc is None else doc.model_dump(mode="json") for key, doc in before.items()},
-                after={key: doc.model_dump(mode="json") for key, doc in saved.items()},
                 reverts=None if edit is None else edit.op_id,
             )
-            self._tell(session, row)
+            docs = list(saved.values())
             if edit is None:  # the newest operation is the next to undo, and nothing is left to redo
                 own = Target(op_id=op_id, name=row.kind, frame=row.frame, keys=sorted(saved))
                 return EditAnswer(seq=row.seq, docs=docs, undo=own, redo=None, op_id=op_id)
@@ -130,7 +129,7 @@ class EditService:
         """Documents before and after a command."""
         require_inside(command, known_frames(session, run))
         keys = touched_keys(command)
-        present = self._load(session, run, keys)
+        present = self._present.load(session, run, keys)
         check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
         try:
@@ -139,15 +138,6 @@ class EditService:
         except CommandError as error:
             raise Invalid(str(error), field="command", code="impossible") from None
         return {key: present.get(key) for key in after}, after
-
-    def _tell(self, session: Session, row: Edit) -> None:
-        """Append to the log and to the stream; last in a transaction, for others wait from here on."""
-        self._events.order(session)
-        session.add(row)
-        session.flush()
-        docs = list(row.after.values())
-        told = {"seq": row.seq, "op_id": row.op_id, "author": row.author, "docs": docs}
-        self._events.publish(session, "edit", row.run_id, told)
 
     def adopt(self, run_id: str, from_run: str, author: str) -> Adopted:
         """Carry the edits of another run of the same video over to this one; each is an operation of ``author``.
@@ -178,7 +168,7 @@ class EditService:
             adoption = adopt_documents(docs, *tracks, others, known_frames(session, run))
             for key, documents in adoption.changed.items():
                 if not all(name in present and present[name].same(doc) for name, doc in documents.items()):
-                    before = {name: present.get(name) or self._fresh(run, name) for name in documents}
+                    before = {name: present.get(name) or self._present.fresh(run, name) for name in documents}
                     command = {"name": "adopt", "from_run": from_run, "key": key}
                     self._record(session, run, author, command, before, documents)
             return adopted(adoption)
@@ -210,11 +200,11 @@ class EditService:
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
-            present = {row.key: self._closed(run, doc_of(row)) for row in session.scalars(_documents(run_id))}
+            present = self._present.touched(session, run)
             documents = dict(make(present))
             if not documents:
                 return None, []
-            before = {key: present.get(key) or self._fresh(run, key) for key in documents}
+            before = {key: present.get(key) or self._present.fresh(run, key) for key in documents}
             row = self._record(session, run, author, command, before, documents)
             return row.seq, sorted(documents)
 
@@ -259,19 +249,43 @@ class EditService:
     ) -> Edit:
         """Save documents as one operation that no page has asked for by name."""
         require_documents_inside(documents.values(), known_frames(session, run))
-        saved = self._save(session, run.id, before, documents)
+        return self._write(session, run, author, dict(command), before, documents, frame, op_id=uuid4().hex)[0]
+
+    def _write(
+        self,
+        session: Session,
+        run: Run,
+        author: str,
+        command: dict[str, Any],
+        before: Mapping[str, TrackDoc | None],
+        after: Mapping[str, TrackDoc],
+        frame: int | None,
+        *,
+        op_id: str,
+        reverts: str | None = None,
+    ) -> tuple[Edit, dict[str, TrackDoc]]:
+        """Save documents, append the operation to the log and to the stream; the operation, and what it has left.
+
+        The last thing in a transaction: once the number is drawn, others wait.
+        """
+        saved = self._present.save(session, run.id, before, after)
         row = Edit(
-            op_id=uuid4().hex,
+            op_id=op_id,
             run_id=run.id,
             author=author,
             kind=command["name"],
-            command=dict(command),
+            command=command,
             frame=frame,
-            before={name: None if doc is None else doc.model_dump(mode="json") for name, doc in before.items()},
-            after={name: doc.model_dump(mode="json") for name, doc in saved.items()},
+            before={key: None if doc is None else doc.model_dump(mode="json") for key, doc in before.items()},
+            after={key: doc.model_dump(mode="json") for key, doc in saved.items()},
+            reverts=reverts,
         )
-        self._tell(session, row)
-        return row
+        self._events.order(session)
+        session.add(row)
+        session.flush()
+        told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": list(row.after.values())}
+        self._events.publish(session, "edit", run.id, told)
+        return row, saved
 
     def _is_stored(self, op_id: str) -> bool:
         with self._database.read() as session:
@@ -283,39 +297,6 @@ class EditService:
         docs = [TrackDoc.model_validate(doc) for doc in edit.after.values()]
         answer = self._annotated(session, run_id, author, docs)
         return EditAnswer(**{**answer.model_dump(), "op_id": edit.op_id})
-
-    def _load(self, session: Session, run: Run, keys: Sequence[str], *, change: bool = True) -> dict[str, TrackDoc]:
-        """Documents of the tracks that exist; engine tracks that nobody touched get a fresh one."""
-        query = _documents(run.id).where(TrackDocument.key.in_(keys))
-        rows = session.scalars(query.with_for_update() if change else query).all()
-        if change:
-            session.info["documents"] = rows  # kept alive, so that _save finds them without asking again
-        found = {row.key: self._closed(run, doc_of(row)) for row in rows}
-        for key in keys:
-            if key in found or not key.startswith("m"):
-                continue
-            fresh = self._fresh(run, key)
-            if fresh is not None:
-                found[key] = fresh
-        return found
-
-    def _closed(self, run: Run, doc: TrackDoc) -> TrackDoc:
-        """The document with its open pieces ended where their tracks ended, once the run is complete."""
-        if run.state != "complete" or all(piece.last < OPEN_END for piece in doc.segments):
-            return doc
-        pieces = []
-        for piece in doc.segments:
-            span = self._evidence.span(run.id, piece.track) if piece.last >= OPEN_END else (piece.first, piece.last)
-            if span is not None and piece.first <= span[1]:
-                pieces.append(piece.model_copy(update={"last": span[1]}))
-        return doc.model_copy(update={"segments": tuple(pieces)})
-
-    def _fresh(self, run: Run, key: str) -> TrackDoc | None:
-        """The untouched document of an engine track; while the run goes on, its end is open."""
-        span = self._evidence.span(run.id, int(key[1:])) if key.startswith("m") else None
-        if span is None:
-            return None
-        return engine_doc(int(key[1:]), span[0], span[1] if run.state == "complete" else OPEN_END)
 
     def _revert(
         self, session: Session, run: Run, author: str, command: Undo | Redo
@@ -333,9 +314,9 @@ class EditService:
         edit = session.scalars(select(Edit).where(Edit.op_id == command.op_id)).one()
         start, goal = (edit.after, edit.before) if isinstance(command, Undo) else (edit.before, edit.after)
         lock_tracks(session, run.id, start)
-        present = self._load(session, run, list(start))
+        present = self._present.load(session, run, list(start))
         for key, expected in start.items():
-            left = None if expected is None else self._closed(run, TrackDoc.model_validate(expected))
+            left = None if expected is None else self._present.closed(run, TrackDoc.model_validate(expected))
             if not _same(present.get(key), left):
                 seen = {key: 0 if expected is None else int(expected["revision"])}
                 others = last_said(session, run.id, author, seen).get(key)
@@ -351,7 +332,7 @@ class EditService:
         after: dict[str, TrackDoc] = {}
         for key, wanted in goal.items():
             if wanted is None:  # there was no document: the engine's track, or of a person's nothing is left
-                after[key] = self._fresh(run, key) or TrackDoc(key=key, gone=True)
+                after[key] = self._present.fresh(run, key) or TrackDoc(key=key, gone=True)
             else:
                 after[key] = TrackDoc.model_validate(wanted)
         return {key: present.get(key) for key in start}, after, edit
@@ -360,36 +341,18 @@ class EditService:
         """What the author can undo and redo next; what others have changed since cannot be undone."""
 
         def fits(left: Mapping[str, Any]) -> bool:
-            present = self._load(session, run, list(left), change=False)
+            present = self._present.load(session, run, list(left), change=False)
             return all(
-                _same(present.get(key), self._closed(run, TrackDoc.model_validate(doc))) for key, doc in left.items()
+                _same(present.get(key), self._present.closed(run, TrackDoc.model_validate(doc)))
+                for key, doc in left.items()
             )
 
         return targets(session, run.id, author, fits)
-
-    def _save(
-        self, session: Session, run_id: str, before: Mapping[str, TrackDoc | None], after: Mapping[str, TrackDoc]
-    ) -> dict[str, TrackDoc]:
-        saved = {}
-        for key, doc in after.items():
-            old = before.get(key)
-            row = session.get(TrackDocument, (run_id, key))
-            revision = max(0 if old is None else old.revision, 0 if row is None else row.revision) + 1
-            saved[key] = doc.model_copy(update={"revision": revision})
-            if row is None:
-                row = TrackDocument(run_id=run_id, key=key)
-                session.add(row)
-            row.revision, row.document = revision, saved[key].model_dump(mode="json")
-        return saved
 
     def _annotated(self, session: Session, run_id: str, author: str, docs: list[TrackDoc]) -> Annotation:
         undo, redo = self._targets(session, _require_run(session, run_id), author)
         seq = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
         return Annotation(seq=seq, docs=docs, undo=undo, redo=redo)
-
-
-def _documents(run_id: str) -> Select[TrackDocument]:
-    return select(TrackDocument).where(TrackDocument.run_id == run_id)
 
 
 def _machine(table: BoxTable) -> MachineRun:
