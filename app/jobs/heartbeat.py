@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -11,6 +10,7 @@ from typing import Final
 from sqlalchemy import update
 from sqlalchemy.exc import SQLAlchemyError
 
+from app.jobs.ticking import ticking
 from app.storage.database import Database
 from app.storage.models import Job
 
@@ -34,18 +34,11 @@ def beating(database: Database, job: Job, every: float = EVERY) -> Iterator[None
     if database.is_sqlite:
         yield
         return
-    over = threading.Event()
     mine = update(Job).where(Job.id == job.id, Job.token == job.token, Job.state == "running")
 
     def beat() -> None:
-        while not over.wait(every):
-            with suppress(SQLAlchemyError), database.write() as session:  # the next beat may reach it again
-                session.execute(mine.values(heartbeat=datetime.now(UTC)))
+        with suppress(SQLAlchemyError), database.write() as session:  # the next beat may reach it again
+            session.execute(mine.values(heartbeat=datetime.now(UTC)))
 
-    thread = threading.Thread(target=beat, name="heartbeat", daemon=True)
-    thread.start()
-    try:
+    with ticking("heartbeat", every, beat):
         yield
-    finally:
-        over.set()
-        thread.join()

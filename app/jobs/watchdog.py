@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import logging
 import os
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,6 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
+from app.jobs.ticking import ticking
 
 __all__ = ["watched"]
 
@@ -40,7 +40,6 @@ def watched(
     Yields:
         To be called after each step.
     """
-    over = threading.Event()
     began = time.process_time()
 
     def step() -> None:
@@ -48,17 +47,11 @@ def watched(
         began = time.process_time()
 
     def look() -> None:
-        while not over.wait(every):
-            if time.process_time() - began > most:
-                _log.warning("Job %s computes without getting on; its process ends.", task.job.id)
-                with suppress(SQLAlchemyError):  # else the supervisor finds a dead worker, and tells that
-                    report_failure(task, sentence())
-                os._exit(1)
+        if time.process_time() - began > most:
+            _log.warning("Job %s computes without getting on; its process ends.", task.job.id)
+            with suppress(SQLAlchemyError):  # else the supervisor finds a dead worker, and tells that
+                report_failure(task, sentence())
+            os._exit(1)
 
-    thread = threading.Thread(target=look, name="watchdog", daemon=True)
-    thread.start()
-    try:
+    with ticking("watchdog", every, look):
         yield step
-    finally:
-        over.set()
-        thread.join()

@@ -1,0 +1,33 @@
+"""What has to be done now and then beside a block of work, on a thread of its own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+__all__ = ["ticking"]
+
+
+@contextmanager
+def ticking(name: str, every: float, do: Callable[[], None]) -> Iterator[None]:
+    """Call a function again and again until the block ends; one that is under way then is waited for.
+
+    Args:
+        name: of the thread.
+        every: pause before each call, seconds.
+        do: what to call; raises nothing.
+    """
+    over = threading.Event()
+
+    def tick() -> None:
+        while not over.wait(every):
+            do()
+
+    thread = threading.Thread(target=tick, name=name, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
