@@ -9,22 +9,17 @@ since no track begins or ends by the online detector. Prints signs found, tracks
 
 from __future__ import annotations
 
-import argparse
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import cv2
-
-from benchmarks.experiment import Skip
+from benchmarks.choice import choice_parser, told
 from benchmarks.experiments.clips import CHOSEN_ON, read_clips
 from benchmarks.experiments.frame_rates import HEADINGS, STEPS
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.peers.ours import filter_alone
 from benchmarks.peers.seen import Annotated, Seen, every, look
 from benchmarks.tracking_stress import configurations
-from tsr_engine.errors import TsrError
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.params import Params
 
@@ -69,27 +64,18 @@ def rows(videos: Sequence[Seen], chosen: Mapping[str, Params]) -> list[str]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.confirm_choice",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = choice_parser("confirm_choice", __doc__)
     parser.add_argument("--clips", type=Path, required=True, help="folder of real clips with gt/")
     parser.add_argument("--looming", type=Path, required=True, help="folder of simulated approaches")
     parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
-    parser.add_argument("--setting", action="append", default=[], help="a further configuration")
-    parser.add_argument("--scratch", type=Path, help="where detections are kept for the next call")
     args = parser.parse_args(argv)
-    cv2.setNumThreads(1)
-    try:
+
+    def tell(scratch: Path) -> str:
         chosen = {k: v for k, v in configurations(args.setting).items() if k not in ("KF alone", "paper")}
-        with tempfile.TemporaryDirectory() as folder:
-            seen = list(look(videos_of(args.clips, args.looming, args.judged), args.scratch or Path(folder)))
-            sys.stdout.write("".join(f"{line}\n" for line in rows(seen, chosen)))
-    except (TsrError, Skip) as error:
-        sys.stderr.write(f"confirm_choice: {error}\n")
-        return 1
-    return 0
+        seen = list(look(videos_of(args.clips, args.looming, args.judged), scratch))
+        return "".join(f"{line}\n" for line in rows(seen, chosen))
+
+    return told("confirm_choice", args.scratch, tell)
 
 
 if __name__ == "__main__":

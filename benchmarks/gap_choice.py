@@ -12,20 +12,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
-import cv2
-
-from benchmarks.experiment import Skip
+from benchmarks.choice import choice_parser, told
 from benchmarks.experiments.clips import CHOSEN_ON, read_clips
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.peers.gap import LENGTHS, Outcome, find_gaps, our_outcomes, summary
 from benchmarks.peers.seen import Annotated, Seen, look, pictures
 from benchmarks.tracking_stress import configurations
-from tsr_engine.errors import TsrError
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 
@@ -83,18 +79,12 @@ def videos_of(args: argparse.Namespace) -> tuple[list[Annotated], int]:
 
 def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.gap_choice",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = choice_parser("gap_choice", __doc__)
     data = parser.add_mutually_exclusive_group(required=True)
     data.add_argument("--clips", type=Path, help="folder of real clips with gt/")
     data.add_argument("--looming", type=Path, help="folder of simulated approaches")
     parser.add_argument("--judged", type=Path, help="approaches whose scenes are left out")
     parser.add_argument("--every", type=int, default=1, help="take every n-th approach")
-    parser.add_argument("--setting", action="append", default=[], help="a further configuration")
-    parser.add_argument("--scratch", type=Path, help="where detections are kept for the next call")
     args = parser.parse_args(argv)
     if args.looming is not None and args.judged is None:
         parser.error("--looming needs --judged: approaches that figures are reported on must be left out.")
@@ -106,17 +96,14 @@ def parse(argv: Sequence[str] | None) -> argparse.Namespace:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
     args = parse(argv)
-    cv2.setNumThreads(1)
-    try:
+
+    def tell(scratch: Path) -> str:
         named = configurations(args.setting)
         chosen = {name: (params, load_components(params)) for name, params in named.items() if name != "paper"}
         videos, every = videos_of(args)
-        with tempfile.TemporaryDirectory() as folder:
-            print(rows(outcomes_of(look(videos, args.scratch or Path(folder)), chosen, every)))
-    except (TsrError, Skip) as error:
-        sys.stderr.write(f"gap_choice: {error}\n")
-        return 1
-    return 0
+        return f"{rows(outcomes_of(look(videos, scratch), chosen, every))}\n"
+
+    return told("gap_choice", args.scratch, tell)
 
 
 if __name__ == "__main__":

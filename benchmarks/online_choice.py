@@ -9,21 +9,16 @@ boxes the online detector has changed, with Eq. 7 of these with it and without i
 
 from __future__ import annotations
 
-import argparse
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-import cv2
-
-from benchmarks.experiment import Skip
+from benchmarks.choice import choice_parser, told
 from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.experiments.tracked import results_of, track_together
+from benchmarks.experiments.tracked import report_of, track_together
 from benchmarks.peers.seen import Annotated, Seen, look
 from benchmarks.tracking_stress import configurations
-from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking import VideoReport, changed_errors, evaluate_video, summarise
+from tsr_engine.evaluation.tracking import VideoReport, changed_errors, summarise
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 
@@ -56,8 +51,7 @@ def reports_of(videos: Iterable[Seen], chosen: Mapping[str, Params]) -> Reports:
     for seen in videos:
         runs = track_together(seen, chosen, parts)
         for name, run in runs.items():
-            size = (seen.width, seen.height)
-            report = evaluate_video(seen.video.name, seen.video.truth, results_of(run.rows), run.frames, size=size)
+            report = report_of(seen, run)
             for stress in (seen.video.group, ALL):
                 found.setdefault(stress, {}).setdefault(name, []).append(report)
     return found
@@ -80,26 +74,17 @@ def rows(reports: Reports) -> list[str]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.online_choice",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = choice_parser("online_choice", __doc__)
     parser.add_argument("--looming", type=Path, required=True, nargs="+", help="folders of simulated approaches")
     parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
-    parser.add_argument("--setting", action="append", default=[], help="a further configuration")
-    parser.add_argument("--scratch", type=Path, help="where detections are kept for the next call")
     args = parser.parse_args(argv)
-    cv2.setNumThreads(1)
-    try:
+
+    def tell(scratch: Path) -> str:
         chosen = {name: params for name, params in configurations(args.setting).items() if name != "paper"}
-        with tempfile.TemporaryDirectory() as folder:
-            seen = look(videos_of(args.looming, args.judged), args.scratch or Path(folder))
-            sys.stdout.write("".join(f"{line}\n" for line in rows(reports_of(seen, chosen))))
-    except (TsrError, Skip) as error:
-        sys.stderr.write(f"online_choice: {error}\n")
-        return 1
-    return 0
+        seen = look(videos_of(args.looming, args.judged), scratch)
+        return "".join(f"{line}\n" for line in rows(reports_of(seen, chosen)))
+
+    return told("online_choice", args.scratch, tell)
 
 
 if __name__ == "__main__":

@@ -41,6 +41,7 @@ __all__ = [
     "Tracked",
     "Videos",
     "redrawn",
+    "report_of",
     "results_of",
     "score",
     "track_together",
@@ -131,14 +132,19 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
         if missing:
             seen = next(look([Annotated(title, "", video, truth)], scratch / "detections", shipped))
             for name, run in track_together(seen, missing, components).items():
-                size = (seen.width, seen.height)
-                report = evaluate_video(title, truth, results_of(run.rows), run.frames, size=size)
+                report = report_of(seen, run)
                 memory.keep(keys[name], report, run.stages)
                 known[name] = report, run.stages
         for name, found in known.items():
             assert found is not None
             scored[name].add(*found)
     return scored
+
+
+def report_of(seen: Seen, run: Tracked) -> VideoReport:
+    """How well a configuration has tracked a video."""
+    video = seen.video
+    return evaluate_video(video.name, video.truth, results_of(run.rows), run.frames, size=(seen.width, seen.height))
 
 
 def track_together(
