@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 from types import ModuleType
 
 import long_run
 import pytest
 import toy_home
+from toy_server import Server
 
 
 @pytest.fixture(scope="session")
@@ -29,3 +32,13 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[toy_home.ToyHome]
     yield made
     made.evidence.close()
     made.database.close()
+
+
+@pytest.fixture
+def server_of_copy(home: toy_home.ToyHome, tmp_path: Path) -> Iterator[Server]:
+    """A server on a copy of the toy home, which a test may change."""
+    folder = tmp_path / "home"
+    shutil.copytree(home.settings.home, folder)
+    made = Server(folder, roots=(home.video.parent,))
+    with made.client:
+        yield made

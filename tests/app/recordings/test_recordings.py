@@ -22,13 +22,9 @@ FIRST, STOP = 3, 40
 
 
 @pytest.fixture
-def server(home: Any, tmp_path: Path) -> Any:
-    """A server on a copy of the toy home."""
-    folder = tmp_path / "home"
-    shutil.copytree(home.settings.home, folder)
-    made = Server(folder, roots=(home.video.parent,))
-    with made.client:
-        yield made
+def server(server_of_copy: Server) -> Server:
+    """Of the toy home, which these tests change."""
+    return server_of_copy
 
 
 def record(server: Server, run_id: str, **order: Any) -> dict[str, Any]:

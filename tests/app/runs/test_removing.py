@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -17,13 +16,9 @@ from app.storage.models import Run
 
 
 @pytest.fixture
-def server(home: Any, tmp_path: Path) -> Any:
-    """A server on a copy of the toy home."""
-    folder = tmp_path / "home"
-    shutil.copytree(home.settings.home, folder)
-    made = Server(folder, roots=(home.video.parent,))
-    with made.client:
-        yield made
+def server(server_of_copy: Server) -> Server:
+    """Of the toy home, which these tests change."""
+    return server_of_copy
 
 
 @pytest.mark.parametrize(
