@@ -189,6 +189,7 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
 
   async function refresh() {
     const here = work.run;
+    work.overtaken = true; // a reading that is under way may be older
     if (here === null || !work.ready) return;
     const annotation = await api.annotation(here, author(), { signal }).catch(() => null);
     if (annotation === null || work.run !== here) return;
@@ -264,7 +265,7 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       const [annotation, kept] = await Promise.all([read(wanted), outbox.load(wanted).catch(() => [])]);
       if (annotation === null || work.run !== wanted) return;
       void background.go(); // of this run nothing is left to it
-      work.confirmed = Object.fromEntries(annotation.docs.map((doc) => [doc.key, doc]));
+      work.confirm(annotation.docs);
       work.pending = kept;
       work.line = agreed(work.line, annotation);
       work.ready = true;
@@ -277,6 +278,7 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
         if (asCommand(command) !== null) edit(/** @type {Command} */ (command));
         else if (about) undoing.press(/** @type {'undo'|'redo'} */ (command.name));
       }
+      if (work.overtaken) void askAnew();
       void send();
     },
     close() {
@@ -298,12 +300,17 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
     redo: () => revert('redo'),
     hear(docs, op_id, by) {
       if (work.pending.some((mine) => mine.op_id === op_id)) return; // the answer to it is on its way
+      if (!work.ready) {
+        // without what the outbox still holds it would look as if that were lost
+        work.overtaken = true;
+        return work.confirm(docs);
+      }
       const looked = store.get().review?.selected ?? null;
       const there = looked !== null && !store.get().review?.docs[looked]?.gone;
       work.confirm(docs);
       const next = [work.line.done.at(-1), work.line.undone.at(-1)].flatMap((one) => one?.keys ?? []);
       // one's own work in another page, or what bars the way to one's own
-      if (work.ready && !work.stored.has(op_id) && (by === author() || docs.some(({ key }) => next.includes(key)))) void askAnew();
+      if (!work.stored.has(op_id) && (by === author() || docs.some(({ key }) => next.includes(key)))) void askAnew();
       work.show();
       const doc = there ? conflicts.leaveGone() : null;
       if (doc) toast(`Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`, { stays: true });

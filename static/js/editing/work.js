@@ -23,6 +23,8 @@ const REMEMBERED = 200;
 export function createWork(store, outbox) {
   const fresh = () => ({
     ready: false,
+    /** More has come, or may have, since the documents were asked for. */
+    overtaken: false,
     /** What the server has acknowledged. @type {Record<string, TrackDoc>} */
     confirmed: {},
     /** @type {Pending[]} */

@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
+import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
 import { describeUndone, named } from '../../../static/js/editing/words.js';
 import { correctedKeys } from '../../../static/js/review/shown_tracks.js';
 import { select } from '../../../static/js/store/actions/review.js';
@@ -272,6 +273,37 @@ test('an edit made before the corrections have come is shown, as unsaved, and se
   assert.deepEqual(server.log, ['set_box']);
   assert.deepEqual([review().unsaved.length, toasts.length], [0, 0]);
   assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
+});
+
+test('what others do while the corrections are read is shown with what an earlier visit left, never without it', async () => {
+  const outbox = createMemoryOutbox();
+  const { editor, server, review, store } = await createWorld(createServer(), outbox, null);
+  // the first of two has been sent out of the outbox; word of it comes while the documents are read, and of other work, too
+  const { docs } = await server.edit(RUN, { op_id: 'one', command: setBox('m1', 5, 20) }, { m1: 0 });
+  await outbox.put({ op_id: 'two', run: RUN, author: 'a', command: setBox('m1', 6, 30), seen: { m1: 1 } });
+  const read = server.annotation;
+  let asked = 0;
+  server.annotation = async () => {
+    const answer = structuredClone(await read());
+    if (asked++ === 0) {
+      editor.hear(docs, 'one', 'a');
+      editor.hear(server.other({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' }), 'theirs', 'b');
+    }
+    return answer;
+  };
+  /** @type {string[][]} */
+  const seen = [];
+  store.subscribe(() => {
+    const m1 = review().docs.m1;
+    if (m1) seen.push(Object.keys(m1.keys));
+  });
+  await editor.open(RUN);
+  await editor.settled();
+  assert.ok(seen.length > 0);
+  for (const frames of seen) assert.deepEqual(frames, ['5', '6']);
+  assert.equal(review().docs.m2.review, 'accepted', 'the answer was older than what came before it');
+  assert.deepEqual(Object.keys(server.docs.m1.keys), ['5', '6']);
+  assert.ok(asked > 1, 'what can be taken back was asked anew');
 });
 
 test('sentences call tracks by their names', () => {
