@@ -2,32 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
+from tests import pipeline_toys as toys
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.pipeline.inspection import inspect_gate, stored_pixels
 from tsr_engine.runs import RunRequest, track_video
-
-
-def load_toys() -> ModuleType:
-    path = Path(__file__).with_name("pipeline_toys.py")
-    spec = importlib.util.spec_from_file_location("toys_of_inspection", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["toys_of_inspection"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-toys = load_toys()
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import signal
 import subprocess
@@ -10,11 +9,11 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 import av
 import pytest
 
+from tests import pipeline_toys as toys
 from tsr_engine.errors import EvidenceError, StorageError, UsageError, VideoError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.video import open_video
@@ -23,19 +22,6 @@ from tsr_engine.runs import Progress, RunReport, RunRequest, track_video
 
 SCRIPT = Path(__file__).with_name("pipeline_toys.py")
 FRAMES = 100
-
-
-def load_toys() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("pipeline_toys", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["pipeline_toys"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-toys = load_toys()
 
 
 @pytest.fixture(scope="module")

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
+from tests import pipeline_toys as toys
 from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, StoredPixels, differences
 from tsr_engine.online.features import FEATURES
@@ -25,20 +23,6 @@ from tsr_engine.replay import ReplayReport, changed_parameters, check_models, re
 from tsr_engine.runs import RunRequest, track_video
 from tsr_engine.tracking import tracker
 from tsr_engine.tracking.track import Track
-
-
-def load_toys() -> ModuleType:
-    path = Path(__file__).with_name("pipeline_toys.py")
-    spec = importlib.util.spec_from_file_location("toys_of_replay", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["toys_of_replay"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-toys = load_toys()
 
 
 @pytest.fixture(scope="module")

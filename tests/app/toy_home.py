@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 import uuid
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from app.events import EventBus
@@ -18,24 +15,11 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.videos.table import pack
+from tests import pipeline_toys as toys
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.runs import RunRequest, track_video
-
-
-def _load_toys() -> ModuleType:
-    if "toys_of_home" not in sys.modules:
-        spec = importlib.util.spec_from_file_location("toys_of_home", Path(__file__).parents[1] / "pipeline_toys.py")
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules["toys_of_home"] = module
-        spec.loader.exec_module(module)
-    return sys.modules["toys_of_home"]
-
-
-toys = _load_toys()
 
 
 @dataclass

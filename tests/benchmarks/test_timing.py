@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -17,17 +15,9 @@ from benchmarks.timing.in_turn import Turns, scenes_in_turn
 from benchmarks.timing.long_run import NOTES, STEP, Seen, look_once, note_writer, repeated
 from benchmarks.timing.looped import RATE, SIZE, base_clip, looped
 from benchmarks.timing.notes import read_sections
+from tests import pipeline_toys as toys
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import open_video
-
-
-def _toys() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("toys_of_timing", Path(__file__).parents[1] / "pipeline_toys.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_everyone_has_every_picture_and_who_begins_changes() -> None:
@@ -80,7 +70,6 @@ def test_more_frames_than_the_drives_have_are_refused(tmp_path: Path, monkeypatc
 
 
 def test_a_long_run_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
-    toys = _toys()
     components = toys.components(toys.PARAMS)
     pictures = [toys.drive_picture(k) for k in range(20)]
     clip = [Seen(picture, components.detector.detect(picture), (0.0, 0.0)) for picture in pictures]
@@ -103,7 +92,6 @@ def test_a_long_run_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
 
 
 def test_what_was_seen_once_is_read_again(tmp_path: Path) -> None:
-    toys = _toys()
     video = toys.write_drive(tmp_path / "toy.mp4", 8)
     components = toys.components(toys.PARAMS)
     first = look_once(video, components, toys.PARAMS, tmp_path / "seen.json")

@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple
 
+from tests import pipeline_toys as toys
 from tsr_engine.bundle import BundleReport, BundleRequest, Expectation, make_bundle
 from tsr_engine.runs import RunRequest, track_video
-
-
-def _load_toys() -> ModuleType:
-    path = Path(__file__).parents[1] / "pipeline_toys.py"
-    spec = importlib.util.spec_from_file_location("toys_of_bundles", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["toys_of_bundles"] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 class Drive(NamedTuple):
@@ -38,7 +25,6 @@ class Drive(NamedTuple):
 
 def make_drive(folder: Path) -> Drive:
     """Track 75 frames with two signs: one in the frames 4 to 33, one from 44 on."""
-    toys = _load_toys()
     video = toys.write_drive(folder / "drive.mp4", 75)
     track_video(RunRequest(video, toys.PARAMS, folder / "run"), toys.components(toys.PARAMS))
     return Drive(toys, video, folder / "run")

@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from pathlib import Path
-from types import ModuleType
 
 import cv2
 import numpy as np
 import pytest
 
 import tsr_engine.pipeline
+from tests import pipeline_toys as toys
 from tsr_engine.cli.main import run
 from tsr_engine.io.models import load_component
 
 Capture = pytest.CaptureFixture[str]
-
-
-def load_toys() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("toys_of_eval", Path(__file__).parents[1] / "pipeline_toys.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-toys = load_toys()
 
 
 @pytest.fixture(autouse=True)

@@ -3,40 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import json
 from pathlib import Path
-from types import ModuleType
 
 import cv2
 import pytest
 
+from tests import pipeline_toys as toys
+from tests.detection.test_onnx import redness_network
 from tsr_engine.cli.main import run
 from tsr_engine.evidence import EvidenceReader
 
 pytest.importorskip("onnx")
 Capture = pytest.CaptureFixture[str]
-TESTS = Path(__file__).parents[1]
-
-
-def load(name: str, path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-toys = load("toys_of_onnx", TESTS / "pipeline_toys.py")
 
 
 @pytest.fixture(scope="module")
 def network(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One convolution that answers where the picture is red, for an input of 128x128."""
-    tiny = load("tiny_network", TESTS / "detection" / "test_onnx.py")
     path = tmp_path_factory.mktemp("onnx") / "red.onnx"
-    path.write_bytes(tiny.redness_network(128, 16, "v8"))
+    path.write_bytes(redness_network(128, 16, "v8"))
     return path
 
 

@@ -2,36 +2,23 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import signal
 import zlib
 from pathlib import Path
-from types import ModuleType
 
 import cv2
 import numpy as np
 import pytest
 
 import tsr_engine.pipeline
+from tests import pipeline_toys as toys
 from tsr_engine.cli import classify as classify_module
 from tsr_engine.cli import detect as detect_module
 from tsr_engine.cli.main import run
 
 Capture = pytest.CaptureFixture[str]
-
-
-def load_toys() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("toys_of_pictures", Path(__file__).parents[1] / "pipeline_toys.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-toys = load_toys()
 
 
 @pytest.fixture(autouse=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import json
 import os
@@ -12,12 +11,12 @@ import sys
 import time
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from types import ModuleType
 from typing import NamedTuple
 
 import pytest
 
 import tsr_engine.pipeline
+from tests import pipeline_toys as toys
 from tsr_engine.cli.main import run
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader
@@ -31,18 +30,6 @@ class Done(NamedTuple):
 
 TOY_CLI = Path(__file__).with_name("toy_cli.py")
 FRAMES = 60
-
-
-def load_toys() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("toys_of_cli", TOY_CLI.parents[1] / "pipeline_toys.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-toys = load_toys()
 
 
 def tsr(*arguments: object) -> Done:

@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
-
-def _load(name: str) -> ModuleType:
-    """The module beside this file; test folders are no packages."""
-    spec = importlib.util.spec_from_file_location(f"tsr_tests_io_{name}", Path(__file__).with_name(f"{name}.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+from tests.io import corpus as bar_coded
 
 
 @pytest.fixture(scope="session")
 def corpus() -> Any:
     """The module that makes videos."""
-    return _load("corpus")
+    return bar_coded
 
 
 @pytest.fixture(scope="session")

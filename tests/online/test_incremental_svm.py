@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,14 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from sklearn.svm import SVC
 
+from tests.online.exact_svc import EXTENDED, ExactSVC, centre
 from tsr_engine import IncrementalSVC
-
-_SPEC = importlib.util.spec_from_file_location("exact_svc", Path(__file__).with_name("exact_svc.py"))
-assert _SPEC is not None
-assert _SPEC.loader is not None
-_ORACLE = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(_ORACLE)
-EXTENDED, ExactSVC, centre = _ORACLE.EXTENDED, _ORACLE.ExactSVC, _ORACLE.centre
 
 Samples = tuple[NDArray[np.float64], NDArray[np.int64]]
 

@@ -2,48 +2,32 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
-
-def _load(name: str, path: Path) -> ModuleType:
-    """A module of another folder of tests; they are no packages."""
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, path)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
-TESTS = Path(__file__).parents[1]
-_load("recording_read_back", Path(__file__).with_name("read_back.py"))
+from tests.io import corpus as bar_coded
+from tests.recording import read_back as reading
+from tests.recording import scenes as evidence
 
 
 @pytest.fixture(scope="session")
 def scenes() -> Any:
     """Makes evidence."""
-    return _load("recording_scenes", Path(__file__).with_name("scenes.py"))
+    return evidence
 
 
 @pytest.fixture(scope="session")
 def read_back() -> Any:
     """Reads recordings."""
-    return sys.modules["recording_read_back"]
+    return reading
 
 
 @pytest.fixture(scope="session")
 def corpus() -> Any:
     """Makes awkward videos."""
-    return _load("recording_corpus", TESTS / "io" / "corpus.py")
+    return bar_coded
 
 
 @pytest.fixture(scope="session")
