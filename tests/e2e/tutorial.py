@@ -62,15 +62,6 @@ def _shot(page: Page, out: Path, name: str) -> None:
     cv2.imwrite(str(out / f"{name}.jpg"), picture, [cv2.IMWRITE_JPEG_QUALITY, 82])
 
 
-def _dialog(page: Page, dialog: dict[str, Any]) -> None:
-    page.evaluate(
-        "async dialog => { const page = await import('/static/js/store/actions/page.js');"
-        " tsr.store.dispatch(state => page.openDialog(state, dialog)); }",
-        dialog,
-    )
-    page.locator("dialog[open]").wait_for()
-
-
 def loop(server: LiveServer, page: Page, out: Path) -> None:
     """Walk the loop."""
     began = time.monotonic()
@@ -97,7 +88,8 @@ def loop(server: LiveServer, page: Page, out: Path) -> None:
     page.wait_for_function(f"() => tsr.store.get().review?.frame === {middle}")
     _shot(page, out, "review")
     step(f"{len(columns['id'])} tracks accepted")
-    _dialog(page, {"kind": "export"})
+    page.keyboard.press("Shift+e")
+    page.locator("dialog[open] input:checked + *", has_text=SHIPPED[0].video.name).wait_for()
     _shot(page, out, "export")
     page.keyboard.press("Escape")
     order = {"runs": [run], "format": "cvat-video", "states": ["accepted", "rejected"], "name": "corrections"}
