@@ -74,7 +74,9 @@ function writeRoute() {
   if (location.hash !== known) return readRoute();
   const { route, review } = store.get();
   if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return;
-  const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track: review.selected });
+  // the track that it names is selected once the tracks are there
+  const track = review.tracks === null ? review.selected ?? route.track : review.selected;
+  const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track });
   if (known !== wanted) history.replaceState(null, '', wanted);
   known = location.hash;
 }

@@ -31,6 +31,18 @@ const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'off
 const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBanner, state);
 
 /**
+ * Tracks and lanes. With the first ones the track that the address names is selected; after that the choice is the person's.
+ * @param {State} state
+ * @param {Pick<import('../state-types.js').ReviewState, 'tracks'|'lanes'>} found
+ * @returns {State}
+ */
+function putTracks(state, found) {
+  const named = state.route.screen === 'review' && state.review?.tracks === null && state.review.selected === null ? state.route.track : null;
+  const next = changeReview(state, found);
+  return named === null ? next : select(next, named);
+}
+
+/**
  * @typedef {object} Loader
  * @property {() => void} sync                 the state has changed
  * @property {() => Promise<void>} refresh     load tracks and lanes of the run anew
@@ -61,6 +73,9 @@ export function createLoader(app, hooks) {
   /** The request for the cursor's chunk that is on its way: for what was open, and since when. @type {{of: AbortController|null, since: number}|null} */
   let fetching = null;
   let followed = 0;
+  /** How often tracks were asked for, and which of the answers is there. */
+  let asks = 0;
+  let newest = 0;
   const resting = createRests();
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
@@ -134,10 +149,11 @@ export function createLoader(app, hooks) {
         const ready = changeReview(state, {
           timebase: createTimebase(table), run, span: { first: 0, last: Math.max(1, table.frames) },
         });
-        return seek(ready, route.frame ?? run?.first ?? 0);
+        // the address may have gone on meanwhile; from here on the cursor is the person's
+        const { frame } = state.route.screen === 'review' ? state.route : route;
+        return seek(ready, frame ?? run?.first ?? 0);
       });
       await Promise.all([run && load(run, signal), truths(video.id, signal)]);
-      if (run && route.track) store.dispatch((state) => select(state, route.track));
     } catch (thrown) {
       // of a video that is not there the screen itself says so
       if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
@@ -145,12 +161,21 @@ export function createLoader(app, hooks) {
     }
   }
 
+  /** Tracks and lanes of a run; null: what was asked later has come first. @param {string} run @param {AbortSignal} signal */
+  async function tracksOf(run, signal) {
+    const mine = ++asks;
+    const [tracks, lanes] = await Promise.all([api.tracks(run, { signal }), api.lanes(run, { signal })]);
+    if (mine < newest) return null;
+    newest = mine;
+    return { tracks, lanes };
+  }
+
   /** @param {Run} run @param {AbortSignal} signal */
   async function load(run, signal) {
     hooks.opened(run.id);
     if (run.state === 'queued' && run.frames_done === 0) return;
-    const [tracks, lanes] = await Promise.all([api.tracks(run.id, { signal }), api.lanes(run.id, { signal })]);
-    store.dispatch((state) => changeReview(state, { tracks, lanes }));
+    const found = await tracksOf(run.id, signal);
+    if (found) store.dispatch((state) => putTracks(state, found));
     offerEarlier(app, run, signal).catch((thrown) => fail(thrown, signal));
   }
 
@@ -263,13 +288,16 @@ export function createLoader(app, hooks) {
     for (const name of [...asked.keys()]) if (!name.startsWith('truth/')) asked.delete(name);
     resting.clear();
     try {
-      const [tracks, lanes] = await Promise.all([api.tracks(review.run.id, { signal }), api.lanes(review.run.id, { signal })]);
+      const found = await tracksOf(review.run.id, signal);
+      if (found === null) return;
       // tracks may have grown: lanes of others are asked for when they are selected, those that are looked at, now
-      store.dispatch((state) => changeReview(state, (now) => ({ tracks, lanes, laneOf: selectedLanes(now) })));
+      store.dispatch((state) => changeReview(putTracks(state, found), (now) => ({ laneOf: selectedLanes(now) })));
       for (const track of Object.keys(store.get().review?.laneOf ?? {})) lane(review.run.id, Number(track), signal);
       sync();
     } catch (thrown) {
       fail(thrown, signal);
+      // nothing else would bring what has been heard of
+      if (isOffline(thrown)) setTimeout(() => !signal.aborted && void refresh(), AGAIN);
     }
   }
 

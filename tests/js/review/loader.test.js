@@ -7,14 +7,18 @@ import { createLoader } from '../../../static/js/review/loader.js';
 import { changeReview, seek, select } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
+import { held } from '../held.js';
 
 const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
 
-/** A loader on an open run whose overlays come when the test says so. */
-async function create() {
+/**
+ * A loader on an open run whose overlays come when the test says so.
+ * @param {{answers?: Record<string, (...given: any[]) => Promise<any>>, track?: string|null}} [given]   requests that are answered otherwise; the track in the address
+ */
+async function create({ answers = {}, track = null } = {}) {
   const video = /** @type {any} */ ({ id: 'v', state: 'ready', latest_run: 'r', frames: 5000 });
   const run = /** @type {any} */ ({ id: 'r', state: 'complete', first: 0, frames_done: 5000 });
-  const store = createStore({ ...initialState(), route: { screen: 'review', video: 'v', run: 'r', frame: 0, track: null } });
+  const store = createStore({ ...initialState(), route: { screen: 'review', video: 'v', run: 'r', frame: 0, track } });
   /** @type {{first: number, come: () => void}[]} */
   const asked = [];
   /** Tracks whose lanes were asked for. @type {number[]} */
@@ -45,6 +49,7 @@ async function create() {
     overlays: (/** @type {string} */ _run, /** @type {number} */ first) => new Promise((resolve) => {
       asked.push({ first, come: () => resolve([{ frame: first, detections: [], tracks: [] }]) });
     }),
+    ...answers,
   });
   const load = async (/** @type {() => Promise<any>} */ get, /** @type {any} */ action) => {
     const found = await get();
@@ -182,4 +187,58 @@ test('a run laid over another one brings its tracks, and its corrections where t
   loader.showSecond('q');
   await turn();
   assert.deepEqual(store.get().review?.secondDocs, {});
+});
+
+test('the track that the address names is selected with the tracks, and what is selected then stays', async () => {
+  const truths = held();
+  const tracks = held();
+  const { store } = await create({ track: 'm1', answers: { truths: () => truths.promise, tracks: () => tracks.promise } });
+  assert.equal(store.get().review?.selected, null, 'without its tracks it could not be judged');
+  tracks.release({ id: [1, 2] });
+  await turn();
+  assert.equal(store.get().review?.selected, 'm1');
+  store.dispatch((state) => select(state, 'm2'));
+  truths.release([]);
+  await turn();
+  assert.equal(store.get().review?.selected, 'm2');
+});
+
+test('an address that goes on while its review is opened is followed', async () => {
+  const table = held();
+  const { store } = await create({ answers: { frameTable: () => table.promise, tracks: async () => ({ id: [1, 2] }) } });
+  store.dispatch((state) => ({ ...state, route: { screen: 'review', video: 'v', run: 'r', frame: 70, track: 'm2' } }));
+  table.release({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] });
+  await turn();
+  assert.equal(store.get().review?.frame, 70);
+  assert.equal(store.get().review?.selected, 'm2');
+});
+
+test('tracks that were asked for earlier and come later are not shown', async () => {
+  /** @type {ReturnType<typeof held>[]} */
+  const answers = [];
+  const { store, loader } = await create({ answers: { tracks: () => (answers.push(held()), answers[answers.length - 1].promise) } });
+  void loader.refresh();
+  await turn();
+  assert.equal(answers.length, 2);
+  answers[1].release({ id: [1, 2, 3] });
+  await turn();
+  answers[0].release({ id: [1] });
+  await turn();
+  assert.deepEqual(store.get().review?.tracks?.id, [1, 2, 3]);
+});
+
+test('tracks that could not be read because the server was away are read when it is back', async () => {
+  let away = false;
+  let id = [1];
+  const { store, loader } = await create({ answers: { tracks: async () => {
+    if (away) throw new ApiError(0, 'offline', 'No answer.');
+    return { id };
+  } } });
+  away = true;
+  id = [1, 2];
+  await loader.refresh();
+  away = false;
+  assert.deepEqual(store.get().review?.tracks?.id, [1]);
+  await new Promise((resolve) => setTimeout(resolve, 2100));
+  assert.deepEqual(store.get().review?.tracks?.id, [1, 2]);
 });
