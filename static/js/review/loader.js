@@ -338,6 +338,7 @@ export function createLoader(app, hooks) {
     follow(run) {
       const review = store.get().review;
       if (review === null || review.video.id !== run.video_id) return;
+      if (review.timebase === null) return; // it is being opened, with what has been heard
       if (review.run === null) {
         opened = ''; // the first run of this video: show it
         sync();

@@ -213,6 +213,17 @@ test('an address that goes on while its review is opened is followed', async () 
   assert.equal(store.get().review?.selected, 'm2');
 });
 
+test('a run that goes on does not begin the opening of its review anew', async () => {
+  const table = held();
+  let asked = 0;
+  const { store, loader } = await create({ answers: { frameTable: () => (asked++, table.promise) } });
+  for (const frames_done of [10, 20, 30]) loader.follow(/** @type {any} */ ({ id: 'r', video_id: 'v', state: 'running', frames_done }));
+  table.release({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] });
+  for (let i = 0; i < 5; i++) await turn();
+  assert.equal(asked, 1);
+  assert.equal(store.get().review?.run?.id, 'r');
+});
+
 test('tracks that were asked for earlier and come later are not shown', async () => {
   /** @type {ReturnType<typeof held>[]} */
   const answers = [];
