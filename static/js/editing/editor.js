@@ -18,7 +18,7 @@ import { changeReview } from '../store/actions/review.js';
 import { createConflicts } from './conflicts.js';
 import { createGrowth } from './growth.js';
 import { agreed, UNASKED } from './line.js';
-import { asCommand, rebased, revisionsSeen } from './pending.js';
+import { asCommand, givenUp, rebased, revisionsSeen } from './pending.js';
 import { docsFor } from './revisions.js';
 import { createPause, isPassing, leave, pauseAfter } from './sending.js';
 import { createUndoing } from './undoing.js';
@@ -73,11 +73,11 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
    * @param {Pending['command']} command
    * @param {import('../types.js').UndoTarget} [about]
    * @param {string} [gesture]
+   * @param {string} [op_id]
    * @returns {string} its op_id
    */
-  function enqueue(command, about, gesture) {
+  function enqueue(command, about, gesture, op_id = newId()) {
     const { review } = store.get();
-    const op_id = newId();
     growth.end();
     if (work.run === null || review === null) return op_id;
     edited();
@@ -85,6 +85,8 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
     if (!work.ready) {
       work.early = [...work.early, made];
       work.show();
+      // kept with what the person saw: tracks that nobody has touched
+      work.keep({ ...made, run: work.run, seen: revisionsSeen(review, {}, command) });
       return op_id;
     }
     const pending = { ...made, run: work.run, seen: revisionsSeen(review, work.confirmed, command), ...(gesture !== undefined && { growing: true }) };
@@ -228,8 +230,8 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
     }
   }
 
-  /** @param {Command} command @param {string|null} [of]   the run that it is meant for @param {string} [gesture] */
-  function edit(command, of = work.run, gesture) {
+  /** @param {Command} command @param {string|null} [of]   the run that it is meant for @param {string} [gesture] @param {string} [op_id] */
+  function edit(command, of = work.run, gesture, op_id) {
     const review = store.get().review;
     if (of !== work.run) {
       toast(`${describe(command.name)} was not possible: it was meant for the run that was open before.`, { tone: 'bad' });
@@ -245,16 +247,20 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
         return false;
       }
     }
-    if (gesture === undefined || !growth.goOn(command, gesture)) enqueue(command, undefined, gesture);
+    if (gesture === undefined || !growth.goOn(command, gesture)) enqueue(command, undefined, gesture, op_id);
     return true;
   }
 
-  /** What was made before the documents came is kept with what the person saw: tracks that nobody has touched. */
-  function keepEarly() {
-    const { review } = store.get();
-    const { run } = work;
-    if (review === null || run === null) return;
-    for (const one of work.early) work.keep({ ...one, run, seen: revisionsSeen(review, {}, one.command) });
+  /** What was made before the documents came is made on them; with what makes no sense on them goes what takes it back. @param {import('./work.js').Early[]} early */
+  function make(early) {
+    for (let left = early; left.length > 0;) {
+      const { op_id, command, about } = left[0];
+      const own = asCommand(command);
+      const made = own !== null ? edit(own, work.run, undefined, op_id) : about !== undefined && undoing.press(/** @type {'undo'|'redo'} */ (command.name), op_id);
+      const gone = made ? [left[0]] : givenUp(left, left[0]);
+      if (!made) for (const one of gone) outbox.remove(one.op_id).catch(() => {});
+      left = left.filter((one) => !gone.includes(one));
+    }
   }
 
   return {
@@ -266,24 +272,21 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
       if (annotation === null || work.run !== wanted) return;
       void background.go(); // of this run nothing is left to it
       work.confirm(annotation.docs);
-      work.pending = kept;
-      work.line = agreed(work.line, annotation);
-      work.ready = true;
       const made = work.early;
       work.early = [];
+      const before = kept.filter((one) => !made.some(({ op_id }) => op_id === one.op_id));
+      work.pending = before;
+      work.line = agreed(work.line, annotation);
+      work.ready = true;
       store.dispatch((state) => changeReview(state, { seq: annotation.seq }));
       work.show();
-      if (kept.length) toast(`${kept.length} change${kept.length === 1 ? '' : 's'} of an earlier visit ${kept.length === 1 ? 'is' : 'are'} being saved.`);
-      for (const { command, about } of made) {
-        if (asCommand(command) !== null) edit(/** @type {Command} */ (command));
-        else if (about) undoing.press(/** @type {'undo'|'redo'} */ (command.name));
-      }
+      if (before.length) toast(`${before.length} change${before.length === 1 ? '' : 's'} of an earlier visit ${before.length === 1 ? 'is' : 'are'} being saved.`);
+      make(made);
       if (work.overtaken) void askAnew();
       void send();
     },
     close() {
       growth.end();
-      keepEarly();
       work.begin(null);
       conflicts.end();
       // said again when the run is opened again

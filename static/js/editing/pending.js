@@ -153,7 +153,7 @@ export function parted(pending, refused) {
   return { held, left };
 }
 
-/** Whether an undo or redo is about an operation. @param {Pending} one @param {Pick<Pending, 'op_id'>} other */
+/** Whether an undo or redo is about an operation. @param {Pick<Pending, 'command'>} one @param {Pick<Pending, 'op_id'>} other */
 const isAbout = (one, { op_id }) => asCommand(one.command) === null && Reflect.get(one.command, 'op_id') === op_id;
 
 /**
@@ -167,9 +167,10 @@ export function standing(pending) {
 /**
  * What is to be given up with an operation that the server will never have: of an edit what takes it back; of an undo or redo
  * what turns it round, and what was to go on from it.
- * @param {readonly Pending[]} pending
- * @param {Pending} given
- * @returns {Pending[]} itself among them
+ * @template {Pick<Pending, 'op_id'|'command'>} T
+ * @param {readonly T[]} pending
+ * @param {T} given
+ * @returns {T[]} itself among them
  */
 export function givenUp(pending, given) {
   const of = asCommand(given.command) === null ? Reflect.get(given.command, 'op_id') : given.op_id;

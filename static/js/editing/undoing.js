@@ -18,7 +18,7 @@ import { describe, describeUndone, named } from './words.js';
  * @param {import('../state-types.js').Store} parts.store
  * @param {import('./work.js').Work} parts.work
  * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} parts.toast
- * @param {(command: {name: 'undo'|'redo', op_id: string}, about: UndoTarget) => string} parts.enqueue   its op_id
+ * @param {(command: {name: 'undo'|'redo', op_id: string}, about: UndoTarget, gesture?: undefined, op_id?: string) => string} parts.enqueue   its op_id
  * @param {() => Promise<void>} parts.refresh
  */
 export function createUndoing({ store, work, toast, enqueue, refresh }) {
@@ -37,15 +37,15 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
   /** Whether this page knows what became of the tracks. @param {UndoTarget} about */
   const isKnown = ({ op_id }) => work.steps.has(op_id) || [...work.pending, ...work.early].some((one) => one.op_id === op_id);
 
-  /** @param {'undo'|'redo'} what */
-  function press(what) {
+  /** @param {'undo'|'redo'} what @param {string} [as]   its op_id, where it has one already @returns {boolean} whether there is something */
+  function press(what, as) {
     const about = work.run === null ? null : work.next(what);
     if (about === null) {
       toast(`There is nothing to ${what}.`, { topic: 'undo' });
-      return;
+      return false;
     }
     const known = isKnown(about);
-    const op_id = enqueue({ name: what, op_id: about.op_id }, about);
+    const op_id = enqueue({ name: what, op_id: about.op_id }, about, undefined, as);
     const docs = store.get().review?.docs ?? {};
     if (known) {
       announce(what, about, about.keys.flatMap((key) => docs[key] ?? []));
@@ -55,6 +55,7 @@ export function createUndoing({ store, work, toast, enqueue, refresh }) {
       const why = store.get().connection === 'offline' ? 'The server cannot be reached' : 'The server is being asked';
       toast(`${why}: ${what}${which} follows its answer.`, { topic: 'undo' });
     }
+    return true;
   }
 
   /**

@@ -275,6 +275,28 @@ test('an edit made before the corrections have come is shown, as unsaved, and se
   assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
 });
 
+test('an edit made before the corrections have come is kept over a reload, and sent once', async () => {
+  const outbox = createMemoryOutbox();
+  const { editor, server, review, toasts } = await createWorld(createServer(), outbox, null);
+  const read = server.annotation;
+  let kept = /** @type {import('../../../static/js/editing/outbox.js').Pending[]} */ ([]);
+  server.annotation = async () => {
+    kept = await outbox.load(RUN);
+    return read();
+  };
+  const opened = editor.open(RUN);
+  editor.edit(setBox('m1', 5, 20));
+  editor.edit(setBox('m2', 60, 30));
+  editor.edit(setBox('m7', 60, 30)); // makes no sense, as the documents tell; what takes it back takes back nothing else
+  void editor.undo();
+  await opened;
+  await editor.settled();
+  assert.deepEqual(kept.map(({ command, seen }) => [command.name, seen]), [['set_box', { m1: 0 }], ['set_box', { m2: 0 }], ['set_box', { m7: 0 }], ['undo', {}]]);
+  assert.deepEqual(server.log, ['set_box', 'set_box']);
+  assert.deepEqual([review().unsaved.length, await outbox.all()], [0, []]);
+  assert.deepEqual(toasts.filter((text) => text.includes('earlier visit')), []);
+});
+
 test('what others do while the corrections are read is shown with what an earlier visit left, never without it', async () => {
   const outbox = createMemoryOutbox();
   const { editor, server, review, store } = await createWorld(createServer(), outbox, null);
