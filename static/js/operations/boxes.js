@@ -16,7 +16,7 @@ import { openDialog } from '../store/actions/page.js';
 import { askForClass, select, setMode, toggleMarked } from '../store/actions/review.js';
 import { plural } from '../views/format.js';
 import { toast } from '../views/toasts.js';
-import { editSelected, needsBox, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
+import { editSelected, needsBox, needsBoxes, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -184,7 +184,7 @@ export const boxes = [
   }),
   operation({
     id: 'key-frame', label: 'Set or remove a key frame', keys: ['K'], icon: 'key', group: GROUP,
-    tooltip: 'Keep this box, or let it go; where the track has no box, its nearest one is carried here (K)', disabled: needsTrack,
+    tooltip: 'Keep this box, or let it go; where the track has no box, its nearest one is carried here (K)', disabled: needsBoxes,
     run: (app) => {
       const { review } = app.store.get();
       if (!review?.selected) return;

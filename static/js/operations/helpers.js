@@ -8,7 +8,7 @@
  * @typedef {import('../types.js').Command} Command
  */
 import { reviewNotice } from '../model/review_notice.js';
-import { shownTrack } from '../review/shown_tracks.js';
+import { isAwaited, shownTrack } from '../review/shown_tracks.js';
 
 /** @param {State} state */
 export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null && reviewNotice(state) === 'none';
@@ -27,7 +27,15 @@ export function needsBox(state) {
   const missing = needsTrack(state);
   if (missing) return missing;
   const { review } = state;
-  return review?.selected && shownTrack(review, review.selected) ? null : 'The track has no box in this frame.';
+  return review?.selected && shownTrack(review, review.selected) ? null : needsBoxes(state) ?? 'The track has no box in this frame.';
+}
+
+/** What depends on whether the track has a box waits until that is known. @param {State} state @returns {string|null} */
+export function needsBoxes(state) {
+  const missing = needsTrack(state);
+  if (missing) return missing;
+  const { review } = state;
+  return review?.selected && isAwaited(review) && !shownTrack(review, review.selected) ? 'The boxes of this frame are on their way.' : null;
 }
 
 /**

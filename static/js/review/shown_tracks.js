@@ -97,6 +97,12 @@ export const correctedKeys = (review) => Object.values(review.docs).filter((doc)
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;
 
+/**
+ * Whether the engine's boxes of the cursor's frame are still on their way: a track without a box may have one there.
+ * @param {Pick<ReviewState, 'frame'|'overlays'|'run'>} review
+ */
+export const isAwaited = ({ frame, overlays, run }) => run !== null && run.first <= frame && frame < run.first + run.frames_done && overlays[frame] === undefined;
+
 /** The fused class of an engine track; null: it has none. @param {ReviewState} review @param {number} track @returns {number|null} */
 export const engineClass = (review, track) => classesOf(review).get(track) ?? null;
 

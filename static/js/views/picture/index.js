@@ -8,7 +8,7 @@ import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
 import { listed, trackName } from '../../model/track_name.js';
 import { LAYER_NAMES, SHORT_NAMES, switchLayer } from '../../operations/view.js';
-import { shownTrack } from '../../review/shown_tracks.js';
+import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
 import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';
@@ -176,7 +176,7 @@ export function createPicture(app) {
     }
     setText(hint, text);
     if (hint.title !== text) hint.title = text;
-    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.not_a_sign ? 'not a sign' : shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : ', no box here'}` : ''}`;
+    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.not_a_sign ? 'not a sign' : shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : absent ? ', no box here' : ''}` : ''}`;
     if (words !== said) setText(spoken, (said = words));
   }
 
@@ -260,10 +260,7 @@ function mergeHint({ marked, docs }) {
  * Whether all boxes of the picture on screen are there: those of the next one may still be on their way.
  * @param {NonNullable<State['review']>} review
  */
-function settledAt({ frame, shown, overlays, run }) {
-  const tracked = run !== null && run.first <= frame && frame < run.first + run.frames_done;
-  return shown === frame && (overlays[frame] !== undefined || !tracked);
-}
+const settledAt = (review) => review.shown === review.frame && !isAwaited(review);
 
 /**
  * The layers as switches, each with its key in its colour and line, and how many there are in the frame.
