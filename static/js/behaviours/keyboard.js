@@ -62,13 +62,16 @@ function isItsOwn(target, name) {
 /**
  * @param {App} app
  * @param {(reason: string) => void} refuse
+ * @param {() => void} [draw]   the page, now
  */
-export function listenToKeys(app, refuse) {
+export function listenToKeys(app, refuse, draw = () => {}) {
   /** @type {Map<string, import('../page-types.js').Operation>} */
   const byKey = new Map();
   for (const operation of app.operations) for (const key of operation.keys) byKey.set(key, operation);
 
   document.addEventListener('keydown', (event) => {
+    // one that was asked for since the last drawing gets what is typed for it: to the picture these letters would be commands
+    if (app.store.get().dialog !== null) draw();
     const name = keyNames(event).find((one) => byKey.has(one)) ?? '';
     const operation = byKey.get(name);
     if (!operation || event.defaultPrevented) return;

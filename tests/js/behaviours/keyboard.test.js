@@ -25,11 +25,14 @@ const PICTURE = new Part('[data-keys="picture"]|[tabindex="0"]');
 /** @type {string[]} */
 let done = [];
 let ended = new AbortController();
+/** The dialog that the state names, and whether it is drawn. @type {{asked: object|null, open: boolean}} */
+const dialog = { asked: null, open: false };
 
 beforeEach(() => {
   done = [];
   ended = new AbortController();
-  const page = Object.assign(new EventTarget(), { querySelector: () => null });
+  Object.assign(dialog, { asked: null, open: false });
+  const page = Object.assign(new EventTarget(), { querySelector: () => (dialog.open ? {} : null) });
   Object.assign(globalThis, { document: page, Element: Part });
   /** @param {string[]} keys @param {boolean} repeats */
   const operation = (keys, repeats) => ({ id: keys[0], keys, repeats, available: () => true, disabled: () => null, run: () => done.push(keys[0]) });
@@ -38,7 +41,7 @@ beforeEach(() => {
     ...['ArrowLeft', 'ArrowDown', 'Alt+ArrowLeft', 'Shift+ArrowDown', 'Home'].map((key) => operation([key], true)),
     operation(['Space'], false), operation(['Escape'], false),
   ];
-  listenToKeys(/** @type {any} */ ({ operations, store: { get: () => ({ review: null }) }, signal: ended.signal }), () => {});
+  listenToKeys(/** @type {any} */ ({ operations, store: { get: () => ({ review: null, dialog: dialog.asked }) }, signal: ended.signal }), () => {}, () => (dialog.open = true));
 });
 afterEach(() => {
   ended.abort();
@@ -119,4 +122,10 @@ test('what has the focus keeps the keys that it needs itself', () => {
   for (const key of ['a', 'ArrowLeft', 'Home']) assert.equal(press(key, {}, text), false);
   assert.deepEqual(done, []);
   assert.equal(press('Escape', {}, button), true);
+});
+
+test('what is typed before the dialog that was asked for is drawn is typed into it', () => {
+  dialog.asked = { kind: 'relabel' };
+  assert.equal(press('a'), false, 'the browser types it where the focus is');
+  assert.deepEqual([dialog.open, done], [true, []]);
 });
