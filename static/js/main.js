@@ -8,7 +8,7 @@ import { createBackground } from './editing/background.js';
 import { createEditor } from './editing/editor.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
 import { createFrames } from './frames/frames.js';
-import { formatRoute, parseRoute, samePlace } from './model/route.js';
+import { parseRoute, placeOf, samePlace } from './model/route.js';
 import { allOperations } from './operations/registry.js';
 import { createLoader } from './review/loader.js';
 import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
@@ -72,11 +72,8 @@ function writeRoute() {
   written = undefined;
   // somebody has just changed it, and the event that says so is on its way
   if (location.hash !== known) return readRoute();
-  const { route, review } = store.get();
-  if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return;
-  // the track that it names is selected once the tracks are there
-  const track = review.tracks === null ? review.selected ?? route.track : review.selected;
-  const wanted = formatRoute({ screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track });
+  const wanted = placeOf(store.get());
+  if (wanted === null) return;
   if (known !== wanted) history.replaceState(null, '', wanted);
   known = location.hash;
 }

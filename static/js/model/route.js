@@ -54,6 +54,21 @@ export function parseRoute(hash) {
 }
 
 /**
+ * The address of where one is in a review; null: it is not known yet, or not told while the video plays.
+ *
+ * @param {Pick<import('../state-types.js').State, 'route'|'review'>} state
+ * @returns {string|null}
+ */
+export function placeOf({route, review}) {
+  if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return null;
+  // while another run is opened, the one that is left is on the screen still
+  if (route.run !== null && review.run !== null && review.run.id !== route.run) return null;
+  // the track that the address names is selected once the tracks are there
+  const track = review.selected ?? (review.tracks === null ? route.track : null);
+  return formatRoute({screen: 'review', video: review.video.id, run: review.run?.id ?? route.run, frame: review.frame, track});
+}
+
+/**
  * Whether another address shows the same thing: the same screen, and on it the same run of the same video.
  *
  * @param {Route} before

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
-import {formatRoute, parseRoute, samePlace} from '../../../static/js/model/route.js';
+import {formatRoute, parseRoute, placeOf, samePlace} from '../../../static/js/model/route.js';
 import * as actions from '../../../static/js/store/actions/page.js';
 import {initialState} from '../../../static/js/store/initial.js';
 
@@ -60,6 +60,20 @@ test('another video or run is another place, another frame or track of it is not
   assert.ok(!same(`#/review/${video}/${other}`, run, newest));
   assert.ok(!same('#/files'));
   assert.ok(same('#/files', null, parseRoute('#/files')));
+});
+
+test('the address says where one is, and never the run that is being left', () => {
+  const [id, mine, next] = ['a'.repeat(64), 'b'.repeat(32), 'c'.repeat(32)];
+  const review = {video: video(id), timebase: {}, run: run(mine), tracks: {}, frame: 7, selected: 'm1', playing: false};
+  /** @param {string} hash @param {object} [more] */
+  const place = (hash, more = {}) => placeOf({route: parseRoute(hash), review: /** @type {any} */ ({...review, ...more})});
+  assert.equal(place(`#/review/${id}/-?frame=3`), `#/review/${id}/${mine}?frame=7&track=m1`);
+  assert.equal(place(`#/review/${id}/${next}?frame=3`), null, 'it is being opened');
+  assert.equal(place(`#/review/${id}/${next}?frame=3`, {run: null, selected: null}), `#/review/${id}/${next}?frame=7`, 'it is not there');
+  assert.equal(place(`#/review/${id}/${mine}?frame=3&track=m9`, {tracks: null, selected: null}), `#/review/${id}/${mine}?frame=7&track=m9`);
+  assert.equal(place(`#/review/${id}/${mine}?frame=3&track=m9`, {selected: null}), `#/review/${id}/${mine}?frame=7`);
+  for (const more of [{playing: true}, {timebase: null}, {video: video('other')}]) assert.equal(place(`#/review/${id}/${mine}`, more), null);
+  assert.equal(place('#/files'), null);
 });
 
 test('files and versions take their place, and leave it', () => {
