@@ -19,7 +19,7 @@ import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
 import { createNoteDrafts } from './views/note_drafts.js';
-import { recall, rememberedFewLabels, rememberedLayers, rememberedTheme } from './views/preferences.js';
+import { recall, rememberChoices, rememberedFewLabels, rememberedLayers, rememberedTheme } from './views/preferences.js';
 import { createShell } from './views/shell.js';
 import { endToasts, toast } from './views/toasts.js';
 
@@ -27,6 +27,7 @@ import { endToasts, toast } from './views/toasts.js';
 
 const ended = new AbortController();
 const store = createStore({ ...initialState(), theme: rememberedTheme(), layers: rememberedLayers(), fewLabels: rememberedFewLabels() });
+rememberChoices(store);
 const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
 const outbox = globalThis.indexedDB ? createOutbox() : createMemoryOutbox();

@@ -34,7 +34,6 @@ def test_layers_are_as_they_were_left_and_playing_begins_anew_at_the_end(desk: D
     page.keyboard.press("2")
     expected = [name for name in [*before, "truth"] if name != "predictions"]
     assert sorted(page.evaluate(shown)) == sorted(expected)
-    page.wait_for_timeout(100)  # the page remembers with its next picture
     page.reload()
     wait(page, lambda s: s["shown"] == s["frame"])
     assert sorted(page.evaluate(shown)) == sorted(expected)

@@ -37,21 +37,28 @@ export function rememberedLayers() {
   return /** @type {Layers} */ (Object.fromEntries(LAYERS.map((name) => [name, shown.has(name)])));
 }
 
-/** @param {Layers} layers */
-export function rememberLayers(layers) {
-  remember('layers', LAYERS.filter((name) => layers[name]).join(' '));
-}
-
 /** @returns {boolean} */
 export const rememberedFewLabels = () => recall('labels') === 'few';
-
-/** @param {boolean} few */
-export const rememberFewLabels = (few) => remember('labels', few ? 'few' : 'all');
 
 /** @returns {'light'|'dark'|'auto'} */
 export function rememberedTheme() {
   const value = recall('theme');
   return value === 'light' || value === 'dark' ? value : 'auto';
+}
+
+/**
+ * Remember theme, layers and labels when they are chosen, not with the next drawing: a reload may come before that.
+ *
+ * @param {import('../state-types.js').Store} store
+ */
+export function rememberChoices(store) {
+  let {theme, layers, fewLabels} = store.get();
+  store.subscribe((state) => {
+    if (state.theme !== theme) remember('theme', state.theme);
+    if (state.layers !== layers) remember('layers', LAYERS.filter((name) => state.layers[name]).join(' '));
+    if (state.fewLabels !== fewLabels) remember('labels', state.fewLabels ? 'few' : 'all');
+    ({theme, layers, fewLabels} = state);
+  });
 }
 
 /**

@@ -11,7 +11,7 @@ import {createModels} from './models.js';
 import {createReview} from './review.js';
 import {createToasts} from './toasts.js';
 import {createTopBar} from './topbar.js';
-import {applyTheme, remember, rememberFewLabels, rememberLayers} from './preferences.js';
+import {applyTheme} from './preferences.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -41,10 +41,6 @@ export function createShell(app) {
   let screen = null;
   /** @type {State['theme']|null} */
   let theme = null;
-  /** @type {State['layers']|null} */
-  let layers = null;
-  /** @type {boolean|null} */
-  let fewLabels = null;
   const system = matchMedia('(prefers-color-scheme: dark)');
   const follow = () => theme && applyTheme(theme);
   system.addEventListener('change', follow);
@@ -52,7 +48,6 @@ export function createShell(app) {
   /** @param {State} state */
   function showTheme(state) {
     if (state.theme === theme) return;
-    if (theme !== null) remember('theme', state.theme);
     theme = state.theme;
     applyTheme(theme);
   }
@@ -78,10 +73,6 @@ export function createShell(app) {
     element,
     update(state) {
       showTheme(state);
-      if (layers !== null && layers !== state.layers) rememberLayers(state.layers);
-      layers = state.layers;
-      if (fewLabels !== null && fewLabels !== state.fewLabels) rememberFewLabels(state.fewLabels);
-      fewLabels = state.fewLabels;
       bar.update(state);
       banners.update(state);
       showScreen(state);
