@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import Route, expect, sync_playwright
 
 from sample_videos import SHIPPED
 from tests.e2e.live_server import LiveServer
@@ -92,7 +92,13 @@ def test_what_can_be_compared_is_grouped_under_its_video(desk: Desk) -> None:
     expect(groups.first).to_have_attribute("label", "Runs of first.mp4")
     labels = [group.get_attribute("label") for group in groups.all()]
     assert labels == ["Runs of first.mp4", "Corrections on first.mp4", "Ground truth of first.mp4"]
+    held: list[Route] = []
+    page.route("**/truths", lambda route: held.append(route))
     page.get_by_label("Video", exact=True).last.select_option(label="second.mp4")
+    expect(page.get_by_role("dialog").get_by_role("button", name="Compare", exact=True)).to_be_disabled()
+    while not held:
+        page.wait_for_timeout(20)
+    held[0].continue_()
     expect(groups.first).to_have_attribute("label", "Runs of second.mp4")
     assert "other" in choice.locator("option").first.inner_text()
     assert "first.mp4" not in (choice.inner_html())

@@ -23,7 +23,7 @@ export function compareDialog({app, data, close, signal}) {
     video = videos.value;
     for (const select of [reference, candidate]) select.replaceChildren();
     delete candidate.dataset.chosen;
-    setText(error, '');
+    check(); // until its runs are there, there is nothing to compare
     void load();
   }}, ...usableVideos.map(({id, name}) => h('option', {value: id, selected: id === video}, name)));
   const reference = h('select', {class: 'select', id: 'compare-a', onchange: check});
