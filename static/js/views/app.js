@@ -8,6 +8,7 @@
  * @typedef {object} ViewApp
  * @property {{get: () => State, dispatch: (action: (state: State) => State) => void}} store
  * @property {import('../api/client.js').Api} api
+ * @property {import('../store/catch_up.js').CatchUp['load']} load   what the server is asked, into the store, never older than what was heard
  * @property {(command: Command, of?: string|null) => boolean} edit   apply at once, send, keep until the server has it;
  *   `of`: the run that it is meant for
  * @property {import('./note_drafts.js').NoteDrafts} notes   those that are half written

@@ -113,10 +113,7 @@ const runOf = (state, id) => (id === null ? undefined : Object.values(state.runs
  */
 function actionsOf(app, artefact) {
   if (isActive(artefact)) {
-    return [h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Cancel ${artefact.name}`, onclick: () => act(app, async () => {
-      const now = await app.api.cancelArtefact(artefact.id);
-      app.store.dispatch((state) => putArtefact(state, now));
-    })}, 'Cancel')];
+    return [h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Cancel ${artefact.name}`, onclick: () => act(app, async () => void await app.load(() => app.api.cancelArtefact(artefact.id), putArtefact))}, 'Cancel')];
   }
   const run = runOf(app.store.get(), artefact.run_id);
   const frame = artefact.options.frame ?? artefact.options.first;

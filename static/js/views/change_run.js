@@ -6,14 +6,13 @@ import { putRun } from '../store/actions/page.js';
 import { toast } from './toasts.js';
 
 /**
- * @param {Pick<import('./app.js').ViewApp, 'store'>} app
+ * @param {Pick<import('./app.js').ViewApp, 'load'>} app
  * @param {() => Promise<import('../types.js').Run>} call
  * @param {AbortSignal} [signal]   of a dialog: a refusal that comes after its end is not told
  */
 export async function changeRun(app, call, signal) {
   try {
-    const run = await call();
-    app.store.dispatch((state) => putRun(state, run));
+    await app.load(call, putRun);
   } catch (thrown) {
     if (!signal?.aborted) toast(sentence(thrown), { tone: 'bad' });
   }

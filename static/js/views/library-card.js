@@ -170,8 +170,7 @@ function actionsOf(app, video) {
  */
 async function retry(app, video) {
   try {
-    const again = await app.api.addVideo(video.path);
-    app.store.dispatch((state) => putVideo(state, again));
+    await app.load(() => app.api.addVideo(video.path), putVideo);
   } catch (thrown) {
     toast(sentence(thrown), {tone: 'bad'});
   }

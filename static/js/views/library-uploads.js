@@ -63,7 +63,8 @@ export function createUploads(app, signal) {
         return;
       }
       try {
-        const video = await app.api.uploadVideo(file, {
+        const before = app.store.get().videos;
+        const video = await app.load(() => app.api.uploadVideo(file, {
           signal: AbortSignal.any([stop.signal, signal]),
           onProgress: (sent, total) => {
             const part = total ? sent / total * 100 : 100;
@@ -71,9 +72,8 @@ export function createUploads(app, signal) {
             bar.setAttribute('aria-valuenow', String(Math.round(part)));
             setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
           },
-        });
-        const known = app.store.get().videos?.find(({id}) => id === video.id);
-        app.store.dispatch((state) => putVideo(state, video));
+        }), putVideo);
+        const known = before?.find(({id}) => id === video.id);
         if (known) toast(`${file.name} is in the library already${known.name === file.name ? '' : `, as ${known.name}`}.`);
         close();
       } catch (thrown) {

@@ -45,8 +45,8 @@ export function createModels(app) {
         },
       }}));
     }),
-    cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(await api.changeModel(version.id, 'cancel', {signal}))),
-    resume: (/** @type {ModelVersion} */ version) => void act(async () => put(await api.changeModel(version.id, 'resume', {signal}))),
+    cancel: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'cancel', {signal}))),
+    resume: (/** @type {ModelVersion} */ version) => void act(async () => put(() => api.changeModel(version.id, 'resume', {signal}))),
     remove: (/** @type {ModelVersion} */ version) => store.dispatch((state) => openDialog(state, {kind: 'confirm', data: {
       title: 'Delete this version?', confirm: 'Delete', danger: true, text: `${version.name} and its files are deleted. They cannot be brought back.`, note: 'A version that runs were made with, or that others come from, stays.',
       run: async () => {
@@ -57,8 +57,8 @@ export function createModels(app) {
     }})),
   };
 
-  /** @param {ModelVersion} version */
-  const put = (version) => store.dispatch((state) => putModel(state, version));
+  /** @param {() => Promise<ModelVersion>} ask */
+  const put = async (ask) => void await app.load(ask, putModel);
 
   /** @param {() => Promise<void>} what */
   async function act(what) {

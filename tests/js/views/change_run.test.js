@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
+import { createCatchUp } from '../../../static/js/store/catch_up.js';
 import { changeRun } from '../../../static/js/views/change_run.js';
 import { TOAST } from '../../../static/js/views/toasts.js';
 
@@ -12,9 +13,10 @@ const refuse = () => Promise.reject(new ApiError(409, 'not_resumable', 'Run 1 is
 /**
  * @param {() => Promise<any>} call
  * @param {AbortSignal} [signal]
+ * @param {any[]} [heard]   runs that the event stream brings before the answer
  * @returns {Promise<{runs: any[], told: string[]}>} what the page shows afterwards
  */
-async function changed(call, signal) {
+async function changed(call, signal, heard = []) {
   /** @type {any} */
   let state = { runs: { v: [BEFORE] }, review: null };
   /** @type {string[]} */
@@ -22,13 +24,23 @@ async function changed(call, signal) {
   const page = new EventTarget();
   page.addEventListener(TOAST, (event) => told.push(/** @type {CustomEvent} */ (event).detail.text));
   Object.assign(globalThis, { document: page });
-  await changeRun({ store: { get: () => state, dispatch: (action) => { state = action(state); } } }, call, signal);
+  const app = createCatchUp(/** @type {any} */ ({ get: () => state, dispatch: (/** @type {any} */ action) => { state = action(state); } }));
+  await changeRun(app, async () => {
+    const run = await call();
+    for (const data of heard) app.hear(/** @type {any} */ ({ kind: 'run', subject: 'r', data }));
+    return run;
+  }, signal);
   return { runs: state.runs.v, told };
 }
 
 test('what the server answers is shown', async () => {
   assert.deepEqual(await changed(async () => AFTER), { runs: [AFTER], told: [] });
   assert.deepEqual(await changed(async () => AFTER, AbortSignal.abort()), { runs: [AFTER], told: [] });
+});
+
+test('an answer that what was heard has overtaken does not take its place', async () => {
+  const later = { ...AFTER, state: 'running' };
+  assert.deepEqual((await changed(async () => AFTER, undefined, [later])).runs, [later]);
 });
 
 test('a refusal is told, unless it comes after the end of the dialog that asked', async () => {

@@ -63,8 +63,7 @@ export function addVideoDialog({app, close, signal}) {
     add.disabled = true;
     error.hidden = true;
     try {
-      const video = await app.api.addVideo(value, {signal});
-      app.store.dispatch((state) => putVideo(state, video));
+      const video = await app.load(() => app.api.addVideo(value, {signal}), putVideo);
       toast(`${video.name} is ${video.state === 'importing' ? 'being imported' : 'in the library'}.`);
       close();
     } catch (thrown) {

@@ -81,8 +81,8 @@ export function bundleDialog({app, close, signal}) {
     if ('error' in found || !review?.run) return;
     go.disabled = true;
     try {
-      const artefact = await app.api.makeBundle(review.run.id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal});
-      app.store.dispatch((state) => putArtefact(state, artefact));
+      const {id} = review.run;
+      const artefact = await app.load(() => app.api.makeBundle(id, {...found, note: note.value.trim(), ...(only?.input.checked && review.selected ? {tracks: [review.selected]} : {})}, {signal}), putArtefact);
       toast('The bundle is being made. It will be under Files.', {topic: `made-${artefact.id}`, action: {label: 'Files', run: () => {
         location.hash = '#/files';
       }}});

@@ -148,8 +148,7 @@ export function exportDialog({app, data, close, signal}) {
       switches: {...kept.switches, [found.request.format]: found.request.switches},
     }));
     try {
-      const artefact = await api.startExport(found.request, {signal});
-      store.dispatch((state) => putArtefact(state, artefact));
+      const artefact = await app.load(() => api.startExport(found.request, {signal}), putArtefact);
       const row = createArtefactRow(app, artefact);
       made = {row, id: artefact.id};
       shownMade = artefact;
@@ -171,8 +170,8 @@ export function exportDialog({app, data, close, signal}) {
       await new Promise((resolve) => setTimeout(resolve, 1500));
       if (signal.aborted) return;
       try {
-        now = await api.artefact(now.id, {signal});
-        store.dispatch((state) => putArtefact(state, now));
+        const {id} = now;
+        now = await app.load(() => api.artefact(id, {signal}), putArtefact);
         if (store.get().artefacts === null) made?.row.show(now);
       } catch (thrown) {
         if (signal.aborted || thrown instanceof ApiError && thrown.status === 404) return;

@@ -28,8 +28,7 @@ export function importBundleDialog({app, data, close, signal}) {
     if (!file || go.disabled) return;
     go.disabled = true;
     try {
-      const {video, run, report} = await app.api.importBundle(file, recall('author'), {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …')});
-      app.store.dispatch((state) => putRun(putVideo(state, video), run));
+      const {video, run, report} = await app.load(() => app.api.importBundle(file, recall('author'), {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …')}), (state, made) => putRun(putVideo(state, made.video), made.run));
       setText(error, '');
       go.hidden = true;
       drop.element.hidden = true;

@@ -120,8 +120,7 @@ export function importDialog({app, data, close, signal}) {
   /** @param {ImportResult} found */
   async function show(found) {
     if (found.kind === 'run') {
-      const made = await api.run(found.id, {signal});
-      store.dispatch((state) => putRun(state, made));
+      await app.load(() => api.run(found.id, {signal}), putRun);
     } else if (found.kind === 'annotation') {
       if (store.get().review?.run?.id === found.id) await app.editor.refresh();
     } else if (store.get().review?.video.id === data.video) {

@@ -31,8 +31,8 @@ export function recordDialog({app, close, signal}) {
     go.disabled = true;
     try {
       const frame = Math.min(found.stop - 1, Math.max(found.first, review.frame));
-      const artefact = await app.api.record(review.run.id, {...found, frame, track: review.selected}, {signal});
-      app.store.dispatch((state) => putArtefact(changeReview(state, {beside: null}), artefact));
+      const {id} = review.run;
+      await app.load(() => app.api.record(id, {...found, frame, track: review.selected}, {signal}), (state, artefact) => putArtefact(changeReview(state, {beside: null}), artefact));
       // The view lists what there is when it opens: one that stood open is opened anew, after it is gone.
       requestAnimationFrame(() => requestAnimationFrame(() => app.store.dispatch((state) => changeReview(state, {beside: 'recording'}))));
       toast('The recording is made; it opens beside the picture.', {tone: 'good'});

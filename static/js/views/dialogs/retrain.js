@@ -61,10 +61,9 @@ export function retrainDialog({app, data, close, signal}) {
     go.disabled = true;
     const folders = Object.fromEntries([['gtsdb', gtsdb.value.trim()], ['gtsrb', gtsrb.value.trim()]].filter(([, path]) => path));
     try {
-      const version = await api.train({
+      const version = await app.load(() => api.train({
         name: name.value.trim(), parts: parts.filter(({input}) => input.checked).map(({input}) => input.value), exports: chosen(), folders, seed: Number(seed.value), parent: parent.value || null,
-      }, {signal});
-      store.dispatch((state) => putModel(state, version));
+      }, {signal}), putModel);
       close();
       location.hash = '#/models';
       toast(`${version.name} is being made. Its card shows how far it is.`, {tone: 'good'}); // there

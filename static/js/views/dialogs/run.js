@@ -93,8 +93,8 @@ function newRun({app, data, signal, close}, frames) {
     start.disabled = true;
     setText(error, '');
     try {
-      const run = await app.api.startRun(data.video, {preset: preset.value, parameters: fields.changes(), first: wanted.first, stop: wanted.stop, name: name.value.trim()}, {signal});
-      app.store.dispatch((state) => putRun(state, run));
+      const order = {preset: preset.value, parameters: fields.changes(), first: wanted.first, stop: wanted.stop, name: name.value.trim()};
+      const run = await app.load(() => app.api.startRun(data.video, order, {signal}), putRun);
       toast('The run is started.', {tone: 'good', action: {label: 'Open', run: () => {
         close();
         location.hash = formatRoute({screen: 'review', video: run.video_id, run: run.id, frame: null, track: null});

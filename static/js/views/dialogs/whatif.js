@@ -50,9 +50,8 @@ export function whatIfDialog({app, data, close, signal}) {
     start.disabled = true;
     setText(error, '');
     try {
-      const run = await api.whatIf(parent.id, {parameters: fields.changes()}, {signal});
+      const run = await app.load(() => api.whatIf(parent.id, {parameters: fields.changes()}, {signal}), putRun);
       started = run.id;
-      store.dispatch((now) => putRun(now, run));
       show(run);
       void follow(run.id);
     } catch (thrown) {
@@ -71,8 +70,7 @@ export function whatIfDialog({app, data, close, signal}) {
       await new Promise((resolve) => setTimeout(resolve, 2000));
       if (signal.aborted) return;
       try {
-        const run = await api.run(id, {signal});
-        store.dispatch((now) => putRun(now, run));
+        const run = await app.load(() => api.run(id, {signal}), putRun);
         show(run);
       } catch (thrown) {
         if (!signal.aborted) setText(error, sentence(thrown));
