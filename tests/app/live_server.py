@@ -12,6 +12,7 @@ import uvicorn
 from toy_server import Server
 
 from app.cli.serve import ReviewServer
+from tests.patience import within
 
 __all__ = ["Live", "live"]
 
@@ -34,7 +35,7 @@ class Live:
     def start(self) -> None:
         """Serve; returns when requests are answered."""
         self.thread.start()
-        until = time.monotonic() + 30
+        until = time.monotonic() + within(30)
         while not self.uvicorn.started:
             assert self.thread.is_alive(), "the server has ended at once"
             assert time.monotonic() < until, "the server does not start"

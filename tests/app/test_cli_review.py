@@ -44,7 +44,7 @@ class Running:
         assert "/login/" in line, line
         self.link = line.split(" on ")[1].strip()
         self.base = self.link.split("/login/")[0]
-        until = time.monotonic() + 20
+        until = time.monotonic() + within(20)
         while time.monotonic() < until:
             try:
                 urllib.request.urlopen(self.base + "/", timeout=5).close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import cv2
@@ -11,6 +10,7 @@ import pytest
 
 from app.errors import Invalid, NotFound
 from app.evidence.crops import MARGIN
+from tests.patience import until
 from tsr_engine.io.video import open_video
 from tsr_engine.recognition.crops import cut
 
@@ -204,10 +204,7 @@ def test_the_explaining_process_ends_when_nobody_asks(home: Any) -> None:
     asker = Explainer(idle=0.1)
     folder = str(home.folder)
     assert asker.ask(Question(folder, folder, "", 999, 20)) is None
-    deadline = time.monotonic() + 10
-    while asker._process is not None and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert asker._process is None
+    until(lambda: asker._process is None)
     asker.close()
 
 

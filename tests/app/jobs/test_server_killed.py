@@ -41,7 +41,7 @@ class Reviewing:
         self.session.headers["Authorization"] = f"Bearer {SECRET}"
 
     def _address(self) -> str:
-        until = time.monotonic() + 30
+        until = time.monotonic() + within(30)
         while True:
             assert self.process.poll() is None, "the server has ended at once"
             assert time.monotonic() < until, "the server does not start"
@@ -55,7 +55,7 @@ class Reviewing:
 
     def call(self, method: str, path: str, **options: Any) -> Any:
         """One request; waits until the server listens."""
-        until = time.monotonic() + 20
+        until = time.monotonic() + within(20)
         while True:
             try:
                 answer = self.session.request(method, self.url + path, timeout=10, **options)
@@ -95,7 +95,7 @@ def reviewing(home: Path) -> Iterator[Reviewing]:
     finally:
         if made.process.poll() is None:
             made.process.send_signal(signal.SIGINT)
-        made.process.wait(20)
+        made.process.wait(within(20))
         made.session.close()
 
 
@@ -120,7 +120,7 @@ def test_kill_9_of_the_server_ends_its_worker_and_the_next_one_goes_on(
         worker = first.worker(run)
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
-        until = time.monotonic() + 6
+        until = time.monotonic() + within(6)
         while alive(worker):
             assert time.monotonic() < until, "the worker outlives its server"
             time.sleep(0.05)
