@@ -123,7 +123,7 @@ def edited(page: Page, act: Callable[[], object]) -> dict[str, Any]:
     # while the server is still asked, what can be undone has no name: its answer alone would look like a change
     before = (wait(page, lambda s: (s["undo"] or {}).get("op_id") != "")["undo"] or {}).get("op_id")
     act()
-    return wait(page, lambda s: s["unsaved"] == 0 and (s["undo"] or {}).get("op_id") != before)
+    return wait(page, lambda s: s["unsaved"] == 0 and (s["undo"] or {}).get("op_id") not in (before, ""))
 
 
 def zoom_in(page: Page) -> None:

@@ -218,8 +218,13 @@ def test_keyboard_alone(desk: Desk, page: Page) -> None:
     assert page.evaluate("document.activeElement.matches(':focus-visible')")
     choose(page, key)
     before = desk.documents().get(key, {}).get("revision", 0)
-    for nudge in ("ArrowRight", "Shift+ArrowDown", "Alt+ArrowRight"):
-        page.keyboard.press(nudge)
+    # in one task, for two that a busy machine brings a second apart are two edits
+    page.evaluate(
+        """() => { for (const key of [{key: 'ArrowRight'}, {key: 'ArrowDown', shiftKey: true}]) {
+        document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {...key, bubbles: true, cancelable: true}));
+        } }"""
+    )
+    page.keyboard.press("Alt+ArrowRight")
     # moved in a row is one edit, resized another
     wait(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("revision", 0) == before + 2)
     judged = edited(page, lambda: page.keyboard.press("a"))
@@ -232,7 +237,7 @@ def test_keyboard_alone(desk: Desk, page: Page) -> None:
     page.keyboard.press("F1")
     page.locator("dialog[open]").wait_for()
     page.keyboard.press("Escape")
-    assert page.locator("dialog[open]").count() == 0
+    page.locator("dialog[open]").wait_for(state="detached")
 
 
 def test_a_reload_in_the_middle_of_a_drag_changes_nothing(desk: Desk, page: Page) -> None:

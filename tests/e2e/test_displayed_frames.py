@@ -15,7 +15,7 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from tests.e2e.live_server import LiveServer
-from tests.e2e.review_desk import faultless
+from tests.e2e.review_desk import PATIENCE, faultless
 from tests.e2e.screenshots import CHROMIUM, FLAGS
 from tests.io import corpus
 
@@ -79,7 +79,7 @@ def page(server: LiveServer) -> Iterator[Page]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         with faultless(browser.new_page(viewport={"width": 1280, "height": 720})) as page:
-            page.set_default_timeout(20_000)
+            page.set_default_timeout(1000 * PATIENCE)
             page.goto(server.link())
             page.wait_for_function("() => globalThis.tsr?.store.get().session")
             yield page

@@ -12,7 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
-from tests.e2e.review_desk import Desk, open_desk, saved, state, to_long_track, wait
+from tests.e2e.review_desk import Desk, choose_label, open_desk, saved, state, to_long_track, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, PATIENCE, SCENES, quiet, serious
 
 pytestmark = [
@@ -82,9 +82,7 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     assert box == pytest.approx([start[0] + 10, start[1] + 1, start[2] + 11, start[3] + 1], abs=0.1)
     # relabel with type-ahead; the focus comes back to the picture
     page.keyboard.press("l")
-    page.locator("dialog[open]").wait_for()
-    page.keyboard.type("keep right")
-    page.keyboard.press("Enter")
+    choose_label(page, "keep right")
     wait(page, lambda s: s["docs"][key]["class_id"] == 38 and s["unsaved"] == 0)
     assert page.evaluate(FOCUSED)["stage"]
     # another key frame, interpolation, occlusion
@@ -162,6 +160,7 @@ def test_focus_is_always_visible_and_never_trapped(page: Page) -> None:
 def test_every_key_stands_in_the_tooltip_of_something_in_sight(page: Page) -> None:
     """Tab, Enter and the arrows are the mouse in the picture: a click selects and marks, a drag moves and resizes."""
     wait(page, lambda s: s["shown"] == s["frame"])
+    quiet(page)  # some buttons are there with the tracks, once they are drawn
     missing = page.evaluate(
         """async () => {
           const { allOperations } = await import('/static/js/operations/registry.js');
@@ -314,6 +313,7 @@ def test_tracks_are_marked_for_a_merge_in_the_queue(desk: Desk, page: Page) -> N
     wait(page, lambda s: s["mode"] == "merge" and s["marked"] == [first])
     page.keyboard.press("m")
     expect(page.get_by_text("Mark a second track first")).to_be_visible()
+    expect(page.locator(".queue-marked")).to_have_count(1)
     other = page.locator(".queue-row:not(.queue-marked)").first
     second = other.get_attribute("data-key")
     other.click()

@@ -87,6 +87,8 @@ def test_the_input_takes_several_and_a_bad_one_does_not_stop_the_others(page: Pa
     page.get_by_label("Video files to upload").set_input_files([chosen[0], wrong, chosen[1]])
     for name in ("drive 0.mp4", "broken.mp4", "drive 1.mp4"):
         bar(page, name)
+    while not gate.held:
+        page.wait_for_timeout(20)
     page.wait_for_timeout(300)
     assert len(gate.held) == 1, "one after the other"
     gate.let_go()

@@ -43,6 +43,16 @@ MOUNT = """async () => {
   view.update(tsr.store.get());
   tsr.store.subscribe(() => view.update(tsr.store.get()));
 }"""
+# What the page asks of the viewer, as soon as that has done it.
+COUNT = """() => {
+  globalThis.controlled = 0;
+  const {prototype} = wasm_bindgen.WebHandle, control = prototype.viewer_control;
+  prototype.viewer_control = async function (...asked) {
+    const answer = await control.apply(this, asked);
+    globalThis.controlled++;
+    return answer;
+  };
+}"""
 ACT = "async ([name, value]) => tsr.store.dispatch((await import('/static/js/store/actions/review.js'))[name], value)"
 
 
@@ -113,8 +123,13 @@ def test_a_recording_opens_at_the_frame_and_both_sides_follow_each_other(page: P
     # The viewer is where the page is: one frame on from there is the next one.
     press(page, "ArrowRight")
     wait(page, "() => tsr.store.get().review.frame === 21")
+    viewer = next(frame for frame in page.frames if "viewer" in frame.url and frame != page.main_frame)
+    viewer.evaluate(COUNT)
     page.evaluate(ACT, ["seek", 50])
-    page.wait_for_timeout(500)
+    until = time.monotonic() + PATIENCE
+    while viewer.evaluate("globalThis.controlled") == 0:  # a key that came before would be about where it was
+        assert time.monotonic() < until, "the viewer has not gone there"
+        page.wait_for_timeout(100)
     press(page, "ArrowLeft")
     wait(page, "() => tsr.store.get().review.frame === 49")
 

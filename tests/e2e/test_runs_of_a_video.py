@@ -12,9 +12,11 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
+from playwright.sync_api import expect
+
 from sample_videos import SHIPPED
 from tests.e2e.review_desk import PATIENCE, Desk, choose_label, edited, next_long_track, open_desk, tracked, wait
-from tests.e2e.screenshots import CHROMIUM
+from tests.e2e.screenshots import CHROMIUM, quiet
 
 pytestmark = [
     pytest.mark.slow,
@@ -64,7 +66,7 @@ def test_another_class_keeps_source_score_and_lanes(desk: Desk, tmp_path: Path) 
     assert now["docs"][key]["keys"] == {}
     page.locator(".lanes-detail").wait_for()
     assert page.evaluate("k => tsr.store.get().review.laneOf[Number(k.slice(1))]", key) == lane
-    assert "stop" in page.locator(".lanes-detail-name").inner_text()
+    expect(page.locator(".lanes-detail-name")).to_contain_text("stop")
 
 
 def test_a_sign_of_none_of_the_classes_and_the_way_back_to_the_engines(desk: Desk) -> None:
@@ -139,12 +141,13 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(desk: Desk) -> N
     edited(page, lambda: choose_label(page, "stop"))
     wait(page, lambda s: s["docs"][key]["class_id"] == 14 and s["unsaved"] == 0)
     for told_again in (True, False):
-        page.locator(".topbar-run").select_option(later)
+        with page.expect_response(f"**/runs/{later}/earlier"):
+            page.locator(".topbar-run").select_option(later)
         wait(page, lambda s: s["run"] == later and s["docs"] and s["overlay"] is not None)
         if told_again:
             notice.get_by_role("button", name="Hide this warning").click()
-        page.wait_for_timeout(500)
-        assert notice.count() == 0
+        quiet(page)
+        expect(notice).to_have_count(0)
         page.locator(".topbar-run").select_option(desk.run)
         wait(page, lambda s: s["run"] == desk.run)
 
