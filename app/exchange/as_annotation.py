@@ -101,10 +101,10 @@ def annotate(
         if base is not None and run is not None:
             base, run = joined(base, run, ((doc, shown[name]) for name, doc in free.items()))
         over = None if base is None or run is None else alike(track, run, base, size, THIN_PX)
-        if run is not None and over is not None and not free and _same(track, run, over):
+        old = present.get(key, TrackDoc(key=key))
+        if run is not None and over is not None and not free and _same(track, run, over, old):
             found.same += 1
             continue
-        old = present.get(key, TrackDoc(key=key))
         if base is None or over is None or over.run is None:
             document, thinner = _made(key, track, engine_label(old, labels))
         else:
@@ -186,10 +186,10 @@ def _merged_words(names: list[str]) -> str:
     return f"Tracks {', '.join(names[:most])}{more} of the run lie on tracks of the file too, and became part of them."
 
 
-def _same(track: Track, shown: Track, found: Alike) -> bool:
-    """Whether a track of the run shows already what the file says, as far as a file can say it."""
+def _same(track: Track, shown: Track, found: Alike, old: TrackDoc) -> bool:
+    """Whether a track of the run shows already what the file says, and has its notes, as far as a file can say it."""
     judged = track.state in REVIEWS and track.state not in ("open", shown.state)
-    return not judged and as_shown(track, found)
+    return not judged and not new_notes(track.notes, "", old) and as_shown(track, found)
 
 
 def _made(key: str, track: Track, engine: int | None) -> tuple[TrackDoc, bool]:

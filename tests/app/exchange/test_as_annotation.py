@@ -112,6 +112,17 @@ def test_a_track_that_shows_it_already_is_let_alone() -> None:
     assert annotate([cut], {"m7": outside}, there, "ada", SIZE).same == 1, "importers cut at the picture's edge"
 
 
+def test_a_note_alone_comes_along_and_once() -> None:
+    track = line("m7", notes=((3, "bent"),))
+    there = {"m7": engine_doc(7, 0, 9)}
+    found = annotate([track], {"m7": line("m7")}, there, "ada", SIZE)
+    assert (found.changed, found.same) == (1, 0)
+    noted = found.documents["m7"]
+    assert [(note.frame, note.text, note.author) for note in noted.notes] == [(3, "bent", "ada")]
+    assert noted.model_copy(update={"notes": ()}) == there["m7"], "its boxes stay the engine's"
+    assert annotate([track], {"m7": track}, {"m7": noted}, "ada", SIZE).same == 1, "it is there already"
+
+
 def test_none_of_the_classes_is_a_word_and_the_engines_own_class_is_nobodys() -> None:
     there, run = {"m7": engine_doc(7, 0, 9)}, {"m7": line("m7")}
     none = annotate([line("m7", label=-1)], run, there, "ada", SIZE).documents["m7"]
