@@ -48,8 +48,9 @@ class Cell(Model):
     """Boxes of one reference class that the candidate calls another."""
 
     reference: int | None
-    """None: a sign of no known class, or, with a candidate class, nothing there."""
+    """None: nothing there; -1: a sign of none of the classes."""
     candidate: int | None
+    """None: missed; -1: found, and called none of the classes."""
     count: int
     frames: list[int]
     lasts: list[int]
@@ -61,6 +62,7 @@ class Confusion(Model):
     """Matched boxes by class; missed ones have no candidate class, false ones no reference class."""
 
     classes: list[int]
+    """Those that occur, -1 behind all others."""
     cells: list[Cell]
 
 
@@ -126,7 +128,7 @@ def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Conf
     frame = np.concatenate(
         [reference.frame[found.reference], reference.frame[found.missed], candidate.frame[found.false]]
     )
-    nothing = -2  # unlike -1, a sign of no known class
+    nothing = -2  # unlike -1, a sign of none of the classes
     ours = np.concatenate(
         [
             reference.class_id[found.reference],
@@ -150,8 +152,8 @@ def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Conf
         firsts, tracks = [p[0] for p in places], [p[2] for p in places]
         cells.append(
             Cell(
-                reference=None if a < 0 else a,
-                candidate=None if b < 0 else b,
+                reference=None if a == nothing else a,
+                candidate=None if b == nothing else b,
                 count=len(rows),
                 frames=firsts,
                 lasts=[p[1] for p in places],
@@ -159,30 +161,8 @@ def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Conf
                 partners=[None] * len(places) if a == nothing else partners.at(firsts, tracks),
             )
         )
-    classes = sorted({int(c) for c in np.concatenate([ours, theirs]) if c >= 0})
-    return Confusion(classes=classes, cells=_merged(cells))
-
-
-def _merged(cells: list[Cell]) -> list[Cell]:
-    """Cells of one address joined: no known class and nothing there are both told as None."""
-    found: dict[tuple[int | None, int | None], Cell] = {}
-    for cell in cells:
-        key = cell.reference, cell.candidate
-        before = found.get(key)
-        found[key] = (
-            cell
-            if before is None
-            else Cell(
-                reference=cell.reference,
-                candidate=cell.candidate,
-                count=before.count + cell.count,
-                frames=(before.frames + cell.frames)[:MOST],
-                lasts=(before.lasts + cell.lasts)[:MOST],
-                tracks=(before.tracks + cell.tracks)[:MOST],
-                partners=(before.partners + cell.partners)[:MOST],
-            )
-        )
-    return list(found.values())
+    classes = {int(c) for c in np.concatenate([ours, theirs]) if c != nothing}
+    return Confusion(classes=sorted(classes, key=lambda c: (c < 0, c)), cells=cells)
 
 
 _Place = tuple[int, int, str]

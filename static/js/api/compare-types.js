@@ -18,8 +18,8 @@
 
 /**
  * @typedef {object} Cell
- * @property {number|null} reference             null: no sign there, or one of no known class
- * @property {number|null} candidate             null: missed
+ * @property {number|null} reference             null: no sign there; -1: one of none of the classes
+ * @property {number|null} candidate             null: missed; -1: found, and called none of the classes
  * @property {number} count                      boxes
  * @property {number[]} frames
  * @property {number[]} lasts

@@ -1,6 +1,7 @@
 // @ts-check
 /** The confusion matrix: a table that is also a heat map; right cells are on the diagonal. */
 
+import {className} from '../model/label_words.js';
 import {h} from './dom.js';
 import {count, plural} from './format.js';
 
@@ -10,7 +11,7 @@ import {count, plural} from './format.js';
 /** @typedef {import('../types.js').Label} Label */
 
 /**
- * Rows, columns and cells in the order of the table; `null` stands for "no class" and comes last.
+ * Rows, columns and cells in the order of the table; `null` stands for what one side does not have, and comes last.
  *
  * @param {Comparison['confusion']} confusion
  * @returns {{rows: (number|null)[], columns: (number|null)[], cell: (row: number|null, column: number|null) => Cell|undefined, most: number}}
@@ -29,6 +30,16 @@ export function arrangeConfusion({classes, cells}) {
 }
 
 /**
+ * What a cell says, as the title of its places.
+ * @param {Pick<Cell, 'reference'|'candidate'>} cell
+ * @param {readonly Label[]} labels
+ */
+export function cellWords({reference, candidate}, labels) {
+  if (candidate === null) return `${className(labels, reference)}, missed`;
+  return `${reference === null ? 'Nothing there' : className(labels, reference)}, called ${className(labels, candidate)}`;
+}
+
+/**
  * @param {Comparison} found
  * @param {readonly Label[]} labels
  * @param {(places: Places) => void} show
@@ -36,17 +47,14 @@ export function arrangeConfusion({classes, cells}) {
  */
 export function createConfusion(found, labels, show) {
   const {rows, columns, cell, most} = arrangeConfusion(found.confusion);
-  /** @param {number|null} id */
-  const name = (id) => id === null ? null : labels.find((label) => label.id === id)?.name ?? `class ${id}`;
   /** @param {number|null} id @param {string} none */
   const head = (id, none) => {
     const label = labels.find((other) => other.id === id);
-    return h('span', {class: 'matrix-head', title: name(id) ?? none}, label && h('img', {src: label.picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, name(id) ?? none));
+    const words = id === null ? none : className(labels, id);
+    return h('span', {class: 'matrix-head', title: words}, label && h('img', {src: label.picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, words));
   };
   /** @param {Cell} entry */
   const tone = (entry) => entry.reference === entry.candidate ? 'right' : 'wrong';
-  /** @param {Cell} entry */
-  const says = (entry) => entry.candidate === null ? `${name(entry.reference) ?? 'Unknown sign'}, missed` : entry.reference === null ? `Nothing there, called ${name(entry.candidate)}` : `${name(entry.reference)}, called ${name(entry.candidate)}`;
   return h('section', {class: 'compare-confusion', 'aria-labelledby': 'confusion-title'},
     h('h2', {id: 'confusion-title'}, 'Confusion of classes'),
     rows.length === 0 ? h('p', {class: 'muted'}, 'No boxes to compare in these frames.') : h('div', {class: 'matrix-frame', role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0},
@@ -59,7 +67,8 @@ export function createConfusion(found, labels, show) {
             if (!entry) return h('td');
             // A root brings out the few wrong ones beside many right ones.
             const heat = Math.sqrt(entry.count / most);
+            const says = cellWords(entry, labels);
             return h('td', {class: `matrix-cell matrix-${tone(entry)} ${heat > 0.55 ? 'matrix-strong' : ''}`, style: {'--heat-part': heat.toFixed(3)}},
-              h('button', {type: 'button', title: `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says(entry)}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says(entry), side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, partners: entry.partners, places: entry.frames.length})}, count(entry.count)));
+              h('button', {type: 'button', title: `${says}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says, side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, partners: entry.partners, places: entry.frames.length})}, count(entry.count)));
           })))))));
 }

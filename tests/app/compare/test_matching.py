@@ -127,6 +127,22 @@ def test_every_figure_opens_its_places() -> None:
     }
 
 
+def test_a_sign_of_none_of_the_classes_is_neither_missed_nor_nothing() -> None:
+    reference = table([*line(1, range(4), 0.0, -1), *line(2, range(4), 100.0), *line(3, range(4), 200.0, -1)], "t")
+    candidate = table(
+        [*line(1, range(4), 0.0, -1), *line(2, range(4), 100.0, -1), *line(9, range(3), 50.0, -1)],
+        "m",
+    )
+    found = confusion(reference, candidate, match(reference, candidate))
+    assert {(cell.reference, cell.candidate): (cell.count, cell.tracks, cell.partners) for cell in found.cells} == {
+        (-1, -1): (4, ["t1"], ["m1"]),
+        (14, -1): (4, ["t2"], ["m2"]),
+        (-1, None): (4, ["t3"], [None]),
+        (None, -1): (3, ["m9"], [None]),
+    }
+    assert found.classes == [14, -1]
+
+
 def test_the_page_knows_whose_tracks_a_figure_is_about() -> None:
     page = Path(__file__).parents[3] / "static" / "js" / "views" / "compare-figures.js"
     sides = dict(re.findall(r"^  (\w+): \{label: .* side: '(\w+)'", page.read_text(encoding="utf-8"), re.MULTILINE))

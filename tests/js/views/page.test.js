@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
 import {arrange} from '../../../static/js/views/library.js';
-import {arrangeConfusion} from '../../../static/js/views/compare-confusion.js';
+import {arrangeConfusion, cellWords} from '../../../static/js/views/compare-confusion.js';
 import {sides, viewOf} from '../../../static/js/views/compare-places.js';
 import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
 import {lacking} from '../../../static/js/views/dialogs/add-video.js';
@@ -103,7 +103,7 @@ test('help groups keep the order and search keys too', () => {
   assert.deepEqual(groupOperations(operations, 'ctrl+z').map(([, [found]]) => found.id), ['b']);
 });
 
-test('a confusion matrix has its rows and columns in order, no class last', () => {
+test('a confusion matrix has its rows and columns in order, what one side lacks last', () => {
   /** @param {number|null} reference @param {number|null} candidate @param {number} count */
   const cell = (reference, candidate, count) => ({reference, candidate, count, frames: [], lasts: [], tracks: [], partners: []});
   const found = arrangeConfusion({classes: [4, 13], cells: [cell(4, 4, 9), cell(4, null, 2), cell(null, 13, 1)]});
@@ -112,6 +112,21 @@ test('a confusion matrix has its rows and columns in order, no class last', () =
   assert.equal(found.cell(4, null)?.count, 2);
   assert.equal(found.cell(4, 13), undefined);
   assert.equal(found.most, 9);
+});
+
+test('a sign of none of the classes is neither missed nor nothing', () => {
+  const labels = /** @type {any} */ ([{id: 14, name: 'stop'}]);
+  /** @param {number|null} reference @param {number|null} candidate */
+  const words = (reference, candidate) => cellWords({reference, candidate}, labels);
+  assert.equal(words(14, -1), 'stop, called none of the classes');
+  assert.equal(words(-1, null), 'none of the classes, missed');
+  assert.equal(words(null, -1), 'Nothing there, called none of the classes');
+  assert.equal(words(14, null), 'stop, missed');
+  assert.equal(words(null, 14), 'Nothing there, called stop');
+  /** @param {number|null} reference @param {number|null} candidate */
+  const cell = (reference, candidate) => ({reference, candidate, count: 1, frames: [], lasts: [], tracks: [], partners: []});
+  const found = arrangeConfusion({classes: [14, -1], cells: [cell(-1, -1), cell(14, -1), cell(null, -1), cell(-1, null)]});
+  assert.deepEqual([found.rows, found.columns], [[14, -1, null], [-1, null]]);
 });
 
 test('a place opens with both sides in view', () => {
