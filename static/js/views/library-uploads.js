@@ -9,6 +9,22 @@ import {icon} from './icons.js';
 import {toast} from './toasts.js';
 
 /**
+ * Send one file, and put its video into the library.
+ *
+ * @param {Pick<import('../page-types.js').App, 'store'|'api'|'load'>} app
+ * @param {File} file
+ * @param {Parameters<import('../page-types.js').App['api']['uploadVideo']>[1]} [options]
+ * @returns {Promise<string|null>} what is to be said of it; null: it is new
+ */
+export async function sendVideo({store, api, load}, file, options) {
+  // as it is now: of a new video the server tells every page, this one too, before it answers the upload
+  const known = store.get().videos ?? [];
+  const video = await load(() => api.uploadVideo(file, options), putVideo);
+  const there = known.find(({id}) => id === video.id);
+  return there ? `${file.name} is in the library already${there.name === file.name ? '' : `, as ${there.name}`}.` : null;
+}
+
+/**
  * @param {import('../page-types.js').App} app
  * @param {AbortSignal} signal
  * @returns {{element: HTMLElement, add: (files: File[]) => void}}
@@ -63,8 +79,7 @@ export function createUploads(app, signal) {
         return;
       }
       try {
-        const before = app.store.get().videos;
-        const video = await app.load(() => app.api.uploadVideo(file, {
+        const there = await sendVideo(app, file, {
           signal: AbortSignal.any([stop.signal, signal]),
           onProgress: (sent, total) => {
             const part = total ? sent / total * 100 : 100;
@@ -72,9 +87,8 @@ export function createUploads(app, signal) {
             bar.setAttribute('aria-valuenow', String(Math.round(part)));
             setText(words, sent === total ? 'Checked by the server …' : `${bytes(sent)} of ${bytes(total)}`);
           },
-        }), putVideo);
-        const known = before?.find(({id}) => id === video.id);
-        if (known) toast(`${file.name} is in the library already${known.name === file.name ? '' : `, as ${known.name}`}.`);
+        });
+        if (there) toast(there);
         close();
       } catch (thrown) {
         if (thrown instanceof ApiError && thrown.code === 'aborted') close();
