@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from fastapi import FastAPI, Request
-from fastapi.responses import JSONResponse, RedirectResponse, Response
+from fastapi import FastAPI
 from starlette.middleware.gzip import GZipMiddleware
 
 from app import rerun_pages
@@ -29,11 +28,11 @@ from app.api import (
     videos,
     viser,
 )
-from app.context import Context, build_context
-from app.errors import error_body
+from app.context import build_context
 from app.failures import Shaped, handle_failures
+from app.login import mount_login
 from app.pages import mount_pages
-from app.security.guard import Guard, cookie_name
+from app.security.guard import Guard
 from app.settings import Settings
 from app.startup import start, stop
 from tsr_engine.version import __version__
@@ -95,30 +94,10 @@ def create_app(settings: Settings) -> FastAPI:
         app.include_router(module.router, prefix="/api")
     app.include_router(rerun_pages.router)
     app.include_router(viser.router)
-    _login(app, context)
+    mount_login(app, context.tokens)
     mount_pages(app)
     handle_failures(app)
     app.add_middleware(GZipMiddleware, minimum_size=2048, compresslevel=3)
     app.add_middleware(Shaped)
     app.add_middleware(Guard, tokens=context.tokens, hosts=settings.hosts, body_max=settings.body_max_kb * 1024)
     return app
-
-
-def _login(app: FastAPI, context: Context) -> None:
-    @app.get("/login/{link}", include_in_schema=False)
-    def login(link: str, request: Request) -> Response:
-        if not context.tokens.use_link(link):
-            return JSONResponse(
-                error_body("unauthorised", "This link has been used. 'tsr review' prints a new one."), status_code=401
-            )
-        answer = RedirectResponse("/", status_code=303)
-        port = (request.scope.get("server") or ("", 0))[1] or 0
-        answer.set_cookie(
-            cookie_name(port),
-            context.tokens.cookie,
-            max_age=30 * 86400,
-            httponly=True,
-            samesite="strict",
-            secure=request.url.scheme == "https",
-        )
-        return answer

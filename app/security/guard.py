@@ -19,7 +19,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from app.errors import error_body
 from app.security.tokens import Tokens
 
-__all__ = ["CSP", "Guard", "cookie_name"]
+__all__ = ["CSP", "Guard", "cookie_name", "known"]
 
 CSP: Final = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'; connect-src 'self'; "
@@ -36,6 +36,20 @@ _MOST_DIGITS: Final = 18
 def cookie_name(port: int) -> str:
     """Cookies do not tell ports apart, so their name does."""
     return f"tsr_{port}"
+
+
+def known(tokens: Tokens, scope: Scope) -> bool:
+    """Whether a request carries a credential."""
+    headers = Headers(scope=scope)
+    kind, _, bearer = headers.get("authorization", "").partition(" ")
+    server = scope.get("server") or ("", 0)
+    if tokens.accepts(bearer=bearer.strip() if kind.lower() == "bearer" else None):
+        return True
+    return any(
+        tokens.accepts(cookie=cookie)
+        for header in headers.getlist("cookie")
+        for cookie in _cookies(header, cookie_name(server[1] or 0))
+    )
 
 
 class Guard:
@@ -94,7 +108,7 @@ class Guard:
         if unsafe and not _same_origin(headers, host, scope["scheme"]):
             return 403, "bad_origin", "The request comes from another page. Use the page of this server."
         path = scope["path"]
-        if not (path in _OPEN_EXACT or path.startswith(_OPEN)) and not self._known(headers, scope):
+        if not (path in _OPEN_EXACT or path.startswith(_OPEN)) and not known(self.tokens, scope):
             return 401, "unauthorised", "Open the link that the terminal shows ('tsr review' prints a new one)."
         length = headers.get("content-length", "0")
         if len(length) > _MOST_DIGITS or not (length.isascii() and length.isdigit()):
@@ -102,17 +116,6 @@ class Guard:
         if not _UPLOADS.fullmatch(path) and int(length) > self.body_max:
             return 413, "too_large", f"The body has {length} bytes, allowed are {self.body_max}."
         return None
-
-    def _known(self, headers: Headers, scope: Scope) -> bool:
-        kind, _, bearer = headers.get("authorization", "").partition(" ")
-        server = scope.get("server") or ("", 0)
-        if self.tokens.accepts(bearer=bearer.strip() if kind.lower() == "bearer" else None):
-            return True
-        return any(
-            self.tokens.accepts(cookie=cookie)
-            for header in headers.getlist("cookie")
-            for cookie in _cookies(header, cookie_name(server[1] or 0))
-        )
 
 
 class _Limited:

@@ -50,6 +50,23 @@ def test_a_link_opens_the_page_once(server: Server) -> None:
     assert server.stranger().get("/login/guess").status_code == 401
 
 
+def test_a_used_link_lets_in_who_is_in_and_tells_others_what_to_do(server: Server) -> None:
+    path = server.client.post("/api/session/links").json()["path"]
+    browser = server.stranger()
+    page = {"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"}
+    browser.get(path)
+    again = browser.get(path, headers=page)
+    assert (again.status_code, again.headers["location"]) == (303, "/")
+    stranger = server.stranger()
+    other = stranger.get(path, headers=page)
+    assert other.status_code == 303
+    assert "set-cookie" not in other.headers
+    told = stranger.get(other.headers["location"])
+    assert (told.status_code, "This link has been used" in told.text) == (200, True)
+    program = server.stranger().get(path)
+    assert (program.status_code, program.json()["error"]["code"]) == (401, "unauthorised")
+
+
 def test_the_cookie_outlives_a_restart(server: Server) -> None:
     name = cookie_name(80)
     headers = {"Cookie": f"{name}={server.context.tokens.cookie}"}
