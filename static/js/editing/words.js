@@ -22,7 +22,7 @@ const NAMES = {
   restore_track: 'Track restored',
   add_key: 'Key frame set',
   remove_key: 'Key frame removed',
-  interpolate: 'Boxes interpolated',
+  interpolate: 'Line between boxes changed',
   set_occluded: 'Occlusion marked',
   set_outside: 'Out of sight marked',
   set_not_a_sign: 'Marked as no sign',

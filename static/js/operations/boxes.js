@@ -65,6 +65,25 @@ function around(state) {
 }
 
 /**
+ * Lay boxes on a line between two key frames, or take them off it. A drawn track has such lines from the beginning, so what
+ * has happened is said.
+ *
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {(text: string, options: import('../views/toasts.js').ToastOptions) => void} [say]
+ */
+export function interpolate(app, say = toast) {
+  const state = app.store.get();
+  const range = around(state);
+  const doc = state.review?.selected ? state.review.docs[state.review.selected] : undefined;
+  if (!range || !doc) return;
+  const [first, last] = range;
+  const value = !doc.keys[first].interpolate;
+  if (!editSelected(app, { name: 'interpolate', first, last, value })) return;
+  const without = doc.segments.length ? 'The engine’s boxes stand again' : 'There are no boxes any more';
+  say(value ? `Boxes lie on a line between frames ${first} and ${last}.` : `${without} between frames ${first} and ${last}; press I again for the line.`, { topic: 'interpolate' });
+}
+
+/**
  * What a merge hides: tracks of one sign have no box in the same frame, so who merges two signs is told. What was added
  * before counts as well as the first one.
  *
@@ -199,13 +218,9 @@ export const boxes = [
   }),
   operation({
     id: 'interpolate', label: 'Interpolate between key frames', keys: ['I'], icon: 'interpolate', group: GROUP,
+    tooltip: 'Boxes on a straight line between the key frames around the cursor, or not any more (I)',
     disabled: (state) => needsTrack(state) ?? (around(state) ? null : 'Correct the box in two frames first.'),
-    run: (app) => {
-      const state = app.store.get();
-      const range = around(state);
-      const doc = state.review?.selected ? state.review.docs[state.review.selected] : undefined;
-      if (range && doc) editSelected(app, { name: 'interpolate', first: range[0], last: range[1], value: !doc.keys[range[0]].interpolate });
-    },
+    run: (app) => interpolate(app),
   }),
   operation({
     id: 'outside', label: 'Out of sight from here on', keys: ['O'], icon: 'outside', group: GROUP, disabled: needsTrack,

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { boxes, create, drawn, mergeWords } from '../../../static/js/operations/boxes.js';
+import { boxes, create, drawn, interpolate, mergeWords } from '../../../static/js/operations/boxes.js';
 import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
 import { createWorld } from '../editing/world.js';
@@ -129,5 +129,27 @@ test('behind a track’s end there is nothing to delete and nothing to take out 
     'Track #1 shows nothing from frame 120 on. There is nothing to delete.', 'Track #1 shows nothing from frame 120 on. It is out of sight already.',
   ]);
   assert.match(toasts[2], /nothing on one side of frame 120/);
+  end();
+});
+
+test('I says which way it went: a drawn track has its lines from the beginning', async () => {
+  const { store, editor, review, end } = await createWorld();
+  /** @type {string[]} */
+  const said = [];
+  const app = { store, edit: editor.edit };
+  const press = () => interpolate(app, (text) => said.push(text));
+  create(app, { key: 'h1', frame: 0, box: BOX }, 14);
+  store.dispatch((state) => changeReview(state, { selected: 'h1', frame: 20 }));
+  press();
+  assert.deepEqual(said, [], 'one key frame has nothing to lie between');
+  drawn(app, [20, 20, 50, 60], true);
+  press();
+  press();
+  await editor.settled();
+  assert.equal(review().docs.h1.keys[0].interpolate, true);
+  assert.deepEqual(said, [
+    'There are no boxes any more between frames 0 and 20; press I again for the line.',
+    'Boxes lie on a line between frames 0 and 20.',
+  ]);
   end();
 });
