@@ -32,6 +32,7 @@
  * @property {number} most             of all buckets
  */
 import { NO_CLASS } from './documents.js';
+import { className } from './label_words.js';
 import { clamp } from './geometry.js';
 import { packIntervals } from './interval_packing.js';
 
@@ -46,6 +47,13 @@ const GAP = 4;
 
 /** @param {TrackEntry} entry */
 const classIdOf = (entry) => (entry.not_a_sign ? NOT_A_SIGN : entry.class_id ?? NO_CLASS);
+
+/**
+ * What stands on a bar.
+ * @param {readonly import('../types.js').Label[]} labels
+ * @param {number} classId   as the index has it
+ */
+export const barName = (labels, classId) => (classId === NOT_A_SIGN ? 'not a sign' : className(labels, classId === NO_CLASS ? null : classId));
 
 /**
  * @param {readonly TrackEntry[]} entries

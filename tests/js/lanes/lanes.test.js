@@ -5,7 +5,7 @@ import { detailColumns, placeAt } from '../../../static/js/model/detail_columns.
 import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/model/gate_lane.js';
 import { hashBits } from '../../../static/js/model/hash_bits.js';
 import { packIntervals } from '../../../static/js/model/interval_packing.js';
-import { CORRECTED, NOT_A_SIGN, barAt, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
+import { CORRECTED, NOT_A_SIGN, barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
 import { countsAs, sentencesOf, short, sourceAt, symmetryAt, symmetryHint, verdictAt } from '../../../static/js/model/plain_words.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
@@ -83,6 +83,11 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
     { ...accepted, h1: emptyDoc({ track: 2, first: 3, last: 9 }) },
     {},
   ])) assert.equal(judgedLaneIndex(once, entriesOf(other), accepted, other), null);
+});
+
+test('every bar is named, also one without a class', () => {
+  const labels = /** @type {any} */ ([{ id: 14, name: 'stop' }]);
+  assert.deepEqual([14, 3, -1, NOT_A_SIGN].map((id) => barName(labels, id)), ['stop', 'class 3', 'no class', 'not a sign']);
 });
 
 test('queue, lanes and inspector share one list of tracks', () => {

@@ -6,7 +6,7 @@
  */
 import { countFlips } from '../../model/gate_lane.js';
 import { detailColumns, placeAt } from '../../model/detail_columns.js';
-import { NOT_A_SIGN, NO_CLASS, barAt, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
+import { barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
 import { short, symmetryHint } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
@@ -59,7 +59,6 @@ export function createLanes(app) {
   let scheduled = 0;
   /** A selected track whose row has not come into view yet. @type {string|null} */ let awaited = null;
   /** @type {Map<number, {text: string, width: number}>} */ const names = new Map();
-  const nothing = { text: '', width: 0 };
   const dirty = { overview: true, tracks: true, detail: true };
 
   const review = () => app.store.get().review;
@@ -74,11 +73,10 @@ export function createLanes(app) {
 
   /** @param {number} classId */
   const label = (classId) => {
-    if (classId === NO_CLASS) return nothing;
     let found = names.get(classId);
     if (found === undefined) {
       const ctx = parts.tracks.getContext('2d');
-      const text = classId === NOT_A_SIGN ? 'not a sign' : state?.labels.find((one) => one.id === classId)?.name ?? `class ${classId}`;
+      const text = barName(state?.labels ?? [], classId);
       if (ctx) ctx.font = palette.smallFont;
       found = { text, width: ctx ? ctx.measureText(text).width : 0 };
       names.set(classId, found);
@@ -295,7 +293,7 @@ export function createLanes(app) {
     const bar = index.barOf.get(r.selected ?? '');
     const values = lane !== null || !r.selected ? '' : isLoaded(r.selected, doc, r.laneOf) ? 'the engine has no values of it' : 'loading…';
     const gone = doc?.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc?.gone ? 'deleted' : '';
-    const facts = (bar === undefined ? [gone] : [label(index.classId[bar]).text || 'no class', values]).filter(Boolean);
+    const facts = (bar === undefined ? [gone] : [label(index.classId[bar]).text, values]).filter(Boolean);
     setText(parts.detailName, r.selected && facts.length ? [`Track ${trackName(r.selected, doc)}`, ...facts].join(' · ') : '');
   }
 
