@@ -99,7 +99,7 @@ function verdictOf(now, before, direction) {
 
 /** What the figures are from: `150 pictures, 220 signs`. @param {Record<string, any>} now @returns {string} */
 function countsOf(now) {
-  const parts = COUNTS.filter((name) => typeof now[name] === 'number').map((name) => `${now[name].toLocaleString('en-GB')} ${name}`);
+  const parts = COUNTS.filter((name) => typeof now[name] === 'number').map((name) => `${now[name].toLocaleString('en-GB')} ${now[name] === 1 ? name.slice(0, -1) : name}`);
   if (parts.length) return `${parts.join(', ')}.`;
   const [inner] = Object.values(now).filter(isRecord);
   return inner ? countsOf(inner) : '';

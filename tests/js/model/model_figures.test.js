@@ -19,6 +19,11 @@ test('a version without an earlier one has values alone, nested ones too', () =>
   assert.equal(groups[0].of, '3 pictures.');
 });
 
+test('one sign is not called one signs', () => {
+  const [group] = figureGroups({ corrections: { new: { ap50: 1, pictures: 13, signs: 1, crops: 1300 }, parent: {} } });
+  assert.equal(group.of, '13 pictures, 1 sign, 1,300 crops.');
+});
+
 test('what is new is called new, what is no number is left out', () => {
   const [group] = figureGroups({ gtsdb: { new: { ap50: 1, text: 'x', odd: NaN, signs_right: 0.5 }, parent: { ap50: 1 } } });
   assert.deepEqual(group.rows.map(({ name, verdict }) => [name, verdict]), [['ap50', 'same'], ['signs_right', 'new']]);
