@@ -2,13 +2,13 @@
 /** The picture with its layers, a legend that switches them, and a line that says where one is. */
 
 import { NO_CLASS } from '../../model/documents.js';
-import { fit, revealed, toScreen } from '../../model/geometry.js';
+import { fit, toScreen } from '../../model/geometry.js';
 import { className } from '../../model/label_words.js';
 import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
 import { listed, trackName } from '../../model/track_name.js';
 import { LAYER_NAMES, SHORT_NAMES, switchLayer } from '../../operations/view.js';
-import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
+import { shownTrack } from '../../review/shown_tracks.js';
 import { draftOf, seek, setPlaying, setViewport } from '../../store/actions/review.js';
 import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';
@@ -18,6 +18,7 @@ import { icon } from '../icons.js';
 import { runName } from '../run-words.js';
 import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
+import { createSight, settledAt } from './sight.js';
 
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
@@ -79,12 +80,7 @@ export function createPicture(app) {
   /** @type {Map<number, string>} */
   let names = new Map();
   let said = '';
-  /** The track has been selected and is not in sight yet. */
-  let sought = false;
-  /** @type {string|null} */
-  let selected = null;
-  /** The frame in which the selected track was seen to have no box. @type {number|null} */
-  let lacking = null;
+  const sight = createSight();
 
   const observer = new ResizeObserver(() => {
     const place = stage.getBoundingClientRect();
@@ -180,26 +176,6 @@ export function createPicture(app) {
     if (words !== said) setText(spoken, (said = words));
   }
 
-  /**
-   * Bring a track that has just been selected, or has just got a box here, into a view that shows a part only.
-   * @param {NonNullable<State['review']>} review
-   */
-  function reveal(review) {
-    sought ||= selected !== review.selected;
-    selected = review.selected;
-    if (fitted || !selected) {
-      sought = false;
-      return;
-    }
-    if (!settledAt(review)) return;
-    const shown = shownTrack(review, selected);
-    const wanted = sought || lacking === review.frame;
-    lacking = shown ? null : review.frame;
-    sought = false;
-    const view = shown && wanted && !review.drag ? revealed(review.viewport, size, shown.box) : review.viewport;
-    if (view !== review.viewport) app.store.dispatch((state) => setViewport(state, view));
-  }
-
   /** @param {State} state */
   function update(state) {
     const { review } = state;
@@ -219,7 +195,8 @@ export function createPicture(app) {
       refit(review);
       return;
     }
-    reveal(review);
+    const view = sight.viewOf(review, size, fitted);
+    if (view !== review.viewport) app.store.dispatch((now) => setViewport(now, view));
     if (before && before.viewport !== review.viewport) {
       const whole = fit({ width: review.video.width ?? 1, height: review.video.height ?? 1 }, size);
       fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;
@@ -255,12 +232,6 @@ function mergeHint({ marked, docs }) {
   if (marked.length === 1) return `Track ${names} is marked: click the others, then press M. Escape ends.`;
   return `Tracks ${names} are marked: press M to merge them into the first, or click more. Escape ends.`;
 }
-
-/**
- * Whether all boxes of the picture on screen are there: those of the next one may still be on their way.
- * @param {NonNullable<State['review']>} review
- */
-const settledAt = (review) => review.shown === review.frame && !isAwaited(review);
 
 /**
  * The layers as switches, each with its key in its colour and line, and how many there are in the frame.
