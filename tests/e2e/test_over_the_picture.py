@@ -8,7 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from tests.e2e.review_desk import Desk, state, wait
+from tests.e2e.review_desk import Desk, choose_label, drag, saved, state, wait
 from tests.e2e.screenshots import CHROMIUM
 
 pytestmark = [
@@ -93,3 +93,13 @@ def test_another_tau_leads_from_track_to_track_that_it_would_change(desk: Desk, 
     expect(page.locator(".lanes-flipping")).to_be_visible()
     page.get_by_role("button", name="Reset").click()
     expect(told).to_be_hidden()
+
+
+def test_there_is_no_tau_to_reset_before_one_was_dragged(page: Page) -> None:
+    page.keyboard.press("n")
+    wait(page, lambda s: s["mode"] == "draw")
+    drag(page, (100, 120), (160, 175))
+    choose_label(page, "stop")
+    assert saved(page)["selected"][0] == "h"
+    expect(page.get_by_text("the engine has no values of it")).to_be_visible()
+    expect(page.get_by_role("button", name="Reset")).to_be_hidden()

@@ -234,6 +234,8 @@ export function createLanes(app) {
 
   /** @param {ReviewState} r @param {number} frame */
   function showValues(r, frame) {
+    parts.reset.hidden = r.tau === null;
+    setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${short(r.tau)}`);
     if (columns === null || lane === null) return;
     const at = placeAt(columns.frame, frame);
     const here = at >= 0 && columns.frame[at] === frame ? at : -1;
@@ -255,8 +257,6 @@ export function createLanes(app) {
     parts.flips.classList.toggle('lanes-flipping', flips.total > 0);
     const unit = palette.unit;
     slider.update({ tau, domain: columns.domain, top: 4 * unit, height: SUB_LANES[0].height * unit - 8 * unit, dragged: r.tau !== null, flips });
-    parts.reset.hidden = r.tau === null;
-    setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${short(r.tau)}`);
   }
 
   /** @param {ReviewState} r */
