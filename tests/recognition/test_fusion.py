@@ -39,6 +39,15 @@ class TestWeight:
     def test_a_tiny_weight_does_not_vanish(self) -> None:
         assert frame_weight(1000, params("scale", delta=0.5)) > 0
 
+    @pytest.mark.parametrize(("delta", "scale"), [(0.1, 48.0), (0.1, 1e-300), (0.1, 1000.0), (1000.0, 1e-300)])
+    def test_the_ends_of_the_ranges_give_weights(self, delta: float, scale: float) -> None:
+        for side in (0.0, 1.0, 48.0, 16384.0):
+            assert 0 < frame_weight(side, params("scale", delta, scale)) < math.inf
+
+    def test_a_delta_whose_square_vanishes_is_refused(self) -> None:
+        with pytest.raises(ValueError, match="fusion_delta"):
+            params("scale", delta=1e-300)
+
     @pytest.mark.parametrize("side", [-1.0, math.nan, math.inf])
     def test_a_bad_scale_is_refused(self, side: float) -> None:
         with pytest.raises(ValueError, match="scale"):

@@ -125,6 +125,8 @@ def test_a_doubtful_detection_moves_a_track_less() -> None:
     assert clear > moved(4.0) > moved(0.0) > 0
     assert moved(0.0, noise_score=0.0) == pytest.approx(clear)
     assert PARAMS.doubt(PARAMS.clear_score - 1) == pytest.approx(np.exp(PARAMS.noise_score))
+    # However doubtful: a measurement that moves next to nothing, not a number that doubles cannot hold.
+    assert 0 <= moved(0.0, clear_score=1e308) < 1e-6
 
 
 def test_a_single_false_detection_is_forgotten() -> None:

@@ -16,5 +16,5 @@ class FusionParams(Section):
         "clamped",
         description="scale: Eq. 5; clamped: Eq. 5 with full weight above fusion_scale; equal: all frames alike",
     )
-    fusion_delta: float = Field(20.0, gt=0, le=1000, description="delta of Eq. 5, px")
+    fusion_delta: float = Field(20.0, ge=0.1, le=1000, description="delta of Eq. 5, px")
     fusion_scale: float = Field(48.0, gt=0, le=1000, description="s_c of Eq. 5, px")

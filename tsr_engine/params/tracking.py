@@ -10,6 +10,10 @@ from pydantic import Field
 from tsr_engine.params.base import Section
 
 
+_MOST_DOUBT = 1e6
+"""Noise so many times a detection's says nothing of where the sign is; far beyond, doubles overflow."""
+
+
 class TrackingParams(Section):
     """Motion model, association of detections to tracks, track life cycle.
 
@@ -129,8 +133,9 @@ class TrackingParams(Section):
     )
 
     def doubt(self, score: float) -> float:
-        """Factor on the noise of a detection with this score, >= 1.
+        """Factor on the noise of a detection with this score, in 1..1e6.
 
         What is far, blurred, turned away or partly covered scores lower, and its box lies less exactly.
         """
-        return math.exp(self.noise_score * max(0.0, self.clear_score - score))
+        exponent = self.noise_score * max(0.0, self.clear_score - score)
+        return math.exp(min(exponent, math.log(_MOST_DOUBT)))
