@@ -24,6 +24,8 @@ from tsr_engine.evidence import (
     VideoIdentity,
     differences,
 )
+from tsr_engine.evidence import writer as writer_module
+from tsr_engine.evidence.encode import add_rows
 from tsr_engine.evidence.schema import DATABASE
 from tsr_engine.params import Params
 from tsr_engine.records import Detections, FrameEvidence, GateVerdict, TrackFrame
@@ -249,6 +251,50 @@ def test_an_exception_closes_the_run_as_failed(folder: Path, header: RunHeader, 
         run_and_fail()
     with EvidenceReader(folder) as run:
         assert (run.state, run.header.reason, len(run)) == ("failed", "the decoder gave up", 1)
+
+
+@pytest.mark.parametrize("where", ["half a frame", "the frame's summaries", "behind the commit"])
+def test_ctrl_c_in_the_middle_of_a_frame_leaves_none_torn(
+    folder: Path, header: RunHeader, make_frame: MakeFrame, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames = [make_frame(k) for k in range(24)]
+
+    def half(rows: dict[str, list[Any]], evidence: FrameEvidence, entry: TableEntry, keep_pixels: bool) -> None:
+        add_rows(rows, evidence, entry, keep_pixels)
+        if evidence.ordinal == 15:
+            rows["track_frames"].pop()
+            raise KeyboardInterrupt
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def run() -> None:
+        with EvidenceWriter.create(folder, header, chunk=4) as writer:
+            for evidence in frames[:15]:
+                writer.append(evidence)
+            if where == "half a frame":
+                monkeypatch.setattr(writer_module, "add_rows", half)
+            elif where == "the frame's summaries":
+                monkeypatch.setattr(writer, "_summarise", interrupted)
+            else:
+                monkeypatch.setattr(writer_module, "_no_rows", interrupted)
+            writer.append(frames[15])
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    monkeypatch.undo()
+    with EvidenceReader(folder) as stored:
+        kept = len(stored)
+        assert stored.state == "interrupted"
+        assert kept in (12, 16)
+        assert [d for a, b in zip(frames, stored.frames(), strict=False) for d in differences(a, b)] == []
+    with EvidenceWriter.resume(folder, header) as writer:
+        for evidence in frames[kept:]:
+            writer.append(evidence)
+    write(folder.with_name("whole"), header, frames)
+    with EvidenceReader(folder) as stored, EvidenceReader(folder.with_name("whole")) as whole:
+        assert list(stored.tracks()) == list(whole.tracks())
+        assert [d for a, b in zip(whole.frames(), stored.frames(), strict=True) for d in differences(a, b)] == []
 
 
 def test_damage_is_named(folder: Path, header: RunHeader, make_frame: MakeFrame) -> None:

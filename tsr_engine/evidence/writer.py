@@ -51,6 +51,7 @@ class EvidenceWriter:
         self._changed: dict[int, TrackSummary] = {}
         self._open: dict[int, TrackSummary] = {}
         self._closed = False
+        self._torn = False
         self._before = before
         with _storage(folder):
             last = connection.execute("SELECT max(frame) FROM frames").fetchone()[0]
@@ -157,12 +158,18 @@ class EvidenceWriter:
         """
         if self._last is not None and evidence.ordinal != self._last + 1:
             raise ValueError(f"EvidenceWriter expects frame {self._last + 1} next. Got {evidence.ordinal} instead.")
+        self._torn = True
         add_rows(self._rows, evidence, entry or TableEntry(), self.header.keep_pixels)
         self._summarise(evidence)
         self._last = int(evidence.ordinal)
         self._pending += 1
-        if self._pending >= self.chunk:
-            self.commit()
+        try:
+            if self._pending >= self.chunk:
+                self.commit()
+        except (StorageError, EvidenceError):
+            self._torn = False  # what the disk refused was rolled back, and may be tried again
+            raise
+        self._torn = False
 
     def commit(self) -> None:
         """Make everything appended so far permanent and visible to readers.
@@ -192,6 +199,9 @@ class EvidenceWriter:
     def close(self, state: RunState = "complete", reason: str = "") -> None:
         """Commit the rest and record how the run ended; a second call does nothing.
 
+        After an :meth:`append` that did not end, as when Ctrl-C broke in, the rest may hold half a frame or be on the
+        disk already: it is given up, as a kill would have it.
+
         Raises:
             StorageError: the disk is full. The folder is released all the same, and reads as interrupted.
         """
@@ -199,7 +209,8 @@ class EvidenceWriter:
             return
         self._closed = True
         try:
-            self.commit()
+            if not self._torn:
+                self.commit()
             self.header = self.header.ended(state, reason)
             write_header(self.folder, self.header)
         finally:
