@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -333,3 +335,38 @@ def test_a_full_disk_keeps_what_was_computed(
     assert len((tmp_path / "rows.csv").read_text().splitlines()) > 30
     track_video(request, toys.components(toys.PARAMS))
     assert_same_run(tmp_path / "run", finished[0] / "run")
+
+
+@pytest.mark.parametrize("fits", [0, 2])
+def test_rows_that_do_not_fit_cost_the_other_outputs_nothing(
+    drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fits: int
+) -> None:
+    """Rows of the first track fail in the middle of the run, those of the last at its end."""
+    from tsr_engine.runs import _Run
+
+    opened = _Run._open_outputs
+
+    class Full:
+        def __init__(self) -> None:
+            self.tracks: set[str] = set()
+
+        def write(self, line: str) -> None:
+            self.tracks.add(line.split(",")[1])
+            if len(self.tracks) > fits:
+                raise OSError(errno.ENOSPC, "No space left on device")
+
+    def open_full(self: _Run, outputs: ExitStack) -> None:
+        opened(self, outputs)
+        self.rows = Full()
+
+    monkeypatch.setattr(_Run, "_open_outputs", open_full)
+    request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", tmp_path / "seen.mp4")
+    with pytest.raises(StorageError, match=r"rows\.csv: the disk is full"):
+        track_video(request, toys.components(toys.PARAMS))
+    with EvidenceReader(tmp_path / "run") as reader:
+        assert reader.state == "failed"
+        assert reader.header.reason.startswith(f"Cannot write {tmp_path / 'rows.csv'}: the disk is full.")
+        done = len(reader)
+        assert 0 < done <= FRAMES
+    with open_video(tmp_path / "seen.mp4") as seen:
+        assert len(seen.confirm()) in (done, done - 1)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.calibration import aimed
-from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError, VideoError
+from tsr_engine.errors import EvidenceError, ExportError, InputError, StorageError, UsageError, VideoError
 from tsr_engine.evidence import (
     RESULT_HEADER,
     EvidenceReader,
@@ -33,7 +33,7 @@ from tsr_engine.evidence import (
     refuse_run_files,
 )
 from tsr_engine.evidence.schema import RUN_FILE
-from tsr_engine.io.atomic import atomic_text, output_place, refuse_inputs
+from tsr_engine.io.atomic import atomic_text, output_place, refuse_inputs, storage_error
 from tsr_engine.io.overlay import draw
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video import Frame, FrameTable, Video, open_video, video_sha256
@@ -161,7 +161,7 @@ class _Run:
                 if not self.report.frames:
                     raise
                 failure = error
-            self._finish(failure)
+            failure = self._finish(failure)
         self.report.seconds = time.perf_counter() - began
         if failure is not None:
             raise failure
@@ -317,8 +317,11 @@ class _Run:
 
     def _write_rows(self, rows: Iterator[ResultRow]) -> None:
         for row in rows:
-            if self.rows is not None:
-                self.rows.write(row.line() + "\n")
+            if self.rows is not None and self.request.csv is not None:
+                try:
+                    self.rows.write(row.line() + "\n")
+                except OSError as error:
+                    raise storage_error(self.request.csv, error) from None
 
     def _annotate(self, frame: Frame, evidence: FrameEvidence) -> None:
         if self.annotated is not None:
@@ -345,9 +348,16 @@ class _Run:
         left = None if total is None or rate is None else max(0, total - self.report.frames) / rate
         self.progress(Progress(self.report.frames, total, rate, left))
 
-    def _finish(self, failure: BaseException | None) -> None:
-        """Close the outputs with whatever has been computed; they stay readable after a failure too."""
-        self._write_rows(self.results.finish())
+    def _finish(self, failure: BaseException | None) -> BaseException | None:
+        """Close the outputs with whatever has been computed; they stay readable after a failure too.
+
+        Returns:
+            The failure, or that of the last rows: what becomes of one output is no matter to the others.
+        """
+        try:
+            self._write_rows(self.results.finish())
+        except StorageError as error:
+            failure = failure or error
         self.report.tracks = self.results.tracks
         self.report.warnings = self.video.warnings + (() if self.annotated is None else self.annotated.warnings)
         if self.writer is not None:
@@ -357,8 +367,13 @@ class _Run:
             else:
                 with suppress(StorageError):
                     self.writer.close(state, reason)
-        if self.annotated is not None and failure is None:
-            self.annotated.close()
+        if self.annotated is not None:
+            if failure is None:
+                self.annotated.close()
+            else:
+                with suppress(StorageError, ExportError):
+                    self.annotated.close()
+        return failure
 
 
 def _end(report: RunReport, failure: BaseException | None) -> tuple[RunState, str]:

@@ -20,6 +20,7 @@ from tests import pipeline_toys as toys
 from tsr_engine.cli.main import run
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.video import open_video
 
 
 class Done(NamedTuple):
@@ -134,6 +135,30 @@ def test_ctrl_c_keeps_what_was_computed(drive: Path, tmp_path: Path) -> None:
     assert "frames of 320x240" in out
     finish = tsr("track", drive, "--csv", tmp_path / "rows.csv", "--evidence", tmp_path / "run", "--json")
     assert json.loads(finish.stdout)["resumed_at"] == done
+
+
+def test_a_second_ctrl_c_keeps_what_was_computed_too(drive: Path, tmp_path: Path) -> None:
+    command = [sys.executable, TOY_CLI, "--delay", "0.5", "track", drive, "--csv", tmp_path / "rows.csv"]
+    command += ["--evidence", tmp_path / "run", "--video", tmp_path / "seen.mp4", "--frames", "20:"]
+    worker = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        _wait_for(tmp_path / "run")
+        time.sleep(2.5)
+        for _ in range(2):
+            worker.send_signal(signal.SIGINT)
+            time.sleep(0.05)
+        out, err = worker.communicate(timeout=60)
+    finally:
+        worker.kill()
+    assert (worker.returncode, out) == (130, ""), err
+    assert err.count("\n") == 1
+    assert f"kept in {tmp_path / 'rows.csv'} and {tmp_path / 'run'} and {tmp_path / 'seen.mp4'}. Run the same" in err
+    with EvidenceReader(tmp_path / "run") as reader:
+        assert reader.state == "interrupted"
+        rows = [row.line() for row in reader.result_rows()]
+    assert (tmp_path / "rows.csv").read_text().splitlines()[1:] == rows
+    with open_video(tmp_path / "seen.mp4") as seen:
+        assert len(seen.confirm()) > 0
 
 
 def _wait_for(folder: Path) -> None:

@@ -80,15 +80,27 @@ def track(
     from tsr_engine.cli.progress import progress_bar, rate_text
     from tsr_engine.io.video_probe import check_file
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs import RunRequest, track_video
+    from tsr_engine.runs import Progress, RunRequest, track_video
 
     check_file(video)
     components = load_components(params, models, network)
     request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart)
+    kept = " and ".join(str(path) for path in (csv, evidence, annotated) if path is not None)
+    again = " Run the same command again to go on." if evidence is not None else ""
+    done = 0
     with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
-        report = track_video(
-            request, components, progress=lambda at: show(at.done, at.total, rate_text(at.rate)), stop=stopped
-        )
+
+        def tell(at: Progress) -> None:
+            nonlocal done
+            done = at.done
+            show(at.done, at.total, rate_text(at.rate))
+
+        try:
+            report = track_video(request, components, progress=tell, stop=stopped)
+        except KeyboardInterrupt:  # the second Ctrl-C, in the middle of a frame
+            if not (done and kept):
+                leave_interrupted("There are no results.")
+            leave_interrupted(f"Results up to the last whole frames are kept in {kept}.{again}")
     for warning in report.warnings:
         say(f"warning: {warning}")
     if json:
@@ -99,9 +111,7 @@ def track(
         if not report.frames:
             leave_interrupted("That was before the first frame: there are no results yet.")
         last = report.first_frame + report.frames - 1
-        kept = " and ".join(str(path) for path in (csv, evidence, annotated) if path is not None)
         where = f"kept in {kept}" if kept else "shown above"
-        again = " Run the same command again to go on." if evidence is not None else ""
         leave_interrupted(f"Results up to frame {last} are {where}.{again}")
 
 

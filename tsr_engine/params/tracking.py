@@ -9,7 +9,6 @@ from pydantic import Field
 
 from tsr_engine.params.base import Section
 
-
 _MOST_DOUBT = 1e6
 """Noise so many times a detection's says nothing of where the sign is; far beyond, doubles overflow."""
 
