@@ -51,6 +51,16 @@ def test_a_gap_in_time_holds_as_many_shifts() -> None:
     assert level.of((0.0, -3.0))[1] == pytest.approx(-3.0 * (1 - 60 / 61))
 
 
+def test_a_stamp_that_repeats_does_not_outweigh_the_others() -> None:
+    """Then the time step is at its floor, but the picture has moved on all the same."""
+    level, steady = Level(60), Level(60)
+    for _ in range(20):
+        level.of((0.0, 0.1))
+        steady.of((0.0, 0.1))
+    assert level.of((0.0, 2.0), dt=1e-3) == (0.0, pytest.approx(2.0, abs=0.01))
+    assert [level.of((0.0, dy)) for dy in (2.0, -2.0, 2.0)] == [steady.of((0.0, dy)) for dy in (2.0, -2.0, 2.0)]
+
+
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (1e-9, 1e-9)])
 def test_a_shift_that_was_not_measured_says_nothing(shift: tuple[float, float]) -> None:
     level = Level(60)

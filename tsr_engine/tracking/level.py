@@ -9,6 +9,10 @@ __all__ = ["Level"]
 _UNMEASURED = 1e-6
 """A shift below this, px, is that of a repeated picture or one that could not be told."""
 
+_LEAST_STEP = 0.25
+"""A frame that comes sooner after the one before than so many intervals says nothing of a shift an interval: its clock
+is too coarse or jumped back, and divided by next to no time a shift of a pixel would outweigh all others."""
+
 
 class Level:
     """Takes the lasting vertical part out of the picture's global shift.
@@ -34,7 +38,7 @@ class Level:
 
         The mean of the first frames is drawn towards zero, ``sum / (n + 1)``: one frame alone may be a bump. No more
         is taken out than was measured, so that a car that stops is not taken for one that nods. A shift that was not
-        measured passes and is not counted.
+        measured passes and is not counted; nor is one counted that came in next to no time.
 
         Args:
             shift: of the picture since the frame before, px.
@@ -42,7 +46,8 @@ class Level:
         """
         if self._lifts.maxlen == 0 or max(abs(shift[0]), abs(shift[1])) < _UNMEASURED:
             return shift
-        self._lifts.append(shift[1] / dt)
+        if dt >= _LEAST_STEP:
+            self._lifts.append(shift[1] / dt)
         lasting = dt * sum(self._lifts) / (len(self._lifts) + 1)
         low, high = sorted((0.0, shift[1]))
         return shift[0], shift[1] - min(max(lasting, low), high)
