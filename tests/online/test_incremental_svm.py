@@ -297,7 +297,8 @@ def test_samples_keep_their_order_and_gaps_close() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"C": 0}, "The 'C' parameter of IncrementalSVC must be a finite number greater than 0. Got 0 instead."),
+        ({"C": 0}, "'C' parameter of IncrementalSVC must be a number greater than 0 and at most 1e+12. Got 0 instead."),
+        ({"C": 2e12, "kernel": "rbf"}, "at most 1e+12. Got 2000000000000.0 instead."),
         ({"C": float("nan")}, "'C' parameter"),
         ({"C": True}, "'C' parameter"),
         ({"kernel": "poly"}, "The 'kernel' parameter of IncrementalSVC must be 'linear' or 'rbf'. Got 'poly' instead."),
@@ -350,3 +351,9 @@ def test_the_longest_samples_that_are_accepted_are_learned(C: float) -> None:
     model = IncrementalSVC(C=C).partial_fit(X, y).unlearn(range(20))
     assert model.kkt_residual() < 5e-3, "rounding of sums of C |x|^2"
     assert IncrementalSVC(C=C, kernel="rbf", gamma=1.0).partial_fit(X * 1e3, y).kkt_residual() < 1e-9
+
+
+def test_samples_too_far_apart_for_doubles_are_strangers_to_each_other() -> None:
+    model = IncrementalSVC(C=1.0, kernel="rbf", gamma=2.0).partial_fit([[0.0, 0.0], [1e200, 0.0]], [1, -1])
+    assert model.kkt_residual() < 1e-15
+    assert model.decision_function([[0.0, 0.0], [1e200, 0.0], [-1e200, 1.0]]).tolist() == [1.0, -1.0, 0.0]

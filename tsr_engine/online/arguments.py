@@ -15,17 +15,19 @@ from tsr_engine.records import FloatArray
 __all__ = ["REACH", "as_indices", "as_labels", "as_samples", "check_parameters", "check_reach"]
 
 REACH: Final = 1e12
-"""Largest ``C K(x, x)``. Coefficients of longer samples are so small a share of C that doubles hold them for 0."""
+"""Largest ``C``, and largest ``C K(x, x)``. Beyond, coefficients are so small a share of C that doubles hold them for
+0."""
 
 
 def check_parameters(C: object, kernel: object, gamma: object) -> None:
     """Refuse what no machine can be made with.
 
     Raises:
-        ValueError: C or gamma is not a finite number > 0 (gamma may be None), or there is no such kernel.
+        ValueError: C or gamma is not a finite number > 0 (gamma may be None), C is above :data:`REACH`, or there is
+            no such kernel.
     """
-    if not _positive(C):
-        raise ValueError(_message("C", "a finite number greater than 0", C))
+    if not _positive(C, REACH):
+        raise ValueError(_message("C", f"a number greater than 0 and at most {REACH:g}", C))
     if kernel not in ("linear", "rbf"):
         raise ValueError(_message("kernel", "'linear' or 'rbf'", kernel))
     if gamma is not None and not _positive(gamma):
@@ -111,5 +113,6 @@ def _message(name: str, expected: str, got: object) -> str:
     return f"The '{name}' parameter of IncrementalSVC must be {expected}. Got {got!r} instead."
 
 
-def _positive(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) > 0
+def _positive(value: object, most: float = math.inf) -> bool:
+    number = isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    return number and 0 < float(value) <= most  # type: ignore[arg-type]

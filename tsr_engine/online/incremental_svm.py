@@ -41,10 +41,12 @@ class IncrementalSVC:
     ``-1``); without samples it is 0.
 
     The same sequence of calls gives the same bits, whatever the number of threads. Rounding grows with the kernel:
-    :meth:`kkt_residual` is of the order of ``1e-16 C max K(x, x)``, so features of about unit size are best.
+    :meth:`kkt_residual` is of the order of ``1e-16 C max K(x, x)``, so features of about unit size are best. Where
+    the kernel hardly tells samples apart (all its values equal to ten digits, or coefficients within a share of 1e-12
+    of a bound), it can be 1e-12 to 1e-10 times ``C max K(x, x)``.
 
     Args:
-        C: upper bound of the coefficients, > 0.
+        C: upper bound of the coefficients, in (0, 1e12].
         kernel: ``"linear"`` (``<x, z>``) or ``"rbf"`` (``exp(-gamma |x - z|^2)``).
         gamma: width of the RBF kernel, > 0; ``None`` for ``1 / n_features``. Without effect on a linear kernel.
 
@@ -354,10 +356,10 @@ class IncrementalSVC:
         """``y_i y_j K(x_i, x_j)`` in the order of the store, computed from the samples."""
         store = self._store
         X, y = store.X[: store.n], store.y[: store.n]
-        inner = X @ X.T
-        if self.kernel == "rbf":
-            squares = np.empty_like(inner)
+        if self.kernel == "linear":
+            return np.ascontiguousarray(X @ X.T * np.outer(y, y))
+        squares = np.empty((store.n, store.n))
+        with np.errstate(over="ignore"):  # what lies too far apart for doubles has the kernel value 0
             for i in range(store.n):
                 squares[i] = ((X - X[i]) ** 2).sum(axis=1)
-            inner = np.exp(-self._width() * squares)
-        return np.ascontiguousarray(inner * np.outer(y, y))
+            return np.ascontiguousarray(np.exp(-self._width() * squares) * np.outer(y, y))
