@@ -67,6 +67,20 @@ def test_a_car_that_stands_is_tracked_all_the_same(stands: Path, tmp_path: Path)
         assert run_params(reader).tracking.coast_foe_y is None
 
 
+def test_a_run_says_how_far_it_has_looked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a car that stands two minutes are looked at before the first frame is tracked."""
+    monkeypatch.setattr(calibration, "PORTION", 60)
+    monkeypatch.setattr(calibration, "ENOUGH", 0.05)
+    told: list[object] = []
+    track_video(
+        RunRequest(DRIVE, ASKING, stop=2),
+        toys.components(ASKING),
+        aiming=lambda looked, most: told.append((looked, most)),
+        progress=lambda at: told.append(at.done),
+    )
+    assert told == [*((looked, 300) for looked in range(1, 61)), 1, 2]
+
+
 def test_a_run_stopped_while_its_camera_is_told_leaves_nothing(tmp_path: Path) -> None:
     asked = 0
 

@@ -78,6 +78,7 @@ def aimed(
     cancelled: Callable[[], bool] | None = None,
     *,
     limits: VideoLimits | None = None,
+    progress: Callable[[int, int | None], None] | None = None,
 ) -> tuple[Params, Focus | None]:
     """Parameters of a run over a drive whose camera is told from the drive, unless they name its focus themselves.
 
@@ -88,6 +89,7 @@ def aimed(
         path: the video.
         cancelled: asked before each frame; true ends the search.
         limits: what the video may demand; unset: ``VideoLimits()``.
+        progress: called after each frame that is looked at, as by :func:`calibrate`.
 
     Returns:
         The parameters with ``coast_foe_y`` set where it was asked for and could be told, and what was told.
@@ -96,7 +98,14 @@ def aimed(
     if tracking.coast_foe_y is not None or tracking.motion != "looming":
         return params, None
     try:
-        focus = calibrate(path, x=tracking.foe_x, scale=tracking.shift_scale, limits=limits, cancelled=cancelled)
+        focus = calibrate(
+            path,
+            x=tracking.foe_x,
+            scale=tracking.shift_scale,
+            limits=limits,
+            progress=progress,
+            cancelled=cancelled,
+        )
     except (VideoError, UsageError):  # the run itself comes to that frame, and says so
         return params, None
     return (params, None) if focus is None else (params.with_settings([("coast_foe_y", round(focus.y, 3))]), focus)

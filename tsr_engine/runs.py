@@ -66,6 +66,7 @@ def track_video(
     components: Components,
     *,
     progress: Callable[[Progress], None] | None = None,
+    aiming: Callable[[int, int | None], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> RunReport:
     """Track one video.
@@ -74,6 +75,7 @@ def track_video(
         request: what to do.
         components: detector and trained parts.
         progress: called after each frame.
+        aiming: called before that, while the camera is told from the drive: frames looked at, and the most there are.
         stop: asked before each frame; true ends the run as interrupted, with everything so far written.
 
     Returns:
@@ -99,7 +101,7 @@ def track_video(
     stop = stop or (lambda: False)
     with open_video(request.video, limits=request.limits) as video, one_blas_thread():
         began = time.perf_counter()
-        params, focus = _aim(request, stop)
+        params, focus = _aim(request, stop, aiming)
         run = _Run(replace(request, params=params), components, video, progress, stop)
         run.report.focus, run.report.focus_seconds = focus, time.perf_counter() - began
         if stop():
@@ -108,14 +110,16 @@ def track_video(
         return run.execute()
 
 
-def _aim(request: RunRequest, stop: Callable[[], bool]) -> tuple[Params, Focus | None]:
+def _aim(
+    request: RunRequest, stop: Callable[[], bool], aiming: Callable[[int, int | None], None] | None
+) -> tuple[Params, Focus | None]:
     """Parameters with the camera's focus, and what the drive told of it in this call.
 
     It is the one that they name, else that of the run which is gone on with, else what the drive tells.
     """
     params, folder = request.params, request.evidence
     if params.tracking.coast_foe_y is not None or request.restart or folder is None or not (folder / RUN_FILE).exists():
-        return aimed(params, request.video, stop, limits=request.limits)
+        return aimed(params, request.video, stop, limits=request.limits, progress=aiming)
     stored = read_header(folder).parameters.get("tracking", {})
     return params.with_settings([("coast_foe_y", stored.get("coast_foe_y"))]), None
 

@@ -96,7 +96,13 @@ def track(
             show(at.done, at.total, rate_text(at.rate))
 
         try:
-            report = track_video(request, components, progress=tell, stop=stopped)
+            report = track_video(
+                request,
+                components,
+                progress=tell,
+                aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
+                stop=stopped,
+            )
         except KeyboardInterrupt:  # the second Ctrl-C, in the middle of a frame
             if not (done and kept):
                 leave_interrupted("There are no results.")
