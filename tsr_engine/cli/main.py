@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, TextIO
 
 import typer
 from typer.core import TyperGroup
@@ -13,7 +14,7 @@ from typer.core import TyperGroup
 from tsr_engine.cli import calibrate, classify, detect, doctor, evaluate, params, replay, sample, track, train
 from tsr_engine.cli.common import ParameterCommand, say
 from tsr_engine.cli.interrupt import EXIT_INTERRUPTED, leave_interrupted
-from tsr_engine.errors import TsrError, UsageError
+from tsr_engine.errors import StorageError, TsrError, UsageError
 from tsr_engine.version import __version__
 
 __all__ = ["app", "run"]
@@ -28,7 +29,7 @@ _FREE_TEXT = {"--note"}
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
     "6 disk, 7 an export that its format cannot hold, 20 and 21 a replayed bug that is still broken or came out "
-    "differently, 130 interrupted, 1 anything unexpected."
+    "differently, 130 interrupted, 141 a pipe that nobody reads, 1 anything unexpected."
 )
 
 
@@ -87,23 +88,46 @@ def run(arguments: list[str] | None = None) -> int:
     Args:
         arguments: the words after ``tsr``; unset: those of the process.
     """
+    _stand_in_for_closed_streams()
     try:
         refuse_empty_words(sys.argv[1:] if arguments is None else arguments)
         result = app(args=arguments, standalone_mode=False)
         sys.stdout.flush()
     except TsrError as error:
         return _failed(str(error), error.exit_code)
-    except BrokenPipeError:
-        # The reader of a pipe went away, as `head` does: nobody is left to be told.
-        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115
+    except (BrokenPipeError, SystemExit) as error:
+        # The reader of a pipe went away, as `head` does: nobody is left to be told. The parser and the tables end the
+        # process themselves then, with the exit code of what is unexpected.
+        if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
+            raise
+        sys.stdout = _nowhere()
         return EXIT_BROKEN_PIPE
     except (KeyboardInterrupt, typer.Abort):
         return _failed("Interrupted.", EXIT_INTERRUPTED)
     except Exception as error:
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):
             return _wrong_use(error)
+        if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+            # Outputs that a command names say so themselves: what is left is what stdout goes to.
+            sys.stdout = _nowhere()
+            full = "The disk is full: what goes to stdout could not be written. Free some space and run again."
+            return _failed(full, StorageError.exit_code)
         return _failed(_unexpected(error), EXIT_UNEXPECTED)
     return result if isinstance(result, int) else 0
+
+
+def _stand_in_for_closed_streams() -> None:
+    """Let a command run whose stdout or stderr was closed by its caller: what it says there goes nowhere.
+
+    Else the first file that is opened, such as a database, would get the stream's number and what libraries print.
+    """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, _nowhere())
+
+
+def _nowhere() -> TextIO:
+    return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123
 
 
 def refuse_empty_words(arguments: Sequence[str]) -> None:
