@@ -15,8 +15,13 @@ Capture = pytest.CaptureFixture[str]
 DRIVE = Path(__file__).parents[2] / "sample_videos" / "clips" / "low_sun.mp4"
 
 
-def test_the_printed_command_takes_over_the_focus(capsys: Capture, tmp_path: Path) -> None:
-    assert run(["calibrate", str(DRIVE), "--frames", "0:60"]) == 0
+@pytest.mark.parametrize("name", ["drive.mp4", "./-a drive.mp4"])
+def test_the_printed_command_takes_over_the_focus(
+    name: str, capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(name).symlink_to(DRIVE)
+    assert run(["calibrate", name, "--frames", "0:60"]) == 0
     said, command = capsys.readouterr().out.splitlines()
     assert "the focus of expansion lies at 0.44" in said
     assert "from 59 frames" in said

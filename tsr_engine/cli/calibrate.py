@@ -52,7 +52,9 @@ def calibrate(
     if as_json:
         print_json({"coast_foe_y": focus.y, "error": focus.error, "frames": focus.frames, "approach": focus.approach})
         return
+    # A path loses its "./", without which such a name is an option to a command.
+    name = f"./{video}" if str(video).startswith("-") else str(video)
     typer.echo(
         f"{video.name}: the focus of expansion lies at {focus.y:.3f} of the height (standard error {focus.error:.3f}, "
-        f"from {focus.frames} frames).\ntsr track {shlex.quote(str(video))} --set coast_foe_y={focus.y:.3f}"
+        f"from {focus.frames} frames).\ntsr track {shlex.quote(name)} --set coast_foe_y={focus.y:.3f}"
     )
