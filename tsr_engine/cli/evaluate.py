@@ -192,10 +192,14 @@ def fusion(
       tsr eval fusion --gtsrb Final_Training/Images --held-out 0.25 --out report
     """
     params = make_params("default", settings)
+    from tsr_engine.cli.progress import progress_bar
     from tsr_engine.evaluation.fusion import evaluate_fusion, plot_fusion, track_votes
     from tsr_engine.pipeline import load_classifier
 
-    report = evaluate_fusion(track_votes(_crops(gtsrb, held_out, seed), load_classifier(models)), params.fusion)
+    crops, classifier = _crops(gtsrb, held_out, seed), load_classifier(models)
+    with progress_bar("classifying", "tracks") as show:
+        votes = track_votes(crops, classifier, lambda done, total: show(done, total, ""))
+    report = evaluate_fusion(votes, params.fusion)
     content = report.as_dict()
     _write(out, "fusion.json", content)
     if out is not None:
@@ -320,6 +324,7 @@ def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[i
             RunRequest(video, params, csv=csv),
             load_components(params, models),
             progress=lambda at: show(at.done, at.total, rate_text(at.rate)),
+            aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
         )
         for warning in report.warnings:
             say(f"warning: {warning}")

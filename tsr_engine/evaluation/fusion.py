@@ -5,7 +5,7 @@ Counterpart of the paper's Fig. 13 and Table II.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -63,22 +63,28 @@ class FusionReport:
         }
 
 
-def track_votes(items: Sequence[CropItem], classifier: CropClassifier) -> list[TrackVotes]:
+def track_votes(
+    items: Sequence[CropItem], classifier: CropClassifier, progress: Callable[[int, int], None] | None = None
+) -> list[TrackVotes]:
     """Classify every frame of every track, without fusing.
 
     Args:
         items: with tracks, classes and ROIs.
         classifier: any crop classifier.
+        progress: called after each track with the number done and the number to do.
 
     Raises:
         InputError: an item without a track or with an unreadable picture.
     """
-    result = []
-    for (class_id, _), frames in tracks_of(items).items():
+    result: list[TrackVotes] = []
+    tracks = tracks_of(items)
+    for (class_id, _), frames in tracks.items():
         boxes = [item.roi for item in frames if item.roi is not None]
         crops = [cut(read_picture(item), item.roi, classifier.margin) for item in frames if item.roi is not None]
         scales = np.array([np.sqrt((x2 - x1) * (y2 - y1)) for x1, y1, x2, y2 in boxes], dtype=np.float64)
         result.append(TrackVotes(class_id, scales, classifier.probabilities(crops)))
+        if progress is not None:
+            progress(len(result), len(tracks))
     return result
 
 
