@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from tsr_engine.evaluation.classification import (
-    classify_items,
     crop_of,
     evaluate_classification,
     plot_confusion,
+    predict_items,
 )
 from tsr_engine.io.gtsrb import CropItem
 
@@ -42,8 +42,10 @@ def items(folder: Path, count: int) -> list[CropItem]:
 
 def test_pictures_are_classified_in_order_and_in_batches(tmp_path: Path) -> None:
     classifier = ByBrightness()
-    answers = list(classify_items(items(tmp_path, 7), classifier, batch=3))
-    assert answers == [(f"{i:05d}.png", i, 0.75) for i in range(7)]
+    answers = list(predict_items(items(tmp_path, 7), classifier, batch=3))
+    assert [(a.item.filename, a.class_id, a.probability) for a in answers] == [
+        (f"{i:05d}.png", i, 0.75) for i in range(7)
+    ]
     assert classifier.batches == [3, 3, 1]
 
 
@@ -55,7 +57,7 @@ def test_the_roi_is_used_when_given(tmp_path: Path) -> None:
 
 def test_a_batch_below_one_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="batch"):
-        next(classify_items(items(tmp_path, 1), ByBrightness(), 0))
+        next(predict_items(items(tmp_path, 1), ByBrightness(), 0))
 
 
 def test_figures_by_hand(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsr_engine.evaluation.fusion import TrackVotes, evaluate_fusion, plot_fusion, sign_counts, track_votes
+from tsr_engine.evaluation.fusion import TrackVotes, evaluate_fusion, plot_fusion, track_votes
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.params import FusionParams
 
@@ -63,20 +63,6 @@ def test_votes_come_from_each_frame_of_each_track(tmp_path: Path) -> None:
     assert votes.class_id == 7
     assert votes.scales.tolist() == [20.0, 30.0]
     assert votes.probabilities.argmax(1).tolist() == [24, 36]
-
-
-def test_table_two_by_hand() -> None:
-    counts = sign_counts({1: 14, 2: 13, 3: 1, 4: 2}, {1: 14, 2: 12, 4: 2})
-    assert counts.as_dict() == {
-        "signs": 4,
-        "detected": 3,
-        "correct": 2,
-        "rate_over_detected": pytest.approx(2 / 3),
-        "rate_over_all": 0.5,
-    }
-    assert sign_counts({}, {}).rate_over_all == sign_counts({}, {}).rate_over_detected == 0.0
-    with pytest.raises(ValueError, match="Unknown: \\[9\\]"):
-        sign_counts({1: 1}, {9: 1})
 
 
 def test_the_plot_is_a_picture(tmp_path: Path) -> None:

@@ -57,14 +57,6 @@ def predict_items(items: Iterable[CropItem], classifier: CropClassifier, batch: 
             yield Prediction(item, best, float(row[best]))
 
 
-def classify_items(
-    items: Iterable[CropItem], classifier: CropClassifier, batch: int = 64
-) -> Iterator[tuple[str, int, float]]:
-    """``(filename, class_id, probability)`` of each picture, in order; see ``predict_items``."""
-    for prediction in predict_items(items, classifier, batch):
-        yield prediction.item.filename, prediction.class_id, prediction.probability
-
-
 @dataclass(frozen=True, slots=True)
 class Confusion:
     """Two classes that were taken for each other."""

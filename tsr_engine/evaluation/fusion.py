@@ -1,6 +1,6 @@
-"""How fusion over a track's frames pays off: rate against number of frames, and rates by physical sign.
+"""How fusion over a track's frames pays off: rate against number of frames, the counterpart of the paper's Fig. 13.
 
-Counterpart of the paper's Fig. 13 and Table II.
+Table II, which counts by physical sign, is of :mod:`tsr_engine.evaluation.tracking`.
 """
 
 from __future__ import annotations
@@ -132,55 +132,6 @@ def _right(track: TrackVotes, params: FusionParams, longest: int) -> NDArray[np.
         elif i:
             right[i] = right[i - 1]
     return right
-
-
-@dataclass(frozen=True, slots=True)
-class SignCounts:
-    """Table II: classification by physical sign."""
-
-    signs: int
-    """Annotated physical signs."""
-    detected: int
-    """Of these, signs with at least one track."""
-    correct: int
-    """Of these, signs whose fused class is right."""
-
-    @property
-    def rate_over_detected(self) -> float:
-        """``correct / detected``; 0 if nothing was detected."""
-        return self.correct / self.detected if self.detected else 0.0
-
-    @property
-    def rate_over_all(self) -> float:
-        """``correct / signs``; 0 if there are no signs."""
-        return self.correct / self.signs if self.signs else 0.0
-
-    def as_dict(self) -> dict[str, float | int]:
-        """Plain values for JSON."""
-        return {
-            "signs": self.signs,
-            "detected": self.detected,
-            "correct": self.correct,
-            "rate_over_detected": self.rate_over_detected,
-            "rate_over_all": self.rate_over_all,
-        }
-
-
-def sign_counts(truth: Mapping[int, int], fused: Mapping[int, int]) -> SignCounts:
-    """Count by physical sign.
-
-    Args:
-        truth: sign -> class id.
-        fused: sign -> fused class id, for the signs that were detected.
-
-    Raises:
-        ValueError: a fused sign that is not in the truth.
-    """
-    unknown = sorted(set(fused) - set(truth))
-    if unknown:
-        raise ValueError(f"Every fused sign must be in the truth. Unknown: {unknown}.")
-    correct = sum(truth[sign] == class_id for sign, class_id in fused.items())
-    return SignCounts(len(truth), len(fused), correct)
 
 
 def plot_fusion(report: FusionReport, path: Path) -> None:

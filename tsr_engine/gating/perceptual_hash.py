@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from tsr_engine.records import Picture
 
 SIDE = 32
-BITS = 64
 
 
 @dataclass(frozen=True, slots=True)
