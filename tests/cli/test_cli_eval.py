@@ -71,6 +71,13 @@ def test_eval_tracking_of_given_rows(annotated: Path, tmp_path: Path, capsys: Ca
     assert "--min-width expects px, 0 or more. Got nan." in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("words", ["--kf-alone", "--preset paper", "--set tau=3", "--models m"])
+def test_given_rows_are_not_tracked(words: str, annotated: Path, tmp_path: Path, capsys: Capture) -> None:
+    command = ["eval", "tracking", str(annotated / "drive.mp4"), "--results", str(tmp_path), *words.split()]
+    assert run(command) == 2
+    assert f"{words.split()[0]} says how to track, and --results has it done." in capsys.readouterr().err
+
+
 def test_rows_are_found_under_the_name_that_an_export_gives(annotated: Path, tmp_path: Path, capsys: Capture) -> None:
     for suffix in ("mp4", "csv"):
         source = annotated / ("gt" if suffix == "csv" else "") / f"drive.{suffix}"

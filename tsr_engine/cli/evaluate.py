@@ -71,6 +71,9 @@ def tracking(
     params = make_params(preset, settings)
     if not 0 <= min_width < float("inf"):
         raise UsageError(f"--min-width expects px, 0 or more. Got {min_width}.")
+    tells = {"--kf-alone": kf_alone, "--preset": preset != "default", "--set": settings, "--models": models}
+    if results is not None and (useless := [option for option, given in tells.items() if given]):
+        raise UsageError(f"{useless[0]} says how to track, and --results has it done. Leave one of them out.")
     from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
     from tsr_engine.io.atomic import make_folder
@@ -80,7 +83,7 @@ def tracking(
     found = [(video, truth_of(video, truth)) for video in annotated_videos(videos, truth)]
     pairs = readable(found)
     runs = {preset: params}
-    if kf_alone and results is None:
+    if kf_alone:
         runs["KF alone"] = params.with_settings([("use_online", False)])
     summaries: dict[str, Any] = {}
     details: dict[str, Any] = {}
