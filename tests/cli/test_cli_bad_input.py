@@ -215,6 +215,35 @@ def test_missing_training_data(tmp_path: Path, capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize(
+    "command",
+    [
+        "train all --gtsdb {data} --gtsrb {data}",
+        "train detector --export {data}",
+        "eval detection --gtsdb {data}",
+        "eval classification --gtsrb {data}",
+        "eval fusion --gtsrb {data}",
+        "eval tracking {data}",
+    ],
+)
+def test_an_output_folder_that_cannot_be_is_refused_before_the_work(
+    command: str, tmp_path: Path, capsys: Capture
+) -> None:
+    """The data are none: were they looked at first, they would be complained of."""
+    (tmp_path / "file").write_text("x")
+    (tmp_path / "data").mkdir()
+    words = command.format(data=tmp_path / "data").split()
+    assert "a file stands where a folder is needed" in sentence(capsys, 6, *words, "--out", tmp_path / "file" / "out")
+    assert "a file stands where a folder is needed" in sentence(capsys, 6, *words, "--out", tmp_path / "file")
+    assert sentence(capsys, 3, *words, "--out", tmp_path / "out")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["data", "file"]
+
+
+def test_models_that_cannot_be_added_to_are_refused_before_the_work(tmp_path: Path, capsys: Capture) -> None:
+    (tmp_path / "manifest.json").write_text("{")
+    assert sentence(capsys, 4, "train", "classifier", "--gtsrb", tmp_path, "--out", tmp_path)
+
+
+@pytest.mark.parametrize(
     ("arguments", "named"),
     [
         (["track", "drive.mp4", "--evidence", ""], "The value of --evidence is empty"),

@@ -76,10 +76,8 @@ def tracking(
         raise UsageError(f"{useless[0]} says how to track, and --results has it done. Leave one of them out.")
     from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
-    from tsr_engine.io.atomic import make_folder
 
-    if out is not None:
-        make_folder(out)
+    _check_out(out)
     found = [(video, truth_of(video, truth)) for video in annotated_videos(videos, truth)]
     pairs = readable(found)
     runs = {preset: params}
@@ -143,6 +141,7 @@ def classification(
     from tsr_engine.evaluation.classification import evaluate_classification, plot_confusion, predict_items
     from tsr_engine.pipeline import load_classifier
 
+    _check_out(out)
     items = [item for item in _crops(gtsrb, held_out, seed) if item.class_id is not None]
     if not items:
         raise InputError(f"{gtsrb} names no classes to compare with. Use class folders, or a table with ClassId.")
@@ -199,6 +198,7 @@ def fusion(
     from tsr_engine.evaluation.fusion import evaluate_fusion, plot_fusion, track_votes
     from tsr_engine.pipeline import load_classifier
 
+    _check_out(out)
     crops, classifier = _crops(gtsrb, held_out, seed), load_classifier(models)
     with progress_bar("classifying", "tracks") as show:
         votes = track_votes(crops, classifier, lambda done, total: show(done, total, ""))
@@ -249,6 +249,7 @@ def detection(
     from tsr_engine.io.pictures import read_picture
     from tsr_engine.pipeline import load_detector
 
+    _check_out(out)
     scenes = _held_out_scenes(read_gtsdb(gtsdb), models) if held_out else read_gtsdb(gtsdb)
     detector = load_detector(params, models)
     found = []
@@ -332,6 +333,15 @@ def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[i
         for warning in report.warnings:
             say(f"warning: {warning}")
         return report.frames, read_results(csv)
+
+
+def _check_out(out: Path | None) -> None:
+    """Refuse a folder for figures that cannot be written, before they are computed."""
+    if out is None:
+        return
+    from tsr_engine.io.atomic import refuse_unwritable
+
+    refuse_unwritable(out)
 
 
 def _write(out: Path | None, name: str, content: Any) -> None:

@@ -171,6 +171,12 @@ def _train(
     for folder, option in ((gtsdb, "--gtsdb"), (gtsrb, "--gtsrb"), (parent, "--from")):
         if folder is not None and not folder.is_dir():
             raise InputError(f"There is no folder at {folder}, named by {option}. Unpack the data set there.")
+    from tsr_engine.io.atomic import refuse_unwritable
+    from tsr_engine.io.models import MANIFEST, read_manifest
+
+    refuse_unwritable(out)
+    if (out / MANIFEST).exists():
+        read_manifest(out)  # what cannot be added to is refused before hours of training, not after
     if exports:
         _refine(parts, gtsdb, gtsrb, exports, videos, parent, out, seed, as_json)
         return

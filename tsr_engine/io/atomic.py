@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,9 +15,9 @@ from tsr_engine.io.unfinished import UnfinishedFile
 __all__ = [
     "atomic_bytes",
     "atomic_text",
-    "make_folder",
     "output_place",
     "refuse_inputs",
+    "refuse_unwritable",
     "storage_error",
 ]
 
@@ -83,16 +84,24 @@ def output_place(path: Path) -> Path:
     return path
 
 
-def make_folder(path: Path) -> None:
-    """Make a folder of outputs and those above it, if they are missing.
+def refuse_unwritable(folder: Path) -> None:
+    """Refuse a folder of outputs before long work, not after it. Nothing is made and nothing is left.
+
+    Args:
+        folder: where outputs will go; it may be missing, and those above it.
 
     Raises:
-        StorageError: it cannot be made.
+        StorageError: it cannot be written, or cannot be made.
     """
+    place = folder
     try:
-        path.mkdir(parents=True, exist_ok=True)
+        while not place.exists() and place != place.parent:
+            place = place.parent
+        if not place.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+        UnfinishedFile(place / "probe").drop()
     except OSError as error:
-        raise storage_error(path, error) from None
+        raise storage_error(folder, error) from None
 
 
 def storage_error(path: Path, error: OSError) -> StorageError:
