@@ -1,7 +1,7 @@
 // @ts-check
 /** Keeps the store in step with the server: first load, event stream, catching up after a gap. */
 
-import {sentence} from '../api/errors.js';
+import {ApiError, sentence} from '../api/errors.js';
 import {openStream} from '../api/events.js';
 import {hideBanner, setArtefacts, setConnection, setLabels, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
 
@@ -10,10 +10,12 @@ import {hideBanner, setArtefacts, setConnection, setLabels, setModels, setParame
 
 /** A short break, as of a sleeping laptop, is not worth a banner, ms. */
 const PATIENCE = 2500;
+/** What could not be loaded because the server was away or busy is asked for again after this, ms. */
+const AGAIN = 2000;
 
 /**
  * @param {App} app
- * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, open?: typeof openStream}} [hooks]
+ * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, open?: typeof openStream, again?: number}} [hooks]
  *   onEvent: after the store has what `video`, `run` and `removed` say; also for `edit`.
  *   onReset: events were missed, what a review has loaded may be old
  * @returns {{retry: () => void, reload: () => Promise<void>}}
@@ -24,6 +26,8 @@ export function startLive(app, hooks = {}) {
   let seenOnline = false;
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */
+  let repeat;
 
   const stream = open({
     signal: app.signal,
@@ -57,9 +61,13 @@ export function startLive(app, hooks = {}) {
       }));
     },
   });
-  app.signal.addEventListener('abort', () => clearTimeout(timer), {once: true});
+  app.signal.addEventListener('abort', () => {
+    clearTimeout(timer);
+    clearTimeout(repeat);
+  }, {once: true});
 
   async function reload() {
+    clearTimeout(repeat);
     try {
       await app.load(() => Promise.all([api.session(), api.labels(), api.parameters(), api.videos()]),
         (state, [session, labels, parameters, videos]) => setVideos(setParameters(setLabels(setSession(state, session), labels), parameters), videos));
@@ -73,6 +81,9 @@ export function startLive(app, hooks = {}) {
     } catch (thrown) {
       if (app.signal.aborted) return;
       store.dispatch((state) => showBanner(state, {id: 'load', tone: 'error', text: sentence(thrown)}));
+      // no event would bring it, and the banner would stay
+      clearTimeout(repeat);
+      if (thrown instanceof ApiError && thrown.passing) repeat = setTimeout(() => void reload(), hooks.again ?? AGAIN);
     }
   }
 

@@ -1,6 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
+import {ApiError} from '../../../static/js/api/errors.js';
 import {initialState} from '../../../static/js/store/initial.js';
 import {startLive} from '../../../static/js/views/live.js';
 
@@ -20,4 +21,22 @@ test('a full disk is a banner until there is room, or until another connection s
   hooks.onStorage('The disk is full.');
   hooks.onConnection('online');
   assert.deepEqual(shown(), []);
+});
+
+test('what could not be loaded without the server is loaded when it is back, and no banner stays', async () => {
+  let state = /** @type {any} */ (initialState());
+  let away = true;
+  const store = {get: () => state, dispatch: (/** @type {(state: any) => any} */ action) => (state = action(state))};
+  const load = async () => {
+    if (away) throw new ApiError(0, 'offline', 'No answer.');
+  };
+  const life = new AbortController();
+  const live = startLive(/** @type {any} */ ({store, api: {}, signal: life.signal, hear: () => {}, load}), {open: () => /** @type {any} */ ({retry: () => {}}), again: 5});
+  const shown = () => state.banners.map((/** @type {{id: string}} */ banner) => banner.id);
+  await live.reload();
+  assert.deepEqual(shown(), ['load']);
+  away = false;
+  await new Promise((resolve) => setTimeout(resolve, 30));
+  assert.deepEqual(shown(), []);
+  life.abort();
 });
