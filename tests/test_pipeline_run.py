@@ -20,6 +20,7 @@ from tsr_engine.errors import EvidenceError, StorageError, UsageError, VideoErro
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_cursor import Cursor
+from tsr_engine.run_outputs import RunOutputs
 from tsr_engine.runs import Progress, RunReport, RunRequest, track_video
 
 SCRIPT = Path(__file__).with_name("pipeline_toys.py")
@@ -342,9 +343,7 @@ def test_rows_that_do_not_fit_cost_the_other_outputs_nothing(
     drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fits: int
 ) -> None:
     """Rows of the first track fail in the middle of the run, those of the last at its end."""
-    from tsr_engine.runs import _Run
-
-    opened = _Run._open_outputs
+    opened = RunOutputs.open
 
     class Full:
         def __init__(self) -> None:
@@ -355,11 +354,11 @@ def test_rows_that_do_not_fit_cost_the_other_outputs_nothing(
             if len(self.tracks) > fits:
                 raise OSError(errno.ENOSPC, "No space left on device")
 
-    def open_full(self: _Run, outputs: ExitStack) -> None:
-        opened(self, outputs)
-        self.rows = Full()
+    def open_full(self: RunOutputs, stack: ExitStack) -> None:
+        opened(self, stack)
+        self._rows = Full()
 
-    monkeypatch.setattr(_Run, "_open_outputs", open_full)
+    monkeypatch.setattr(RunOutputs, "open", open_full)
     request = RunRequest(drive, toys.PARAMS, tmp_path / "run", tmp_path / "rows.csv", tmp_path / "seen.mp4")
     with pytest.raises(StorageError, match=r"rows\.csv: the disk is full"):
         track_video(request, toys.components(toys.PARAMS))

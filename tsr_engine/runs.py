@@ -13,50 +13,41 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tsr_engine.calibration import aimed
-from tsr_engine.errors import EvidenceError, ExportError, InputError, StorageError, UsageError, VideoError
+from tsr_engine.errors import EvidenceError, InputError, StorageError, VideoError
 from tsr_engine.evidence import (
-    RESULT_HEADER,
     EvidenceReader,
     EvidenceWriter,
     FramePixels,
-    ResultRow,
     RunHeader,
     RunState,
     TableEntry,
     VideoIdentity,
     read_header,
-    refuse_run_files,
 )
 from tsr_engine.evidence.schema import RUN_FILE
-from tsr_engine.io.atomic import atomic_text, output_place, refuse_inputs, storage_error
-from tsr_engine.io.overlay import draw
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video import Frame, FrameTable, Video, open_video, video_sha256
-from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
     FrameInput,
-    ResultStream,
     TrackingCore,
     keep_regions,
     one_blas_thread,
     rebuild,
 )
-from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.records import FrameEvidence
+from tsr_engine.run_outputs import RunOutputs, refuse_outputs
 from tsr_engine.run_report import Progress, RunReport, RunRequest
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.focus import Focus
 
 __all__ = ["Progress", "RunReport", "RunRequest", "track_video"]
 
-CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
 AHEAD = 4
 """Frames that are decoded ahead of the engine."""
 
@@ -90,14 +81,7 @@ def track_video(
         UsageError: an output is the input, a name that does not say what the output is, or the range lies beyond the
             end.
     """
-    outputs = [path for path in (request.csv, request.annotated) if path is not None]
-    refuse_inputs(outputs, [request.video])
-    if request.evidence is not None:
-        refuse_run_files(outputs, request.evidence)
-    if len({path.resolve() for path in outputs}) < len(outputs):
-        raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
-    if request.annotated is not None and request.annotated.suffix.lower() not in (".mp4", ".m4v"):
-        raise UsageError(f"The annotated video is an MP4: expected a name that ends in .mp4, got {request.annotated}.")
+    refuse_outputs(request)
     stop = stop or (lambda: False)
     with open_video(request.video, limits=request.limits) as video, one_blas_thread():
         began = time.perf_counter()
@@ -143,21 +127,19 @@ class _Run:
         self.report = RunReport(
             request.video.name, video.width, video.height, first_frame=request.start, params=request.params
         )
-        self.results = ResultStream()
+        self.outputs = RunOutputs(request, video)
         # Of the packets, also where a decoded table is given: both ways a run begins with the same interval.
         table = video.table
         self.frames, self.interval, self.time_base = len(table), float(table.interval()), table.time_base
         if request.table is not None and not video.adopt(request.table):
             raise VideoError(f"{request.video} does not belong to its frame table. Add it anew.")
-        self.rows: Any = None
         self.writer: EvidenceWriter | None = None
-        self.annotated: VideoWriter | None = None
 
     def execute(self) -> RunReport:
         began = time.perf_counter()
         failure: BaseException | None = None
-        with ExitStack() as outputs:
-            self._open_outputs(outputs)
+        with ExitStack() as stack:
+            self._open_outputs(stack)
             try:
                 last = self._earlier_part()
                 self._compute(last, began)
@@ -171,20 +153,13 @@ class _Run:
             raise failure
         return self.report
 
-    def _open_outputs(self, outputs: ExitStack) -> None:
+    def _open_outputs(self, stack: ExitStack) -> None:
         """Evidence comes last: what refuses another output, or the frames, has not touched an earlier run then."""
-        request = self.request
         self._require_frames()
-        if request.csv is not None:
-            self.rows = outputs.enter_context(atomic_text(request.csv))
-            self.rows.write(RESULT_HEADER + "\n")
-        if request.annotated is not None:
-            place = output_place(request.annotated)
-            self.annotated = VideoWriter(place, self.video.width, self.video.height, self.video.rate)
-            outputs.callback(self.annotated.abort)
-        if request.evidence is not None:
-            self.writer = self._open_evidence(request.evidence)
-            outputs.callback(self.writer.abandon)
+        self.outputs.open(stack)
+        if self.request.evidence is not None:
+            self.writer = self._open_evidence(self.request.evidence)
+            stack.callback(self.writer.abandon)
 
     def _require_frames(self) -> None:
         """Refuse a range that begins behind the last frame: the video itself says so when it is asked for it."""
@@ -257,8 +232,8 @@ class _Run:
         tracking = request.params.tracking
         shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
         stored = self._stored_frames(last)
-        first = request.start if last is None or self.annotated is not None else last
-        if request.stop is not None and last is not None and last + 1 >= request.stop and self.annotated is None:
+        first = request.start if last is None or self.outputs.draws else last
+        if request.stop is not None and last is not None and last + 1 >= request.stop and not self.outputs.draws:
             return
         total = self._total()
         frames = self.video.frames(first, request.stop)
@@ -317,26 +292,17 @@ class _Run:
         """Count a frame and write the rows that it settles."""
         self.report.frames += 1
         self.report.events.update(event.kind for event in frame.events)
-        self._write_rows(self.results.add(frame))
-
-    def _write_rows(self, rows: Iterator[ResultRow]) -> None:
-        for row in rows:
-            if self.rows is not None and self.request.csv is not None:
-                try:
-                    self.rows.write(row.line() + "\n")
-                except OSError as error:
-                    raise storage_error(self.request.csv, error) from None
+        self.outputs.add(frame)
 
     def _annotate(self, frame: Frame, evidence: FrameEvidence) -> None:
-        if self.annotated is not None:
+        if self.outputs.draws:
             began = time.perf_counter()
-            shown = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
-            self.annotated.write(draw(frame.picture, shown, CLASS_NAMES), frame.time)
+            self.outputs.draw(frame, evidence)
             self.report.stages.setdefault("annotate", array("d")).append(time.perf_counter() - began)
 
     def _stored_frames(self, last: int | None) -> Iterator[FrameEvidence] | None:
         """The evidence of the earlier part for the annotated video, if both are there."""
-        if last is None or self.annotated is None or self.writer is None:
+        if last is None or not self.outputs.draws or self.writer is None:
             return None
         return _read_stored(self.writer.folder, self.request.start, last + 1)
 
@@ -359,24 +325,16 @@ class _Run:
             The failure, or that of the last rows: what becomes of one output is no matter to the others.
         """
         try:
-            self._write_rows(self.results.finish())
+            self.outputs.settle()
         except StorageError as error:
             failure = failure or error
-        self.report.tracks = self.results.tracks
-        self.report.warnings = self.video.warnings + (() if self.annotated is None else self.annotated.warnings)
+        self.report.tracks = self.outputs.tracks
+        self.report.warnings = self.video.warnings + self.outputs.warnings
         if self.writer is not None:
             state, reason = _end(self.report, failure)
-            if failure is None:
+            with suppress(*(() if failure is None else (StorageError,))):
                 self.writer.close(state, reason)
-            else:
-                with suppress(StorageError):
-                    self.writer.close(state, reason)
-        if self.annotated is not None:
-            if failure is None:
-                self.annotated.close()
-            else:
-                with suppress(StorageError, ExportError):
-                    self.annotated.close()
+        self.outputs.close_video(failed=failure is not None)
         return failure
 
 

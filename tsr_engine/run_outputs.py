@@ -1,0 +1,134 @@
+"""What a live run writes besides its evidence: result rows as CSV, and the annotated video.
+
+They are opened before anything is computed and hold what was computed however the run ends. What becomes of one of
+them is no matter to the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from typing import Any
+
+from tsr_engine.errors import ExportError, StorageError, UsageError
+from tsr_engine.evidence import RESULT_HEADER, ResultRow, refuse_run_files
+from tsr_engine.io.atomic import atomic_text, output_place, refuse_inputs, storage_error
+from tsr_engine.io.overlay import draw
+from tsr_engine.io.video import Frame, Video
+from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.pipeline import ResultStream, TrackSummary
+from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.records import FrameEvidence
+from tsr_engine.run_report import RunRequest
+
+__all__ = ["RunOutputs", "refuse_outputs"]
+
+_CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
+_VIDEO_ENDINGS = (".mp4", ".m4v")
+
+
+def refuse_outputs(request: RunRequest) -> None:
+    """Refuse names that outputs cannot have, before a file is touched.
+
+    Raises:
+        UsageError: an output is the input, a file of the run's evidence, the other output, or a name that does not
+            say what the output is.
+    """
+    outputs = [path for path in (request.csv, request.annotated) if path is not None]
+    refuse_inputs(outputs, [request.video])
+    if request.evidence is not None:
+        refuse_run_files(outputs, request.evidence)
+    if len({path.resolve() for path in outputs}) < len(outputs):
+        raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
+    if request.annotated is not None and request.annotated.suffix.lower() not in _VIDEO_ENDINGS:
+        raise UsageError(f"The annotated video is an MP4: expected a name that ends in .mp4, got {request.annotated}.")
+
+
+class RunOutputs:
+    """Rows and annotated video of one run, those of them that it was asked for."""
+
+    def __init__(self, request: RunRequest, video: Video) -> None:
+        self._request = request
+        self._video = video
+        self._results = ResultStream()
+        self._rows: Any = None
+        self._annotated: VideoWriter | None = None
+
+    def open(self, stack: ExitStack) -> None:
+        """Open the files; what leaves the stack without :meth:`finish` leaves no annotated video.
+
+        Raises:
+            StorageError: one cannot be written.
+            ExportError: the video cannot be encoded.
+        """
+        if self._request.csv is not None:
+            self._rows = stack.enter_context(atomic_text(self._request.csv))
+            self._rows.write(RESULT_HEADER + "\n")
+        if self._request.annotated is not None:
+            place = output_place(self._request.annotated)
+            self._annotated = VideoWriter(place, self._video.width, self._video.height, self._video.rate)
+            stack.callback(self._annotated.abort)
+
+    @property
+    def draws(self) -> bool:
+        """Whether frames are to be drawn, also those that an earlier call has tracked."""
+        return self._annotated is not None
+
+    @property
+    def tracks(self) -> list[TrackSummary]:
+        """The confirmed tracks that have ended; after :meth:`settle` all of them, by id."""
+        return self._results.tracks
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Of the annotated video."""
+        return () if self._annotated is None else self._annotated.warnings
+
+    def add(self, evidence: FrameEvidence) -> None:
+        """Take the next frame, and write the rows that it settles.
+
+        Raises:
+            StorageError: no room for them.
+        """
+        self._write(self._results.add(evidence))
+
+    def draw(self, frame: Frame, evidence: FrameEvidence) -> None:
+        """Add a frame to the annotated video.
+
+        Raises:
+            StorageError: no room for it.
+        """
+        if self._annotated is not None:
+            shown = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
+            self._annotated.write(draw(frame.picture, shown, _CLASS_NAMES), frame.time)
+
+    def settle(self) -> None:
+        """Write the rows of the tracks that are still open: no frame comes any more.
+
+        Raises:
+            StorageError: no room for them.
+        """
+        self._write(self._results.finish())
+
+    def close_video(self, *, failed: bool) -> None:
+        """Close the annotated video with what it holds.
+
+        Args:
+            failed: the run has failed for another reason, which is not to be hidden by what happens here.
+
+        Raises:
+            StorageError: no room, unless ``failed``.
+            ExportError: it cannot be encoded to its end, unless ``failed``.
+        """
+        if self._annotated is not None:
+            with suppress(*((StorageError, ExportError) if failed else ())):
+                self._annotated.close()
+
+    def _write(self, rows: Iterator[ResultRow]) -> None:
+        for row in rows:
+            if self._rows is not None and self._request.csv is not None:
+                try:
+                    self._rows.write(row.line() + "\n")
+                except OSError as error:
+                    raise storage_error(self._request.csv, error) from None
