@@ -114,6 +114,44 @@ def test_a_path_outside_the_folders_is_refused_in_words(page: Page, tmp_path: Pa
     expect(page.get_by_role("button", name="Add from folder").first).to_be_focused()
 
 
+def test_several_videos_of_a_folder_are_added_at_once(page: Page) -> None:
+    names = ("a.mp4", "b.mp4", "c.mp4")
+    videos = [{"name": name, "path": f"/v/{name}", "size": 1} for name in names]
+    folder = {"path": "/v", "parent": None, "folders": [], "videos": videos, "truncated": False}
+    page.route(re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))
+    known = page.evaluate("async () => (await (await fetch('/api/videos')).json()).videos[0]")
+    asked: list[str] = []
+
+    def add(route: Route) -> None:
+        if route.request.method != "POST":
+            route.continue_()
+            return
+        path = json.loads(route.request.post_data or "")["path"]
+        asked.append(path)
+        if path.endswith("b.mp4"):
+            route.fulfill(status=422, json={"error": {"code": "invalid", "message": "b.mp4 is no video."}})
+        else:
+            route.fulfill(status=201, json=known)
+
+    page.route(re.compile(r"/api/videos$"), add)
+    page.get_by_role("button", name="Add from folder").first.click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("button", name="Choose all 3").click()
+    dialog.get_by_role("button", name="c.mp4").click()
+    dialog.get_by_role("button", name="Add 2 videos").click()
+    expect(dialog.locator("#add-error")).to_have_text("b.mp4 is no video.")
+    expect(dialog.locator("[aria-pressed=true]")).to_have_count(1)
+    assert asked == ["/v/a.mp4", "/v/b.mp4"]
+    dialog.get_by_role("button", name="b.mp4").click()
+    expect(dialog.locator("#add-error")).to_be_hidden()
+    dialog.get_by_role("button", name="c.mp4").focus()
+    page.keyboard.press("Enter")
+    expect(dialog.get_by_label("Path")).to_have_value("/v/c.mp4")
+    page.keyboard.press("Enter")
+    expect(dialog).to_have_count(0)
+    assert asked[2:] == ["/v/c.mp4"]
+
+
 def test_a_folder_that_holds_more_than_is_listed_says_so(page: Page) -> None:
     folder = {"path": "/v", "parent": None, "folders": ["<b>drives"], "videos": [], "truncated": True}
     page.route(re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))

@@ -1,11 +1,12 @@
 // @ts-check
-/** Add a video that lies on the server's machine: folders to walk through, or a path to type. */
+/** Add videos that lie on the server's machine: folders to walk through, or a path to type. */
 
 import {sentence} from '../../api/errors.js';
+import {addedWords, oneByOne, toggled} from '../../model/several_videos.js';
 import {putVideo} from '../../store/actions/page.js';
 import {fill, h, setText} from '../dom.js';
 import {waiting} from '../empty.js';
-import {bytes, count} from '../format.js';
+import {bytes, count, plural} from '../format.js';
 import {icon} from '../icons.js';
 import {toast} from '../toasts.js';
 
@@ -14,12 +15,18 @@ import {toast} from '../toasts.js';
  * @returns {import('./layer.js').Content}
  */
 export function addVideoDialog({app, close, signal}) {
-  const path = h('input', {class: 'input grow', type: 'text', id: 'add-path', autocomplete: 'off', spellcheck: 'false', 'aria-describedby': 'add-error add-hint'});
+  /** Paths of the videos of this folder that are chosen. @type {readonly string[]} */
+  let chosen = [];
+  /** All that the folder has. @type {readonly string[]} */
+  let present = [];
+  let place = '';
+  const path = h('input', {class: 'input grow', type: 'text', id: 'add-path', autocomplete: 'off', spellcheck: 'false', 'aria-describedby': 'add-error add-hint', oninput: () => choose([], path.value)});
   const error = h('p', {class: 'field-error', id: 'add-error', role: 'alert', hidden: true});
   const list = h('div', {class: 'browser', 'aria-label': 'Folders and videos', role: 'group'});
   const add = h('button', {class: 'btn btn-primary', type: 'submit'}, 'Add');
   const roots = app.store.get().session?.roots ?? [];
-  const places = h('div', {class: 'row browser-roots'}, ...roots.map((root) => h('button', {class: 'btn btn-small', type: 'button', title: root, onclick: () => open(root)}, icon('folder'), lastName(root))));
+  const all = h('button', {class: 'btn btn-small', type: 'button', hidden: true, onclick: () => choose(chosen.length === present.length ? [] : present)});
+  const places = h('div', {class: 'row browser-roots'}, ...roots.map((root) => h('button', {class: 'btn btn-small', type: 'button', title: root, onclick: () => open(root)}, icon('folder'), lastName(root))), h('span', {class: 'grow'}), all);
 
   /** @param {unknown} thrown */
   function fail(thrown) {
@@ -27,25 +34,37 @@ export function addVideoDialog({app, close, signal}) {
     setText(error, sentence(thrown));
   }
 
-  /** @param {string|null} place */
-  async function open(place) {
+  /** @param {readonly string[]} paths @param {string} [typed]   what stands in the field instead */
+  function choose(paths, typed) {
+    chosen = paths;
     error.hidden = true;
-    list.replaceChildren(waiting('The folder is read', {signal, retry: () => open(place)}));
+    const named = typed ?? (chosen.length === 1 ? chosen[0] : place);
+    if (path.value !== named) path.value = named;
+    setText(add, chosen.length > 1 ? `Add ${plural(chosen.length, 'video')}` : 'Add');
+    all.hidden = present.length < 2;
+    setText(all, chosen.length === present.length ? 'Choose none' : `Choose all ${count(present.length)}`);
+    for (const other of list.querySelectorAll('[data-path]')) {
+      other.setAttribute('aria-pressed', String(chosen.includes(other instanceof HTMLElement ? other.dataset.path ?? '' : '')));
+    }
+  }
+
+  /** @param {string|null} where */
+  async function open(where) {
+    present = [];
+    choose([]);
+    list.replaceChildren(waiting('The folder is read', {signal, retry: () => open(where)}));
     try {
-      const folder = await app.api.browse(place, {signal});
-      path.value = folder.path;
+      const folder = await app.api.browse(where, {signal});
+      place = folder.path;
+      present = folder.videos.map((video) => video.path);
       const {parent} = folder;
       fill(list,
         parent !== null && row('up', '..', 'One folder up', () => open(parent)),
         folder.truncated && h('p', {class: 'muted browser-none'}, lacking(folder)),
         folder.folders.map((name) => row('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name)))),
-        folder.videos.map((video) => row('film', video.name, bytes(video.size), () => {
-          path.value = video.path;
-          for (const other of list.querySelectorAll('[aria-pressed]')) other.setAttribute('aria-pressed', 'false');
-          list.querySelector(`[data-path="${CSS.escape(video.path)}"]`)?.setAttribute('aria-pressed', 'true');
-          add.focus();
-        }, video.path)),
+        folder.videos.map((video) => row('film', video.name, bytes(video.size), () => choose(toggled(chosen, video.path)), video.path)),
         folder.videos.length === 0 && !folder.truncated && h('p', {class: 'muted browser-none'}, folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.'));
+      choose([]);
     } catch (thrown) {
       if (signal.aborted) return;
       fill(list);
@@ -54,31 +73,42 @@ export function addVideoDialog({app, close, signal}) {
   }
 
   async function submit() {
-    const value = path.value.trim();
-    if (!value) {
-      fail(null);
+    const wanted = chosen.length ? chosen : [path.value.trim()];
+    if (!wanted[0]) {
+      error.hidden = false;
       setText(error, 'Choose a video, or type its path.');
       return;
     }
     add.disabled = true;
     error.hidden = true;
-    try {
-      const video = await app.load(() => app.api.addVideo(value, {signal}), putVideo);
-      toast(`${video.name} is ${video.state === 'importing' ? 'being imported' : 'in the library'}.`);
+    const {done, left, errors} = await oneByOne(wanted, (one) => {
+      if (wanted.length > 1) setText(add, `Adding ${count(wanted.indexOf(one) + 1)} of ${count(wanted.length)} …`);
+      return app.load(() => app.api.addVideo(one, {signal}), putVideo);
+    }, sentence);
+    add.disabled = false;
+    if (done.length) toast(addedWords(done));
+    if (signal.aborted) return;
+    if (left.length === 0) {
       close();
-    } catch (thrown) {
-      if (!signal.aborted) fail(thrown);
-    } finally {
-      add.disabled = false;
+      return;
     }
+    choose(chosen.length ? left : [], chosen.length ? undefined : path.value);
+    error.hidden = false;
+    setText(error, errors.join(' '));
   }
 
+  // Enter chooses a video, and once more adds what is chosen
+  list.addEventListener('keydown', (event) => {
+    if (event.key !== 'Enter' || !(event.target instanceof HTMLElement) || event.target.ariaPressed !== 'true') return;
+    event.preventDefault();
+    void submit();
+  });
   void open(null);
   return {
-    title: 'Add a video from a folder', size: 'middle', submit, focus: path,
+    title: 'Add videos from a folder', size: 'middle', submit, focus: path,
     body: h('div', {class: 'stack'},
       h('div', {class: 'field'}, h('label', {class: 'field-label', for: 'add-path'}, 'Path'), path,
-        h('span', {class: 'field-hint', id: 'add-hint'}, 'The file stays where it is. Videos can be added from these folders:')),
+        h('span', {class: 'field-hint', id: 'add-hint'}, 'Choose one or several below, or type a path. Files stay where they are. Videos can be added from these folders:')),
       places, list, error),
     footer: [h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), add],
   };
