@@ -152,6 +152,33 @@ def test_several_videos_of_a_folder_are_added_at_once(page: Page) -> None:
     assert asked[2:] == ["/v/c.mp4"]
 
 
+def test_all_videos_without_a_run_get_one(page: Page) -> None:
+    known = page.evaluate("async () => (await (await fetch('/api/videos')).json()).videos[0]")
+    ran = page.evaluate("async (id) => (await fetch(`/api/runs/${id}`)).json()", known["latest_run"])
+    new = [{**known, "id": digit * 64, "name": f"{digit}.mp4", "runs": 0, "latest_run": None} for digit in "abc"]
+    page.route(re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [known, *new]}))
+    asked: list[str] = []
+
+    def start(route: Route) -> None:
+        video = route.request.url.split("/")[-2]
+        asked.append(video[0])
+        error = {"code": "full", "message": "There is no room for b.mp4."}
+        run = {**ran, "id": video[:32], "video_id": video, "state": "queued"}
+        route.fulfill(status=507, json={"error": error}) if video[0] == "b" else route.fulfill(status=201, json=run)
+
+    page.route(re.compile(r"/api/videos/[abc]{64}/runs$"), start)
+    page.reload()
+    page.get_by_label("Search videos").fill("c.mp4")
+    expect(page.get_by_role("button", name="Run all new")).to_be_hidden()
+    page.get_by_label("Search videos").fill("")
+    page.get_by_role("button", name="Run all new (3)").click()
+    page.get_by_role("button", name="Start the runs").click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    expect(page.get_by_text("2 runs are started.")).to_be_visible()
+    expect(page.get_by_text("There is no room for b.mp4.")).to_be_visible()
+    assert asked == ["a", "b", "c"]
+
+
 def test_a_folder_that_holds_more_than_is_listed_says_so(page: Page) -> None:
     folder = {"path": "/v", "parent": None, "folders": ["<b>drives"], "videos": [], "truncated": True}
     page.route(re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))

@@ -9,6 +9,7 @@ import {emptyState, waiting} from './empty.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
 import {STEP, createCards} from './library-list.js';
+import {createRunAll} from './library-run-all.js';
 import {acceptDrops} from './drops.js';
 import {createUploads} from './library-uploads.js';
 import {createWelcome} from './library-welcome.js';
@@ -75,6 +76,7 @@ export function createLibrary(app) {
     files.value = '';
   }});
   const uploads = createUploads(app, signal);
+  const runAll = createRunAll(app);
   const welcome = createWelcome(app);
   const welcomePlace = h('div', null, welcome.element);
   const total = h('span', {class: 'muted'});
@@ -90,6 +92,7 @@ export function createLibrary(app) {
         h('div', {class: 'input-with-icon library-search'}, icon('search'), search), sort,
         h('button', {class: 'btn', type: 'button', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'add-video'}))}, icon('folder'), 'Add from folder'),
         h('button', {class: 'btn', type: 'button', onclick: () => files.click()}, icon('upload'), 'Upload'), files,
+        runAll.element,
         h('button', {class: 'btn', type: 'button', title: 'Annotations of one or several videos', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'export'}))}, icon('export'), 'Export'),
         h('button', {class: 'btn', type: 'button', title: 'Take somebody’s bug bundle into the library', onclick: () => store.dispatch((state) => openDialog(state, {kind: 'import-bundle'}))}, icon('bug'), 'Open bug bundle')),
       uploads.element, welcomePlace, notice, cards.element),
@@ -168,6 +171,7 @@ export function createLibrary(app) {
     welcomePlace.hidden = search.value !== '';
     setText(total, found.length === state.videos.length ? plural(found.length, 'video') : `${count(found.length)} of ${plural(state.videos.length, 'video')}`);
     cards.show(found, state.runs);
+    runAll.show(found);
     void loadRuns(found.slice(0, place.most));
     if (state.videos.length === 0) {
       notify('empty', () => emptyState({
