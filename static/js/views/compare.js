@@ -82,7 +82,7 @@ export function createCompare(app) {
     fill(content,
       h('header', {class: 'compare-head'},
         h('h1', null, 'Compare'), video && h('span', {class: 'muted'}, `${video.name}, frames ${count(found.first)} to ${count(found.last)}`), h('span', {class: 'grow'}),
-        h('button', {class: 'btn', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: found.video_id, run: runOf(b) ?? runOf(a)}}))}, icon('settings'), 'Choose others'),
+        h('button', {class: 'btn', type: 'button', onclick: () => app.store.dispatch((state) => openDialog(state, {kind: 'compare', data: {video: found.video_id, run: runOf(b) ?? runOf(a), reference: a, candidate: b}}))}, icon('settings'), 'Choose others'),
         h('a', {class: 'btn', href: `#/compare?a=${encodeURIComponent(b)}&b=${encodeURIComponent(a)}`}, icon('refresh'), 'Swap')),
       h('div', {class: 'compare-sides'}, cards[0], h('span', {class: 'compare-against muted'}, 'against'), cards[1]),
       h('div', {class: 'compare-columns'},

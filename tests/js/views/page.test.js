@@ -5,6 +5,7 @@ import {arrange} from '../../../static/js/views/library.js';
 import {arrangeConfusion, cellWords} from '../../../static/js/views/compare-confusion.js';
 import {sides, viewOf} from '../../../static/js/views/compare-places.js';
 import {describe as describeDoc, differingKeys} from '../../../static/js/views/dialogs/conflict.js';
+import {firstChoice} from '../../../static/js/views/dialogs/compare.js';
 import {lacking} from '../../../static/js/views/dialogs/add-video.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
 import {NO_CLASS, emptyDoc} from '../../../static/js/model/documents.js';
@@ -127,6 +128,14 @@ test('a sign of none of the classes is neither missed nor nothing', () => {
   const cell = (reference, candidate) => ({reference, candidate, count: 1, frames: [], lasts: [], tracks: [], partners: []});
   const found = arrangeConfusion({classes: [14, -1], cells: [cell(-1, -1), cell(14, -1), cell(null, -1), cell(-1, null)]});
   assert.deepEqual([found.rows, found.columns], [[14, -1, null], [-1, null]]);
+});
+
+test('the dialog of a comparison begins with what is compared, else with a run against the best that there is', () => {
+  const offered = ['run:a', 'run:b', 'annotation:a', 'truth:t'];
+  assert.deepEqual(firstChoice(offered, {run: 'b', reference: 'run:a', candidate: 'run:b'}), {reference: 'run:a', candidate: 'run:b'});
+  assert.deepEqual(firstChoice(offered, {run: 'b'}), {reference: 'truth:t', candidate: 'run:b'});
+  assert.deepEqual(firstChoice(offered.slice(0, 3), {run: 'gone', reference: 'run:gone', candidate: 'run:a'}), {reference: 'annotation:a', candidate: 'run:a'});
+  assert.equal(firstChoice(['truth:t'], {}), null);
 });
 
 test('a place opens with both sides in view', () => {

@@ -12,7 +12,21 @@ import {runTitle} from '../run-words.js';
 import {toast} from '../toasts.js';
 
 /**
- * @param {import('./layer.js').Setup} setup   data: `{video, run?}`
+ * What the dialog begins with: what is compared now, else a run against ground truth, or against its own corrections.
+ *
+ * @param {readonly string[]} offered   sides of the video that can be compared
+ * @param {{run?: string|null, reference?: string, candidate?: string}} present   the run that is open; what is compared
+ * @returns {{reference: string, candidate: string}|null} null: there is no run
+ */
+export function firstChoice(offered, {run, reference, candidate}) {
+  if (reference && candidate && offered.includes(reference) && offered.includes(candidate)) return {reference, candidate};
+  const own = offered.find((side) => side === `run:${run}`) ?? offered.find((side) => side.startsWith('run:'));
+  if (!own) return null;
+  return {reference: offered.find((side) => side.startsWith('truth:')) ?? own.replace('run:', 'annotation:'), candidate: own};
+}
+
+/**
+ * @param {import('./layer.js').Setup} setup   data: `{video, run?, reference?, candidate?}`
  * @returns {import('./layer.js').Content}
  */
 export function compareDialog({app, data, close, signal}) {
@@ -54,10 +68,10 @@ export function compareDialog({app, data, close, signal}) {
           truths.length > 0 && h('optgroup', {label: `Ground truth of ${name}`}, ...truths.map((truth) => h('option', {value: `truth:${truth.id}`}, `${truth.name}, ${plural(truth.count, 'box', 'boxes')}`))));
         if (before) select.value = before;
       }
-      const own = usable.find(({id}) => id === data.run) ?? usable[0];
-      if (own && !candidate.dataset.chosen) {
-        candidate.value = `run:${own.id}`;
-        reference.value = truths.length ? `truth:${truths[0].id}` : `annotation:${own.id}`;
+      const begun = firstChoice([...reference.options].map(({value}) => value), data);
+      if (begun && !candidate.dataset.chosen) {
+        reference.value = begun.reference;
+        candidate.value = begun.candidate;
         candidate.dataset.chosen = 'yes';
       }
       check();

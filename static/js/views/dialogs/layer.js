@@ -12,7 +12,7 @@
  * - adopted: `{from, to}`: runs
  * - export: `{runs?}`; import: `{video, file?, as?}`; truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
  * - record, bundle, second, settings: nothing
- * - run: `{video}`; whatif: `{run}`; compare: `{video, run?}`
+ * - run: `{video}`; whatif: `{run}`; compare: `{video, run?, reference?, candidate?}`
  */
 
 import {closeDialog} from '../../store/actions/page.js';
