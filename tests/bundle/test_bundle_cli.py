@@ -39,6 +39,7 @@ def test_exit_codes_and_report(drive: Drive, tmp_path: Path, capfd: Any) -> None
         in text
     )
     assert "All 24 frames are bit by bit those of the run." in text
+    assert "frames 46 to 69 of drive.mp4, 67 frames run (43 of them to lead in) in " in text
     assert text.strip().splitlines()[-1] == "still broken"
     rows = tmp_path / "rows.csv"
     assert run(["replay", str(path), "--set", "birth_score=50", "--json", "--csv", str(rows)]) == 21

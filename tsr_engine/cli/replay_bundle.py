@@ -120,8 +120,8 @@ def print_report(report: BundleReplay, bundle: Bundle) -> None:
     facts = bundle.manifest
     frames = facts.frames
     console.print(
-        f"{bundle.name}: frames {frames.first} to {frames.stop - 1} of {facts.video.name}, {report.frames} frames run "
-        f"in {report.seconds:.1f} s.",
+        f"{bundle.name}: frames {frames.first} to {frames.stop - 1} of {facts.video.name}, "
+        f"{_frames_run(report)} in {report.seconds:.1f} s.",
         soft_wrap=True,
         markup=False,
     )
@@ -138,6 +138,12 @@ def print_report(report: BundleReplay, bundle: Bundle) -> None:
     console.print(report.verdict)
 
 
+def _frames_run(report: BundleReplay) -> str:
+    """How many frames were run; those that lead in to the others are more than the report is about."""
+    leading = report.frames - report.judged
+    return f"{report.frames} frames run" + (f" ({leading} of them to lead in)" if leading > 0 else "")
+
+
 def _reproduction(report: BundleReplay, whole: bool) -> str:
     if report.identical is None:
         exact = "The stored evidence is of another version, so it was not compared bit by bit."
@@ -146,7 +152,9 @@ def _reproduction(report: BundleReplay, whole: bool) -> str:
     else:
         exact = f"{report.identical} of {report.judged} frames are bit by bit those of the run."
     shown = "The output is the same" if report.same else "The output is another one"
-    tail = f"{shown} ({report.tracks_before} tracks then, {report.tracks} now)."
+    tail = (
+        f"{shown} ({report.tracks_before} track{'' if report.tracks_before == 1 else 's'} then, {report.tracks} now)."
+    )
     if not whole:
         tail += " Signs in view before the first frame were found anew, so the first frames may differ."
     return f"{exact} {tail}"
