@@ -283,6 +283,16 @@ def test_the_key_h_names_only_what_one_looks_at_and_is_remembered(desk: Desk) ->
     assert row.locator("xpath=preceding-sibling::dt[1]").inner_text() == "H"
 
 
+@pytest.mark.parametrize("width", [1280, 1920, 2560])
+def test_no_filter_of_the_queue_stands_in_a_row_of_its_own(desk: Desk, width: int) -> None:
+    page = desk.page()
+    page.set_viewport_size({"width": width, "height": 1080})
+    quiet(page)
+    filters = "[...document.querySelectorAll('.queue-filters > .select, .queue-filters > .input')]"
+    tops = page.evaluate(f"{filters}.map((one) => one.offsetTop)")
+    assert [tops.count(top) for top in sorted(set(tops))] == [3, 3]
+
+
 @pytest.mark.parametrize("width", [1280, 1811])
 def test_the_toolbar_stands_in_one_row(desk: Desk, width: int) -> None:
     page = desk.page()
