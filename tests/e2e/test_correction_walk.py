@@ -101,6 +101,18 @@ def test_the_walk_by_mouse_and_keys(desk: Desk, page: Page) -> None:
     choose_label(page, "keep right")
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == 38 and s["unsaved"] == 0)
 
+    # what it is now is offered first, then what the engine has read
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    offered = page.locator("dialog[open] .label")
+    assert "keep right" in offered.nth(0).inner_text()
+    read = offered.nth(1).get_attribute("id")
+    assert "%" in offered.nth(1).inner_text()
+    page.keyboard.press("ArrowRight")
+    back = edited(page, lambda: page.keyboard.press("Enter"))
+    assert f"label-{back['docs'][key]['class_id']}" == read
+    assert edited(page, lambda: page.keyboard.press("Control+z"))["docs"][key]["class_id"] == 38
+
     # correct a second frame, interpolate between the two
     page.keyboard.press("v")
     wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])

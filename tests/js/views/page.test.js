@@ -9,7 +9,7 @@ import {firstChoice} from '../../../static/js/views/dialogs/compare.js';
 import {lacking} from '../../../static/js/views/dialogs/add-video.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
 import {NO_CLASS, emptyDoc} from '../../../static/js/model/documents.js';
-import {findLabels, isSaid, sideOf} from '../../../static/js/views/dialogs/relabel.js';
+import {findLabels, isSaid, sideOf, votesFor, withFirst} from '../../../static/js/views/dialogs/relabel.js';
 import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/views/format.js';
 import {savedWords} from '../../../static/js/views/topbar.js';
 import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
@@ -61,6 +61,16 @@ test('classes are found by number, by beginnings, by parts', () => {
   assert.deepEqual(ids('overt'), [4]);
   assert.deepEqual(ids('zebra'), []);
   assert.equal(ids(' ').length, LABELS.length);
+});
+
+test('what a track is and what the engine has read besides is offered first, until something is typed', () => {
+  const lane = {classes: [2, 3, 5, 0], votes: [[1, 0, 0, 0], [0.5, 0.1, 0.396, 0.004], null]};
+  assert.deepEqual([...votesFor(lane)], [[2, 0.5], [5, 0.396], [3, 0.1]]);
+  assert.deepEqual([...votesFor(null), ...votesFor({classes: [2], votes: [null]})], []);
+  const offered = withFirst(LABELS, [4, ...votesFor(lane).keys()]);
+  assert.deepEqual(findLabels(offered, '').map(({id}) => id), [4, 2, 5, 3, 0, 1]);
+  assert.deepEqual(findLabels(offered, 'speed').map(({id}) => id), [0, 1, 2, 3]);
+  assert.deepEqual(withFirst(LABELS, [NO_CLASS, null]), LABELS);
 });
 
 test('what people have said already is not said again; single boxes make a difference', () => {

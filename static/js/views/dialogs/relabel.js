@@ -4,12 +4,14 @@
 import {NO_CLASS} from '../../model/documents.js';
 import {labelAt, labelOf} from '../../model/effective.js';
 import {OTHER_WORDS, className} from '../../model/label_words.js';
+import {documentLane} from '../../model/track_lane.js';
 import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
 import {docOf} from '../../editing/revisions.js';
 import {shownTrack} from '../../review/shown_tracks.js';
 import {edit} from '../app.js';
 import {h, reconcile, setText} from '../dom.js';
+import {percent} from '../format.js';
 import {recall, remember} from '../preferences.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -41,6 +43,29 @@ export function findLabels(labels, text) {
   };
   return labels.map((label) => ({label, rank: rank(label)})).filter((found) => found.rank < 6)
     .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id).map((found) => found.label);
+}
+
+/**
+ * The classes in the order in which they are offered before anything is typed: some come first, the others as they are.
+ *
+ * @param {readonly Label[]} labels
+ * @param {readonly (number|null|undefined)[]} first   their ids; what is no class is passed over
+ * @returns {Label[]}
+ */
+export function withFirst(labels, first) {
+  return [...new Set([...first.flatMap((id) => labels.find((label) => label.id === id) ?? []), ...labels])];
+}
+
+/**
+ * What the engine has read a track as: the leading classes with their shares of the votes, the largest first.
+ *
+ * @param {Pick<import('../../types.js').TrackLane, 'classes'|'votes'>|null|undefined} lane   null: not loaded, or the engine has none
+ * @returns {Map<number, number>} class -> share; those without a hundredth of the votes are left out
+ */
+export function votesFor(lane) {
+  const shares = lane?.votes.filter((votes) => votes !== null).at(-1) ?? [];
+  const read = shares.map((share, i) => /** @type {[number, number]} */ ([Number(lane?.classes[i]), share]));
+  return new Map(read.filter(([, share]) => share >= 0.01).sort(([, a], [, b]) => b - a));
 }
 
 /** The class that a box was last drawn for: signs come in series. @returns {number|null} */
@@ -88,9 +113,11 @@ export function relabelDialog({app, data, close}) {
   /** @param {number} id */
   const engineClass = (id) => review?.tracks?.class_id[review.tracks.id.indexOf(id)] ?? null;
   const current = draft ? drawnLast() : doc && labelAt(doc, frame, engineClass);
-  let found = [...labels];
+  const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
+  const offered = draft ? [...labels] : withFirst(labels, [current, ...votes.keys()]);
+  let found = offered;
   // what the track is now; of none of the classes none is offered, for Enter would take it
-  const present = draft ? Math.max(0, labels.findIndex(({id}) => id === current)) : labels.findIndex(({id}) => id === current);
+  const present = draft ? Math.max(0, offered.findIndex(({id}) => id === current)) : offered.findIndex(({id}) => id === current);
   let untouched = true;
   let at = present;
   const list = h('ul', {class: 'labels', role: 'listbox', id: 'labels', 'aria-label': 'Classes'});
@@ -112,13 +139,15 @@ export function relabelDialog({app, data, close}) {
 
   /** @param {Label} label */
   function create(label) {
+    const share = votes.get(label.id);
     return h('li', {class: 'label', role: 'option', id: `label-${label.id}`, onclick: () => choose(label)},
       h('img', {class: 'label-picture', src: label.picture, alt: '', width: 32, height: 32}),
-      h('span', {class: 'label-id muted small'}, label.id), h('span', {class: 'truncate'}, label.name));
+      h('span', {class: 'label-id muted small'}, label.id), h('span', {class: 'truncate grow'}, label.name),
+      share !== undefined && h('span', {class: 'muted small', title: 'Share of the engine’s votes for this track'}, percent(share)));
   }
 
   function show() {
-    found = findLabels(labels, search.value);
+    found = findLabels(offered, search.value);
     reconcile(list, found, ({id}) => String(id), create, (item, label) => item.setAttribute('aria-selected', String(label === found[at])));
     const chosen = found[at];
     if (chosen) search.setAttribute('aria-activedescendant', `label-${chosen.id}`);
