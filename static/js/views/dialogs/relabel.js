@@ -60,12 +60,12 @@ export function withFirst(labels, first) {
  * What the engine has read a track as: the leading classes with their shares of the votes, the largest first.
  *
  * @param {Pick<import('../../types.js').TrackLane, 'classes'|'votes'>|null|undefined} lane   null: not loaded, or the engine has none
- * @returns {Map<number, number>} class -> share; those without a hundredth of the votes are left out
+ * @returns {Map<number, number>} class -> share, also of little ones: what was misread for sure hardly shows what it is
  */
 export function votesFor(lane) {
   const shares = lane?.votes.filter((votes) => votes !== null).at(-1) ?? [];
   const read = shares.map((share, i) => /** @type {[number, number]} */ ([Number(lane?.classes[i]), share]));
-  return new Map(read.filter(([, share]) => share >= 0.01).sort(([, a], [, b]) => b - a));
+  return new Map(read.filter(([, share]) => share > 0).sort(([, a], [, b]) => b - a));
 }
 
 /** The class that a box was last drawn for: signs come in series. @returns {number|null} */
@@ -143,7 +143,7 @@ export function relabelDialog({app, data, close}) {
     return h('li', {class: 'label', role: 'option', id: `label-${label.id}`, onclick: () => choose(label)},
       h('img', {class: 'label-picture', src: label.picture, alt: '', width: 32, height: 32}),
       h('span', {class: 'label-id muted small'}, label.id), h('span', {class: 'truncate grow'}, label.name),
-      share !== undefined && h('span', {class: 'muted small', title: 'Share of the engine’s votes for this track'}, percent(share)));
+      share !== undefined && share >= 0.005 && h('span', {class: 'muted small', title: 'Share of the engine’s votes for this track'}, percent(share)));
   }
 
   function show() {
