@@ -237,6 +237,8 @@ def test_a_notice_does_not_follow_to_another_screen_but_a_failure_does(page: Pag
 
 def test_the_layer_of_the_second_run_asks_which_one(other: str, page: Page) -> None:
     layer = "() => tsr.store.get().review.layers.second"
+    chip = page.locator(".legend-item").last
+    expect(chip).to_have_attribute("aria-pressed", "false")
     page.keyboard.press("8")
     dialog = page.locator("dialog[open]")
     dialog.get_by_role("radio", name="Second ·").check()
@@ -244,7 +246,7 @@ def test_the_layer_of_the_second_run_asks_which_one(other: str, page: Page) -> N
     expect(dialog).to_have_count(0)
     wait(page, lambda s: s["second"] == other)
     assert page.evaluate(layer) is True
-    chip = page.locator(".legend-item").last
+    expect(chip).to_have_attribute("aria-pressed", "true")
     expect(chip).to_have_attribute("title", re.compile(r"^Second run: Second · .* \(8\)$"))
     expect(chip).to_contain_text(re.compile(r"[1-9]$"))
     page.locator(".picture-stage").focus()

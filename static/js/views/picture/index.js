@@ -275,7 +275,8 @@ function createLegend(app) {
       entitle('truth', truthName);
       entitle('second', second === null ? 'none chosen yet' : over ? runName(over) : null);
       for (const [name, { button, count }] of rows) {
-        const pressed = String(on[name]);
+        // a second run that nobody has chosen is not shown, whatever the switch would say
+        const pressed = String(on[name] && (name !== 'second' || second !== null));
         if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
         // ground truth is fetched only while it is shown, and no second run has no boxes: 0 would say that there are none
         const unknown = (name === 'truth' && !on.truth && counts.truth === 0) || (name === 'second' && second === null);
