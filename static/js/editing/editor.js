@@ -191,7 +191,7 @@ export function createEditor({ store, api, outbox, background, signal, toast, au
 
   async function refresh() {
     const here = work.run;
-    work.overtaken = true; // a reading that is under way may be older
+    if (!work.ready) work.overtaken = true; // the reading that is under way may be older
     if (here === null || !work.ready) return;
     const annotation = await api.annotation(here, author(), { signal }).catch(() => null);
     if (annotation === null || work.run !== here) return;

@@ -196,9 +196,12 @@ function fuse(pieces) {
   return { classes, votes, probabilities };
 }
 
+/** Shares of the lane's `classes` once all of its frames have voted; null: none has. @param {Pick<TrackLane, 'votes'>} lane @returns {number[]|null} */
+export const lastVotes = ({ votes }) => votes.filter((shares) => shares !== null).at(-1) ?? null;
+
 /** @param {TrackLane} lane @returns {Reading|null} */
 function readingOf(lane) {
-  const last = lane.votes.filter((votes) => votes !== null).at(-1);
+  const last = lastVotes(lane);
   if (!last || lane.classes.length === 0) return null;
   return { class_id: lane.classes[0], share: last[0], runner_up: lane.classes[1] ?? null, runner_up_share: last[1] ?? 0 };
 }

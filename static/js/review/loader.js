@@ -297,7 +297,10 @@ export function createLoader(app, hooks) {
     } catch (thrown) {
       fail(thrown, signal);
       // nothing else would bring what has been heard of
-      if (isOffline(thrown)) setTimeout(() => !signal.aborted && void refresh(), AGAIN);
+      if (isOffline(thrown)) {
+        clearTimeout(timer);
+        timer = setTimeout(() => !signal.aborted && void refresh(), AGAIN);
+      }
     }
   }
 

@@ -4,7 +4,7 @@
 import {NO_CLASS} from '../../model/documents.js';
 import {labelAt, labelOf} from '../../model/effective.js';
 import {OTHER_WORDS, className} from '../../model/label_words.js';
-import {documentLane} from '../../model/track_lane.js';
+import {documentLane, lastVotes} from '../../model/track_lane.js';
 import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
 import {docOf} from '../../editing/revisions.js';
@@ -63,7 +63,7 @@ export function withFirst(labels, first) {
  * @returns {Map<number, number>} class -> share, also of little ones: what was misread for sure hardly shows what it is
  */
 export function votesFor(lane) {
-  const shares = lane?.votes.filter((votes) => votes !== null).at(-1) ?? [];
+  const shares = (lane && lastVotes(lane)) ?? [];
   const read = shares.map((share, i) => /** @type {[number, number]} */ ([Number(lane?.classes[i]), share]));
   return new Map(read.filter(([, share]) => share > 0).sort(([, a], [, b]) => b - a));
 }
@@ -114,10 +114,10 @@ export function relabelDialog({app, data, close}) {
   const engineClass = (id) => review?.tracks?.class_id[review.tracks.id.indexOf(id)] ?? null;
   const current = draft ? drawnLast() : doc && labelAt(doc, frame, engineClass);
   const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
-  const offered = draft ? [...labels] : withFirst(labels, [current, ...votes.keys()]);
+  const offered = withFirst(labels, draft ? [] : [current, ...votes.keys()]);
   let found = offered;
   // what the track is now; of none of the classes none is offered, for Enter would take it
-  const present = draft ? Math.max(0, offered.findIndex(({id}) => id === current)) : offered.findIndex(({id}) => id === current);
+  const present = Math.max(draft ? 0 : -1, offered.findIndex(({id}) => id === current));
   let untouched = true;
   let at = present;
   const list = h('ul', {class: 'labels', role: 'listbox', id: 'labels', 'aria-label': 'Classes'});
