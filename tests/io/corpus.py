@@ -7,6 +7,7 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -164,6 +165,28 @@ def with_edit_list(made: Made, path: Path, skip: int, keep: int) -> Made:
     struct.pack_into(">Ii", content, at + 8, round(Fraction(keep * movie_scale, 25)), media_time + skip * step)
     path.write_bytes(content)
     return Made(path, made.codes[skip : skip + keep], made.times[:keep])
+
+
+EDIT_LISTS: dict[str, tuple[str, int, int]] = {
+    "edit_list": ("b_frames", 12, 30),
+    "edit_list_inside_gop": ("b_frames", 17, 22),
+    "edit_list_open_gop": ("open_gop", 14, 28),
+    "edit_list_tail": ("constant", 0, 31),
+}
+"""Name -> what is cut, frames that are skipped, frames that are kept."""
+
+
+def maker(folder: Path) -> Callable[[str], Made]:
+    """A function from a name of ``RECIPES`` or ``EDIT_LISTS`` to the file in a folder, made when first asked for."""
+
+    @cache
+    def get(name: str) -> Made:
+        if name not in EDIT_LISTS:
+            return make(RECIPES[name], folder, name)
+        source, skip, keep = EDIT_LISTS[name]
+        return with_edit_list(get(source), folder / f"{name}.mp4", skip, keep)
+
+    return get
 
 
 def _timescale(content: bytes | bytearray, box: bytes) -> int:

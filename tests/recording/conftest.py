@@ -31,16 +31,6 @@ def corpus() -> Any:
 
 
 @pytest.fixture(scope="session")
-def made(corpus: Any, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Any]:
+def made(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Any]:
     """A function from the name of a kind of video to the made file."""
-    folder = tmp_path_factory.mktemp("corpus")
-    files: dict[str, Any] = {}
-
-    def get(name: str) -> Any:
-        if name not in files and name == "edit_list_inside_gop":
-            files[name] = corpus.with_edit_list(get("b_frames"), folder / f"{name}.mp4", 17, 22)
-        elif name not in files:
-            files[name] = corpus.make(corpus.RECIPES[name], folder, name)
-        return files[name]
-
-    return get
+    return bar_coded.maker(tmp_path_factory.mktemp("corpus"))

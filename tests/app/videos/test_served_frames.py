@@ -24,9 +24,7 @@ KINDS = ("constant", "variable", "b_frames", "open_gop", "edit_list", "rotated_9
 
 def _file(corpus: ModuleType, kind: str, folder: Path) -> Any:
     folder.mkdir(parents=True, exist_ok=True)
-    if kind == "edit_list":
-        return corpus.with_edit_list(corpus.make(corpus.RECIPES["b_frames"], folder, "b"), folder / "e.mp4", 12, 30)
-    return corpus.make(corpus.RECIPES[kind], folder, kind)
+    return corpus.maker(folder)(kind)
 
 
 def _add(server: Server, path: Path) -> str:
