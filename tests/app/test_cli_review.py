@@ -224,7 +224,7 @@ def test_the_end_is_not_held_up_by_what_the_interpreter_would_look_through(
 def test_where_no_browser_opens_the_address_is_left_to_the_person(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for opens, said in ((True, ""), (False, "No browser was found here. Open the address above in one.\n")):
+    for opens, said in ((True, ""), (False, "tsr: No browser was found here. Open the address above in one.\n")):
         monkeypatch.setattr("app.cli.serve.webbrowser.open", lambda link, opens=opens: opens)
         _show("http://127.0.0.1:1/login/x")
         assert capsys.readouterr().err == said
