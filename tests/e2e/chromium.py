@@ -26,9 +26,10 @@ PACKAGE = "@sparticuz/chromium"
 UNPACK = f'const {{ default: chromium }} = await import("{PACKAGE}"); console.log(await chromium.executablePath());'
 START = """#!/bin/sh
 here=$(dirname "$0")
-LD_LIBRARY_PATH="$here/al2023/lib:$LD_LIBRARY_PATH" exec "$here/chromium" "$@"
+export LC_ALL=en_US.UTF-8 LD_LIBRARY_PATH="$here/al2023/lib:$LD_LIBRARY_PATH"
+exec "$here/chromium" "$@"
 """
-"""The package brings the libraries that a server may lack."""
+"""The package brings the libraries that a server may lack; of a locale POSIX it makes a language that pages refuse."""
 
 
 def find() -> Path | None:
