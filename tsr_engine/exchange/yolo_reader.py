@@ -90,7 +90,7 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     for place in (path, path.parent):
         for name in ("data.yaml", "dataset.yaml", "data.yml"):
             if (place / name).is_file():
-                found = names_of(read_text(place / name, limit=1 << 24), name)
+                found = names_of(place / name)
                 if found is not None:
                     return found, name
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
