@@ -28,6 +28,7 @@ from app.space.ordering import SceneService
 from app.space.prior import find_prior
 from app.space.service import SpaceService
 from app.storage.database import Database
+from app.storage.misplaced import fetch_misplaced
 from app.training.service import TrainingService
 from app.truths.service import TruthService
 from app.videos.frames import FrameService
@@ -83,6 +84,7 @@ def build_context(settings: Settings) -> Context:
         StorageError: the data folder or the database cannot be used.
     """
     settings.home.mkdir(parents=True, exist_ok=True)
+    fetch_misplaced(settings)
     tokens = Tokens(settings.token or home_token(settings.home))
     database = Database(settings.database)
     database.migrate(settings.home / "backups")

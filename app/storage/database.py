@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
-from sqlalchemy import Connection, create_engine, event, make_url
+from sqlalchemy import URL, Connection, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 from sqlalchemy.orm import Session
 
@@ -21,30 +22,34 @@ _WAIT_MS = 8000
 """How long SQLite waits for another writer."""
 
 
-def _require_driver(url: str) -> None:
-    """Refuse an address that nothing here can open.
+def _address(url: str | URL) -> URL:
+    """An address that something here can open.
 
     Raises:
         UsageError: no address, or one of a database without a driver here.
     """
     try:
-        make_url(url).get_dialect()
+        address = make_url(url)
+        address.get_dialect()
     except (ArgumentError, NoSuchModuleError):
         raise UsageError(
             "Expected the address of a database, such as postgresql+psycopg://user@host/name. Got one that begins with "
-            f"{url.partition(':')[0]!r}."
+            f"{str(url).partition(':')[0]!r}."
         ) from None
+    return address
 
 
-def sqlite_file(url: str) -> Path | None:
+def sqlite_file(url: str | URL) -> Path | None:
     """The file of a SQLite database, links resolved; None: another database, or one in memory.
 
     Raises:
         UsageError: no address, or one of a database without a driver here.
     """
-    _require_driver(url)
-    name = (make_url(url).database or "").removeprefix("file:")
-    return Path(name).resolve() if url.startswith("sqlite") and name and name != ":memory:" else None
+    address = _address(url)
+    name = address.database or ""
+    if address.query.get("uri") and name.startswith("file:"):
+        name = unquote(name.removeprefix("file:"))
+    return Path(name).resolve() if address.get_backend_name() == "sqlite" and name and name != ":memory:" else None
 
 
 class Database:
@@ -55,16 +60,18 @@ class Database:
     many threads could wait for seconds and then fail: the threads of one process queue up here first.
     """
 
-    def __init__(self, url: str) -> None:
-        _require_driver(url)
-        self.is_sqlite = url.startswith("sqlite")
+    def __init__(self, url: str | URL) -> None:
+        address = _address(url)
+        self.is_sqlite = address.get_backend_name() == "sqlite"
         if self.is_sqlite:
-            self.engine = create_engine(url, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False})
+            self.engine = create_engine(
+                address, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False}
+            )
             event.listen(self.engine, "connect", _on_connect)
             event.listen(self.engine, "begin", _on_begin)
         else:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
-            self.engine = create_engine(url, pool_pre_ping=True, pool_size=40, max_overflow=8)
+            self.engine = create_engine(address, pool_pre_ping=True, pool_size=40, max_overflow=8)
         self._writer = self.engine.execution_options(tsr_write=True)
         self._turn = threading.RLock()
 
