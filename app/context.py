@@ -93,7 +93,7 @@ def build_context(settings: Settings) -> Context:
     uploads = Uploads(settings.home, database)
     videos = VideoService(settings, database, events, jobs, uploads)
     evidence = EvidenceService(settings, database)
-    edits = EditService(database, events, evidence)
+    edits = EditService(database, events, evidence, settings)
     truths = TruthService(database)
     frames = FrameService(settings, database)
     artefacts = ArtefactService(settings, database, events, jobs)

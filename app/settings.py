@@ -105,7 +105,7 @@ class Settings(BaseSettings):
 
     @property
     def database(self) -> str | URL:
-        """SQLAlchemy address of the database; that in home is no text, since a name of a folder may hold ``?`` or ``%``."""
+        """SQLAlchemy address of the database; in home no text: a folder's name may hold ``?`` or ``%``."""
         return self.database_url or URL.create("sqlite", database=str(self.home / DATABASE_FILE))
 
 

@@ -29,7 +29,6 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.videos.table import restamp
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, video_view
 from tsr_engine.bundle.expectation import Expectation, read_expectation
@@ -226,8 +225,6 @@ class BundleImports:
         elif not Path(video.path).is_file():
             work.put(clip, upload)
             video.path, video.owned = str(upload), True
-            if video.frame_table is not None:
-                video.frame_table = restamp(video.frame_table, upload)
         return video
 
     def _run(self, manifest: Manifest, video_id: str, run_id: str, report: BundleReportView, tracks: int) -> Run:

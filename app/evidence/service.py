@@ -28,6 +28,7 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from app.videos.opened import library_file
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
@@ -64,8 +65,8 @@ class EvidenceService:
     """Reads evidence for the page; thread-safe."""
 
     def __init__(self, settings: Settings, database: Database) -> None:
+        self._settings = settings
         self._home = settings.home
-        self._limits = settings.video_limits
         self._database = database
         self._pool = ReaderPool()
         self._explainer = Explainer()
@@ -244,9 +245,18 @@ class EvidenceService:
                 raise nothing  # also where the run has no such frame
             pixels = source.folder
         with self._database.read() as session:
-            path = Path(session.get_one(Video, place.video_id).path)
-        video = str(path) if path.is_file() else ""
-        question = Question(str(place.folder), str(pixels), video, track_id, frame, self._limits.max_pixels)
+            file = library_file(self._settings, session.get_one(Video, place.video_id))
+        question = Question(
+            str(place.folder),
+            str(pixels),
+            str(file) if file.there else "",
+            track_id,
+            frame,
+            self._settings.max_pixels,
+            file.digest or "",
+            file.stamp,
+            tuple(map(str, file.roots)),
+        )
         found = self._explainer.ask(question)
         if found is None:
             raise nothing

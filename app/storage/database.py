@@ -60,9 +60,16 @@ class Database:
     many threads could wait for seconds and then fail: the threads of one process queue up here first.
     """
 
-    def __init__(self, url: str | URL) -> None:
+    def __init__(self, url: str | URL, here: str | None = None) -> None:
+        """Prepare to connect.
+
+        Args:
+            url: address.
+            here: the server that this is, whose rows new ones are (``app.storage.places``); SQLite has one at a time.
+        """
         address = _address(url)
         self.is_sqlite = address.get_backend_name() == "sqlite"
+        self.here = None if self.is_sqlite else here
         if self.is_sqlite:
             self.engine = create_engine(
                 address, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False}
@@ -72,7 +79,7 @@ class Database:
         else:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
             self.engine = create_engine(address, pool_pre_ping=True, pool_size=40, max_overflow=8)
-        self._writer = self.engine.execution_options(tsr_write=True)
+        self._writer = self.engine.execution_options(tsr_write=True, tsr_here=self.here)
         self._turn = threading.RLock()
 
     @contextmanager
