@@ -203,6 +203,7 @@ class ArtefactService:
         with task.write() as session:
             artefact = session.get_one(Artefact, artefact_id)
             artefact.done, artefact.total = done, total
+            task.reached(session, done)
             publish_artefact(session, task.events, artefact)
 
     def complete(

@@ -7,7 +7,7 @@ after a crash, but takes effect once.
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -15,14 +15,17 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
+from app.jobs.deaths import Cause
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import Lane
 from app.storage.models import Job
 
-__all__ = ["MOST_CRASHES", "STRIDE", "Fenced", "JobQueue"]
+__all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue"]
 
 MOST_CRASHES = 3
-"""A job that kills this many processes at one place is given up."""
+"""A job in which this many processes crash at one place, or run out of memory there, is given up."""
+MOST_KILLS = 100
+"""A job whose processes are ended this often at one place is given up: it may be what takes a whole container down."""
 STRIDE = 32
 """Frames that count as getting on: the engine stores that many at once, and positions are noted now and then only."""
 
@@ -74,7 +77,7 @@ class JobQueue:
         return session.scalars(query).all()
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
-        """Take one job, for a process at a place (:func:`app.jobs.locks.place_of`); None: somebody was faster."""
+        """Take one job, for a process at a place (:func:`app.storage.identity.place_of`); None: somebody was faster."""
         query = select(Job).where(Job.id == job_id, Job.state == "queued").with_for_update(skip_locked=True)
         job = session.scalars(query).first()
         if job is None:
@@ -122,8 +125,14 @@ class JobQueue:
         """Jobs that some process holds, or died holding."""
         return list(session.scalars(select(Job).where(Job.state == "running")))
 
-    def bury(self, session: Session, job_id: str, token: int) -> Job | None:
+    def bury(self, session: Session, job_id: str, token: int, cause: Cause = "crashed") -> Job | None:
         """A process died with this job: queue it again, or give it up when it keeps dying at one place.
+
+        Args:
+            session: writes.
+            job_id: the job.
+            token: of the process that died.
+            cause: only crashes speak against the file that is worked on; the others are counted apart.
 
         Returns:
             The job if it is given up or was cancelled; None if it goes on.
@@ -135,24 +144,48 @@ class JobQueue:
         place = -1 if job.position is None else job.position
         furthest = job.payload.get("died_at")
         further = furthest is not None and place >= furthest + STRIDE
-        job.crashes = 1 if further else job.crashes + 1
-        job.payload = {**job.payload, "died_at": place if further or furthest is None else furthest}
+        others = {} if further else dict(job.payload.get("ends", {}))
+        job.crashes = (0 if further else job.crashes) + (cause == "crashed")
+        if cause != "crashed":
+            others[cause] = others.get(cause, 0) + 1
+        furthest = place if further or furthest is None else furthest
+        job.payload = {**job.payload, "died_at": furthest, "ends": others}
         if job.cancel:
             job.state, job.finished = "cancelled", datetime.now(UTC)
             return job
-        if job.crashes >= MOST_CRASHES:
-            job.state, job.finished = "failed", datetime.now(UTC)
-            kind = self.kinds.get(job.kind)
-            job.error = _died(job, by_frame=kind is not None and kind.by_frame)
+        kind = self.kinds.get(job.kind)
+        error = _given_up(job, others, by_frame=kind is not None and kind.by_frame)
+        if error is not None:
+            job.state, job.finished, job.error = "failed", datetime.now(UTC), error
             return job
         job.state = "queued"
         return None
 
 
-def _died(job: Job, *, by_frame: bool) -> str:
-    if not by_frame:
+def _given_up(job: Job, others: Mapping[str, int], *, by_frame: bool) -> str | None:
+    """Why a job is not tried once more; None: it is."""
+    where = _where(job.position, by_frame)
+    starved, killed = others.get("starved", 0), others.get("killed", 0)
+    if job.crashes >= MOST_CRASHES and by_frame:
+        return f"The engine died {job.crashes} times {where}. The file may be damaged there."
+    if job.crashes >= MOST_CRASHES:
         return (
-            f"The process that makes this died {job.crashes} times. Its memory may not suffice: ask for less at once."
+            f"The process that makes this died {job.crashes} times {where}. Its memory may not suffice: ask for less "
+            "at once."
         )
-    where = "before its first frame" if job.position is None else f"at frame {job.position}"
-    return f"The engine died {job.crashes} times {where}. The file may be damaged there."
+    if starved >= MOST_CRASHES:
+        return (
+            f"The machine had no memory left {starved} times {where}. Close other programs, have fewer workers "
+            "(TSR_WORKERS), or ask for less at once."
+        )
+    if killed >= MOST_KILLS:
+        return (
+            f"The process was ended from outside {killed} times {where}. Find out what ends it, then start this again."
+        )
+    return None
+
+
+def _where(position: int | None, by_frame: bool) -> str:
+    if by_frame:
+        return "before its first frame" if position is None else f"at frame {position}"
+    return "at its beginning" if position is None else f"at step {position}"

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from urllib.parse import unquote
 
 from sqlalchemy import URL, Connection, create_engine, event, make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import Session
 
 from app.errors import ApiError, Busy, Invalid, StorageFull
@@ -20,6 +21,12 @@ __all__ = ["Database", "sqlite_file", "storage_failure"]
 
 _WAIT_MS = 8000
 """How long SQLite waits for another writer."""
+
+
+_FULL: Final = "53100"
+_READ_ONLY: Final = "25006"
+_AWAY: Final = ("08", "57P", "53300", "53200", "55P03", "40001", "40P01")
+"""SQLSTATEs of what passes: no connection, a server that ends or starts, none or no memory left, locks, deadlocks."""
 
 
 def _address(url: str | URL) -> URL:
@@ -141,14 +148,34 @@ def _on_begin(connection: Connection) -> None:
 
 
 def storage_failure(error: DBAPIError) -> ApiError | None:
-    """What a failure of the database means to the person; None: something else."""
+    """What a failure of the database means to the person; None: something else.
+
+    PostgreSQL speaks the language of its machine, so its SQLSTATE counts, and whether the connection is lost.
+    """
     text = str(error.orig).lower()
-    if "disk is full" in text or "disk full" in text or "disk i/o error" in text or "no space left" in text:
+    if isinstance(error.orig, sqlite3.Error):
+        return _of_sqlite(text)
+    state = str(getattr(error.orig, "sqlstate", None) or "")
+    if state.startswith(_FULL):
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
-    if "locked" in text or "busy" in text or "could not connect" in text or "connection refused" in text:
-        return Busy("The database is busy. The request can be repeated.", code="database_busy")
+    if state.startswith(_READ_ONLY):
+        return StorageFull(
+            "The database can only be read for now. What you did is kept in the page.", code="storage_readonly"
+        )
+    # an error without a statement is one of connecting, which has no SQLSTATE
+    connecting = isinstance(error, OperationalError) and not state and error.statement is None
+    if error.connection_invalidated or connecting or state.startswith(_AWAY):
+        return Busy("The database is away for a moment. The request can be repeated.", code="database_busy")
     if "nul (0x00)" in text:
         return Invalid("A text holds the character NUL, which cannot be stored.")
-    if "readonly" in text or "read-only" in text:
+    return None
+
+
+def _of_sqlite(text: str) -> ApiError | None:
+    if "disk is full" in text or "disk i/o error" in text:
+        return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
+    if "locked" in text or "busy" in text:
+        return Busy("The database is busy. The request can be repeated.", code="database_busy")
+    if "readonly" in text:
         return StorageFull("The data folder cannot be written. Check its permissions.", code="storage_readonly")
     return None
