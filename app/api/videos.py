@@ -100,6 +100,7 @@ def get_frame_table(video_id: VideoId, context: ContextDep) -> TableAnswer:
 )
 def get_thumbnail(video_id: VideoId, context: ContextDep) -> FileResponse:
     """A small picture from the middle of the video."""
+    context.videos.require_here(video_id)
     place = thumbnail_path(context.settings.home, video_id)
     if not place.is_file():
         raise NotFound("There is no thumbnail (yet).")

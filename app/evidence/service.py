@@ -28,6 +28,7 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from app.storage.places import is_here, require_here
 from app.videos.opened import library_file
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
@@ -95,11 +96,13 @@ class EvidenceService:
 
         Raises:
             NotFound: there is none of that name.
+            Elsewhere: it lies with another server.
         """
         with self._database.read() as session:
             run = session.get(Run, run_id)
             if run is None:
                 raise NotFound(f"There is no run {run_id[:40]!r}.")
+            require_here(session, run.place, run.name)
             folder = self._home / run.folder
             return RunPlace(run.id, run.video_id, folder, run.state, run.parent_id, run.preset, dict(run.parameters))
 
@@ -119,8 +122,9 @@ class EvidenceService:
 
     def warm(self) -> None:
         """Answer for the newest complete run what the page asks first, so that it opens at once later."""
-        query = select(Run.id).where(Run.state == "complete").order_by(Run.order.desc()).limit(1)
         with self._database.read() as session:
+            ours = Run.state == "complete", is_here(session, Run.place)
+            query = select(Run.id).where(*ours).order_by(Run.order.desc()).limit(1)
             newest = session.scalars(query).first()
         if newest is not None:
             with suppress(ApiError, TsrError):  # whoever opens it is told

@@ -11,6 +11,7 @@ from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
 from app.settings import Settings
 from app.storage.models import Edit, Run, Video
+from app.storage.places import require_here
 from app.videos.opened import library_file
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import RUN_FILE
@@ -29,10 +30,12 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
     Raises:
         NotFound: no such run.
         Conflict: it is still going on, or has stored nothing.
+        Elsewhere: it lies with another server.
     """
     run = session.get(Run, run_id)
     if run is None:
         raise NotFound(f"There is no run {run_id[:40]!r}.")
+    require_here(session, run.place, run.name)
     if run.state in ("queued", "running"):
         raise Conflict(
             f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"

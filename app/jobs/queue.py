@@ -19,6 +19,7 @@ from app.jobs.deaths import Cause
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import Lane
 from app.storage.models import Job
+from app.storage.places import is_here
 
 __all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue"]
 
@@ -47,9 +48,24 @@ class JobQueue:
         self.kinds = kinds
 
     def submit(
-        self, session: Session, kind: str, subject: str, payload: dict[str, Any] | None = None, priority: int = 0
+        self,
+        session: Session,
+        kind: str,
+        subject: str,
+        payload: dict[str, Any] | None = None,
+        priority: int = 0,
+        place: str | None = None,
     ) -> Job:
-        """Put work into the queue."""
+        """Put work into the queue.
+
+        Args:
+            session: writes.
+            kind: see :mod:`app.kinds`.
+            subject: what it is about.
+            payload: what else the task has to know.
+            priority: higher goes first.
+            place: the server that has the files; unset: this one.
+        """
         order = (session.scalar(select(func.max(Job.order))) or 0) + 1
         job = Job(
             id=uuid.uuid4().hex,
@@ -63,13 +79,16 @@ class JobQueue:
             crashes=0,
             cancel=False,
         )
+        if place is not None:
+            job.place = place
         session.add(job)
         session.flush()
         return job
 
     def waiting(self, session: Session, lane: Lane | None = None) -> Sequence[str]:
-        """Jobs that can be claimed, the next first; those of one lane."""
-        query = select(Job.id).where(Job.state == "queued").order_by(Job.priority.desc(), Job.order)
+        """Jobs that can be claimed here, the next first; those of one lane."""
+        waits = Job.state == "queued", is_here(session, Job.place)
+        query = select(Job.id).where(*waits).order_by(Job.priority.desc(), Job.order)
         if lane == "long":  # and what a newer version has submitted
             query = query.where(Job.kind.not_in(self.kinds.beside(lane)))
         elif lane is not None:
@@ -78,7 +97,8 @@ class JobQueue:
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
         """Take one job, for a process at a place (:func:`app.storage.identity.place_of`); None: somebody was faster."""
-        query = select(Job).where(Job.id == job_id, Job.state == "queued").with_for_update(skip_locked=True)
+        free = Job.id == job_id, Job.state == "queued", is_here(session, Job.place)
+        query = select(Job).where(*free).with_for_update(skip_locked=True)
         job = session.scalars(query).first()
         if job is None:
             return None

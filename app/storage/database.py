@@ -85,8 +85,10 @@ class Database:
             event.listen(self.engine, "begin", _on_begin)
         else:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
-            self.engine = create_engine(address, pool_pre_ping=True, pool_size=40, max_overflow=8)
-        self._writer = self.engine.execution_options(tsr_write=True, tsr_here=self.here)
+            self.engine = create_engine(
+                address, pool_pre_ping=True, pool_size=40, max_overflow=8, execution_options={"tsr_here": here}
+            )
+        self._writer = self.engine.execution_options(tsr_write=True)
         self._turn = threading.RLock()
 
     @contextmanager

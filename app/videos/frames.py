@@ -15,6 +15,7 @@ from app.errors import Conflict, NotFound
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video as VideoRow
+from app.storage.places import require_here
 from app.videos.encoded import EncodedCache
 from app.videos.glance import glance_path
 from app.videos.opened import ChangedError, library_file, stamp_now
@@ -162,8 +163,9 @@ class FrameService:
         with self._database.read() as session:
             query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
             row = session.scalars(query).first()
-        if row is None:
-            raise NotFound(f"There is no video {video_id[:80]!r}.")
+            if row is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_here(session, row.place, row.name)
         if row.state != "ready" or row.frame_table is None:
             raise Conflict(f"{row.name} is {row.state}: its frames cannot be shown yet.", code="not_ready")
         path, file = row.path, library_file(self._settings, row)

@@ -12,6 +12,7 @@ from app.errors import Conflict
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from app.storage.places import require_here
 from app.videos.opened import ChangedError, CheckedFile, library_file, stamp_now
 from app.videos.words import in_words
 from tsr_engine.errors import VideoError
@@ -65,12 +66,15 @@ class ChangedFiles:
 
         Raises:
             Conflict: it holds other bytes (``file_changed``).
+            Elsewhere: the run lies with another server.
         """
-        query = select(Video).join(Run, Run.video_id == Video.id).where(Run.id == run_id)
+        query = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id).where(Run.id == run_id)
         with self._database.read() as session:
-            video = session.scalars(query).first()
-        if video is None:
-            return
+            found = session.execute(query).first()
+            if found is None:
+                return
+            require_here(session, found.place, found.name)
+        video: Video = found.Video
         file = library_file(self._settings, video)
         stamp = stamp_now(file.path)
         if stamp is not None and stamp != file.stamp and not self._is_same(video, file, stamp):

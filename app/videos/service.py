@@ -15,6 +15,7 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
+from app.storage.places import Servers, here_of, require_here
 from app.videos.glance import glance_path
 from app.videos.opened import check_file, library_file, open_allowed, own_file, roots_of
 from app.videos.samples import SampleDrives
@@ -33,13 +34,20 @@ class VideoService(SampleDrives):
     """Videos by their SHA-256."""
 
     def __init__(
-        self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue, uploads: Uploads
+        self,
+        settings: Settings,
+        database: Database,
+        events: EventBus,
+        jobs: JobQueue,
+        uploads: Uploads,
+        servers: Servers | None = None,
     ) -> None:
         self._settings = settings
         self._database = database
         self._events = events
         self._jobs = jobs
         self._uploads = uploads
+        self._servers = servers
 
     def views(self) -> list[VideoView]:
         """All videos, the newest first."""
@@ -66,6 +74,34 @@ class VideoService(SampleDrives):
         if video is None:
             raise NotFound(f"There is no video {video_id[:80]!r}.")
         return video
+
+    def require_here(self, video_id: str) -> None:
+        """Refuse what needs files of a video that lies with another server.
+
+        Raises:
+            Elsewhere: it does.
+        """
+        with self._database.read() as session:
+            video = session.get(Video, video_id)
+            if video is not None:
+                require_here(session, video.place, video.name)
+
+    def _take(self, session: Session, video: Video) -> bool:
+        """Whether a video that lay with a server that is gone is ours from now on.
+
+        Raises:
+            Elsewhere: that server lives.
+        """
+        self._refuse_elsewhere(session, video)
+        here = here_of(session)
+        if here is None or video.place == here:
+            return False
+        video.place = here
+        return True
+
+    def _refuse_elsewhere(self, session: Session, video: Video) -> None:
+        if self._servers is None or not self._servers.is_gone(video.place):
+            require_here(session, video.place, video.name)
 
     def table(self, video_id: str) -> FrameTable:
         """The frame table of an imported video.
@@ -117,6 +153,7 @@ class VideoService(SampleDrives):
 
         Raises:
             UnsupportedMedia: not a video by its first bytes.
+            Elsewhere: the same video lies with another server.
         """
         try:
             with own_file(part).open() as file:
@@ -127,6 +164,8 @@ class VideoService(SampleDrives):
         with self._uploads.turn(digest):
             with self._database.read() as session:
                 known = session.get(Video, digest)
+                if known is not None:
+                    self._refuse_elsewhere(session, known)
             if known is not None and (stamp := self._held(known)) is not None:
                 part.unlink(missing_ok=True)  # it lies here already: one copy is enough
                 return self._add(digest, known.name, Path(known.path), stamp, owned=known.owned)
@@ -164,7 +203,7 @@ class VideoService(SampleDrives):
                 session.flush()
                 self._jobs.submit(session, "import", digest, priority=10)
             else:
-                if anew or not Path(video.path).is_file() or not video.owned:
+                if self._take(session, video) or anew or not Path(video.path).is_file() or not video.owned:
                     video.path, video.owned, video.stamp = str(path), owned, list(stamp)
                 if video.state == "failed":
                     video.state, video.error = "importing", None
@@ -187,6 +226,7 @@ class VideoService(SampleDrives):
     def _remove(self, video_id: str) -> Sequence[str]:
         with self._database.write() as session:
             video = self.get(session, video_id)
+            self._refuse_elsewhere(session, video)
             runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
             subjects = [video_id, *(run.id for run in runs)]
             active = select(Job.id).where(Job.subject.in_(subjects), Job.state == "running").limit(1)
