@@ -28,6 +28,9 @@ from app.space.ordering import SceneService
 from app.space.prior import find_prior
 from app.space.service import SpaceService
 from app.storage.database import Database
+from app.storage.identity import server_id
+from app.storage.misplaced import fetch_misplaced
+from app.storage.places import Servers
 from app.training.service import TrainingService
 from app.truths.service import TruthService
 from app.videos.frames import FrameService
@@ -44,6 +47,7 @@ class Context:
 
     settings: Settings
     database: Database
+    servers: Servers
     tokens: Tokens
     events: EventBus
     jobs: JobQueue
@@ -83,28 +87,31 @@ def build_context(settings: Settings) -> Context:
         StorageError: the data folder or the database cannot be used.
     """
     settings.home.mkdir(parents=True, exist_ok=True)
+    fetch_misplaced(settings)
     tokens = Tokens(settings.token or home_token(settings.home))
-    database = Database(settings.database)
+    database = Database(settings.database, server_id(settings.home))
     database.migrate(settings.home / "backups")
     events = EventBus()
     jobs = JobQueue(events, KINDS)
     uploads = Uploads(settings.home, database)
-    videos = VideoService(settings, database, events, jobs, uploads)
+    servers = Servers(database, settings.home)
+    videos = VideoService(settings, database, events, jobs, uploads, servers)
     evidence = EvidenceService(settings, database)
-    edits = EditService(database, events, evidence)
+    edits = EditService(database, events, evidence, settings)
     truths = TruthService(database)
     frames = FrameService(settings, database)
     artefacts = ArtefactService(settings, database, events, jobs)
     return Context(
         settings=settings,
         database=database,
+        servers=servers,
         tokens=tokens,
         events=events,
         jobs=jobs,
         uploads=uploads,
         videos=videos,
         frames=frames,
-        runs=RunService(settings, database, events, jobs),
+        runs=RunService(settings, database, events, jobs, servers),
         evidence=evidence,
         edits=edits,
         truths=truths,

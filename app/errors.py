@@ -12,6 +12,7 @@
       TooLarge              413
       UnsupportedMedia      415
       Busy                  503   try again
+      Elsewhere             503   ask another server of the same database
       StorageFull           507   the disk is full
 
 Every answer of status 400 and above is ``{"error": {"code", "message", "field", "details"}}``.
@@ -27,6 +28,7 @@ __all__ = [
     "ApiError",
     "Busy",
     "Conflict",
+    "Elsewhere",
     "Invalid",
     "NotFound",
     "PreconditionRequired",
@@ -131,6 +133,12 @@ class Busy(ApiError):
     """Something is in the way for a moment."""
 
     status, default_code = 503, "busy"
+
+
+class Elsewhere(ApiError):
+    """The files lie with another server; ``details`` says which."""
+
+    status, default_code = 503, "elsewhere"
 
 
 class StorageFull(ApiError):

@@ -12,17 +12,20 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
 from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.errors import ApiError, error_body
+from app.errors import ApiError, Busy, error_body
 from app.storage.database import storage_failure
 from tsr_engine.errors import StorageError, TsrError
 
 __all__ = ["Shaped", "handle_failures"]
 
 _log = logging.getLogger("tsr.server")
+_RETRY_AFTER = "2"
+"""Seconds; a restart of a database takes about as long."""
 _CODES = {400: "bad_request", 404: "not_found", 405: "method_not_allowed", 416: "range_not_satisfiable"}
 
 
@@ -85,7 +88,7 @@ def handle_failures(app: FastAPI) -> None:
 
     @app.exception_handler(ApiError)
     async def _api(_: Request, error: ApiError) -> Response:
-        return JSONResponse(error.body(), status_code=error.status)
+        return _told(error)
 
     @app.exception_handler(RequestValidationError)
     async def _invalid(_: Request, error: RequestValidationError) -> Response:
@@ -101,12 +104,21 @@ def handle_failures(app: FastAPI) -> None:
         known = storage_failure(error)
         if known is None:
             return _unexpected(request, error)
-        return JSONResponse(known.body(), status_code=known.status)
+        return _told(known)
+
+    @app.exception_handler(PoolTimeout)
+    async def _pool(_: Request, __: PoolTimeout) -> Response:
+        return _told(Busy("Too many requests wait for the database. This one can be repeated.", code="database_busy"))
 
     @app.exception_handler(TsrError)
     async def _engine(_: Request, error: TsrError) -> Response:
         status, code = (507, "storage_full") if isinstance(error, StorageError) else (422, "invalid")
         return JSONResponse(error_body(code, str(error)), status_code=status)
+
+
+def _told(error: ApiError) -> Response:
+    headers = {"Retry-After": _RETRY_AFTER} if error.status == 503 else None
+    return JSONResponse(error.body(), status_code=error.status, headers=headers)
 
 
 def _first_of(error: RequestValidationError) -> dict[str, Any]:

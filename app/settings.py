@@ -9,6 +9,7 @@ from typing import Annotated
 
 from pydantic import Field, ValidationError, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+from sqlalchemy import URL
 
 from tsr_engine.errors import UsageError
 from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
@@ -103,9 +104,9 @@ class Settings(BaseSettings):
         return VideoLimits(max_pixels=self.max_pixels)
 
     @property
-    def database(self) -> str:
-        """SQLAlchemy address of the database."""
-        return self.database_url or f"sqlite:///{self.home / DATABASE_FILE}"
+    def database(self) -> str | URL:
+        """SQLAlchemy address of the database; in home no text: a folder's name may hold ``?`` or ``%``."""
+        return self.database_url or URL.create("sqlite", database=str(self.home / DATABASE_FILE))
 
 
 def load_settings(**values: object) -> Settings:

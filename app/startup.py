@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 from app.artefacts.placing import sweep as sweep_placing
 from app.context import Context
 from app.jobs.supervisor import Supervisor
+from app.storage.places import adopt_files
 from app.storage.room import shortage
 from app.streaming import EventStream
 
@@ -22,10 +24,14 @@ class Running:
     supervisor: Supervisor | None
     stream: EventStream
     warmer: threading.Thread
+    beating: ExitStack
 
 
 def start(context: Context) -> Running:
     """Start them; called on the server's event loop."""
+    beating = ExitStack()
+    beating.enter_context(context.servers.beating())
+    adopt_files(context.database, context.settings.home)
     if context.settings.sample:
         context.videos.add_samples(context.truths)
     context.uploads.clean_parts()
@@ -41,7 +47,7 @@ def start(context: Context) -> Running:
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()
     stream.start()
-    return Running(supervisor, stream, warmer)
+    return Running(supervisor, stream, warmer, beating)
 
 
 async def stop(running: Running) -> None:
@@ -50,3 +56,4 @@ async def stop(running: Running) -> None:
     if running.supervisor is not None:
         await asyncio.to_thread(running.supervisor.stop)
     await asyncio.to_thread(running.warmer.join)
+    await asyncio.to_thread(running.beating.close)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from tsr_engine.errors import UsageError, VideoError
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray
@@ -23,7 +23,7 @@ MOST = 3000
 
 
 def calibrate(
-    path: Path,
+    path: VideoSource,
     start: int = 0,
     stop: int | None = None,
     *,
@@ -74,7 +74,7 @@ def calibrate(
 
 def aimed(
     params: Params,
-    path: Path,
+    path: VideoSource,
     cancelled: Callable[[], bool] | None = None,
     *,
     limits: VideoLimits | None = None,

@@ -14,6 +14,7 @@ from typing import Any
 from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.evidence import RESULT_HEADER, ResultRow, refuse_run_files
 from tsr_engine.io.atomic import atomic_text, output_place, refuse_inputs, storage_error
+from tsr_engine.io.opened_file import named
 from tsr_engine.io.overlay import draw
 from tsr_engine.io.video import Frame, Video
 from tsr_engine.io.video_writer import VideoWriter
@@ -36,7 +37,7 @@ def refuse_outputs(request: RunRequest) -> None:
             say what the output is.
     """
     outputs = [path for path in (request.csv, request.annotated) if path is not None]
-    refuse_inputs(outputs, [request.video])
+    refuse_inputs(outputs, [named(request.video)])
     if request.evidence is not None:
         refuse_run_files(outputs, request.evidence)
     if len({path.resolve() for path in outputs}) < len(outputs):

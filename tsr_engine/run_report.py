@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.params import Params
 from tsr_engine.pipeline import TrackSummary
@@ -35,7 +36,7 @@ class RunRequest:
         limits: what the video may demand; unset: ``VideoLimits()``.
     """
 
-    video: Path
+    video: VideoSource
     params: Params
     evidence: Path | None = None
     csv: Path | None = None

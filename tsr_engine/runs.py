@@ -30,7 +30,7 @@ from tsr_engine.evidence import (
 )
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.read_ahead import read_ahead
-from tsr_engine.io.video import Frame, FrameTable, Video, open_video, video_sha256
+from tsr_engine.io.video import Frame, FrameTable, Video, open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
@@ -124,7 +124,7 @@ class _Run:
         self.progress = progress
         self.stop = stop
         self.report = RunReport(
-            request.video.name, video.width, video.height, first_frame=request.start, params=request.params
+            video.path.name, video.width, video.height, first_frame=request.start, params=request.params
         )
         self.outputs = RunOutputs(request, video)
         # Of the packets, also where a decoded table is given: both ways a run begins with the same interval.
@@ -167,9 +167,9 @@ class _Run:
             next(self.video.frames(start, start + 1), None)
 
     def _open_evidence(self, folder: Path) -> EvidenceWriter:
-        path = self.request.video
+        file = self.video.file
         header = RunHeader(
-            video=VideoIdentity(path.name, video_sha256(path), path.stat().st_size),
+            video=VideoIdentity(file.path.name, file.sha256(), file.status.st_size),
             parameters=self.request.params.model_dump(mode="json"),
             models=dict(self.components.models),
             frame_table={

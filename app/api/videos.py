@@ -16,6 +16,7 @@ from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import Invalid, NotFound, UnsupportedMedia
 from app.shapes import Model
+from app.videos.opened import roots_of
 from app.videos.paths import SUFFIXES, list_folder
 from app.videos.table import TableAnswer, page_table
 from app.videos.thumbnails import thumbnail_path
@@ -99,6 +100,7 @@ def get_frame_table(video_id: VideoId, context: ContextDep) -> TableAnswer:
 )
 def get_thumbnail(video_id: VideoId, context: ContextDep) -> FileResponse:
     """A small picture from the middle of the video."""
+    context.videos.require_here(video_id)
     place = thumbnail_path(context.settings.home, video_id)
     if not place.is_file():
         raise NotFound("There is no thumbnail (yet).")
@@ -110,7 +112,7 @@ def browse(
     context: ContextDep, path: Annotated[str | None, Query(max_length=4096, description="unset: the first root")] = None
 ) -> Browse:
     """Folders and videos inside the allowed folders."""
-    roots = context.videos.readable_roots()
+    roots = roots_of(context.settings)
     found = list_folder(path if path is not None else str(roots[0]), roots)
     return Browse(
         path=str(found.path),

@@ -26,6 +26,7 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Artefact
+from app.storage.places import require_here
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.digest import file_sha256
@@ -114,7 +115,9 @@ class ArtefactService:
             NotFound: no such artefact, or its file is gone.
             Conflict: it is not finished.
         """
-        artefact = self.get(artefact_id)
+        with self._database.read() as session:
+            artefact = _require(session, artefact_id)
+            require_here(session, artefact.place, artefact.name)
         if artefact.state != "complete":
             raise Conflict(f"{artefact.name} is {artefact.state}: there is no file yet.", code="not_complete")
         path = self._home / artefact.path
@@ -142,6 +145,7 @@ class ArtefactService:
         """
         with self._database.write() as session:
             artefact = _require(session, artefact_id)
+            require_here(session, artefact.place, artefact.name)
             if artefact.state in _ACTIVE:
                 raise Conflict(f"{artefact.name} is {artefact.state}. Cancel it first.", code="still_running")
             session.delete(artefact)
@@ -203,6 +207,7 @@ class ArtefactService:
         with task.write() as session:
             artefact = session.get_one(Artefact, artefact_id)
             artefact.done, artefact.total = done, total
+            task.reached(session, done)
             publish_artefact(session, task.events, artefact)
 
     def complete(

@@ -29,7 +29,7 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.videos.table import restamp
+from app.storage.places import require_here
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, video_view
 from tsr_engine.bundle.expectation import Expectation, read_expectation
@@ -216,6 +216,8 @@ class BundleImports:
         video = session.scalars(
             select(Video).where(Video.id == manifest.clip.sha256).options(undefer(Video.frame_table))
         ).first()
+        if video is not None:
+            require_here(session, video.place, video.name)
         if video is None:
             video = Video(id=manifest.clip.sha256, name=_clip_name(manifest), path=str(upload), state="importing")
             video.size, video.owned, video.sample, video.warnings = clip.stat().st_size, True, False, []
@@ -226,8 +228,6 @@ class BundleImports:
         elif not Path(video.path).is_file():
             work.put(clip, upload)
             video.path, video.owned = str(upload), True
-            if video.frame_table is not None:
-                video.frame_table = restamp(video.frame_table, upload)
         return video
 
     def _run(self, manifest: Manifest, video_id: str, run_id: str, report: BundleReportView, tracks: int) -> Run:

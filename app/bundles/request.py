@@ -12,6 +12,7 @@ from app.exchange.dataset import Source
 from app.recordings.annotation import corrected_rows
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.evidence import EvidenceReader
+from tsr_engine.io.opened_file import VideoSource, named
 
 if TYPE_CHECKING:
     from tsr_engine.bundle import BundleReport, BundleRequest
@@ -61,8 +62,8 @@ def bundle_request(
     about = source.provenance["run"]
     if about["kind"] == "imported":
         raise InputError(f"{about['name']} was made by another program, so the engine cannot replay it.")
-    path = source.video.path if video is None else video
-    if path is None or not path.is_file():
+    path: VideoSource | None = source.video.path if video is None else video
+    if path is None or not named(path).is_file():
         raise InputError(f"The video {source.video.name} is not where it was. Put it back, or name it with --video.")
     with EvidenceReader(source.folder) as reader:
         _known(reader, source, tracks)

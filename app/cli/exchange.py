@@ -215,7 +215,7 @@ def import_file(
     with as_command_error(), open_home(home) as (settings, database):
         events = EventBus()
         evidence = EvidenceService(settings, database)
-        edits = EditService(database, events, evidence)
+        edits = EditService(database, events, evidence, settings)
         imports = ImportService(settings, database, events, edits, TruthService(database))
         with database.read() as session:
             video = named_video(session, onto)

@@ -57,10 +57,11 @@ def record(
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import refuse_inputs
+    from tsr_engine.io.opened_file import named
     from tsr_engine.recording import RecordingRequest, write_recording
 
     source = named_sources([name], home, None if video is None else existing(video, "video"), say)[0]
-    refuse_inputs([out], [p for p in (source.video.path, source.folder / "evidence.sqlite") if p is not None])
+    refuse_inputs([out], [named(p) for p in (source.video.path, source.folder / "evidence.sqlite") if p is not None])
     focus = _focus(source, first, stop, frame, track)
     corrected, truth = _annotated(source)
     request = RecordingRequest(

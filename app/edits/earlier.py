@@ -11,6 +11,7 @@ from app.errors import NotFound
 from app.evidence.service import EvidenceService
 from app.shapes import Model
 from app.storage.models import Edit, Run
+from app.storage.places import is_here
 
 __all__ = ["Earlier", "earlier_corrections"]
 
@@ -51,6 +52,7 @@ def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str
         select(Run.id, func.max(Edit.seq))
         .join(Edit, Edit.run_id == Run.id)
         .where(Run.video_id == run.video_id, Run.id != run.id, Run.order < run.order, Run.state == "complete")
+        .where(is_here(session, Run.place))
         .group_by(Run.id, Run.order)
         .order_by(Run.order.desc())
     )

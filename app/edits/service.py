@@ -26,6 +26,7 @@ from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
+from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Edit, Run
 from app.videos.same_file import ChangedFiles
@@ -36,11 +37,13 @@ __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService"
 class EditService:
     """The append-only log and the documents that follow from it."""
 
-    def __init__(self, database: Database, events: EventBus, evidence: EvidenceService) -> None:
+    def __init__(
+        self, database: Database, events: EventBus, evidence: EvidenceService, settings: Settings | None = None
+    ) -> None:
         self._database = database
         self._events = events
         self._evidence = evidence
-        self._files = ChangedFiles(database)
+        self._files = ChangedFiles(settings or Settings(), database)
         self._present = PresentDocuments(evidence)
 
     def annotation(self, run_id: str, author: str) -> Annotation:

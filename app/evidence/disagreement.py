@@ -17,6 +17,7 @@ from app.evidence.tables import BoxTable
 from app.evidence.tracks import TrackFacts
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument
+from app.storage.places import is_here
 from tsr_engine.errors import EvidenceError
 from tsr_engine.recognition.catalogue import CATALOGUE
 
@@ -145,6 +146,7 @@ def _other_run(session: Session, run_id: str, video_id: str) -> Run | None:
     query = (
         select(Run)
         .where(Run.video_id == video_id, Run.id != run_id, Run.state == "complete", Run.kind != "whatif")
+        .where(is_here(session, Run.place))
         .order_by(Run.order.desc(), Run.id)
         .limit(1)
     )

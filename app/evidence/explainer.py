@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from app.evidence.explain import Explanation, explain
+from app.videos.opened import CheckedFile
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
@@ -36,6 +37,9 @@ class Question:
         folder: evidence of the run.
         pixels: evidence that holds the pixels; that of the run that a what-if replays.
         video: the file that frames without stored pixels are decoded from; empty: there is none.
+        sha256: of that file.
+        stamp: how it stood when its bytes were last compared with that; None: never.
+        roots: folders in which links on the way to it are followed.
         track: number of the engine's track.
         frame: ordinal.
         max_pixels: largest picture that the file may have.
@@ -47,6 +51,14 @@ class Question:
     track: int
     frame: int
     max_pixels: int = MOST_PIXELS
+    sha256: str = ""
+    stamp: tuple[int, int, int, int] | None = None
+    roots: tuple[str, ...] = ()
+
+    def source(self) -> CheckedFile:
+        """The file."""
+        stamp = None if self.stamp is None else tuple(self.stamp)
+        return CheckedFile(Path(self.video), [Path(root) for root in self.roots], self.sha256, stamp)  # type: ignore[arg-type]
 
 
 class Explainer:
@@ -155,7 +167,7 @@ def _explain(question: Question) -> Explanation | None:
                 return stored
             if not question.video:
                 raise EvidenceError("The run keeps no pixels and its video is not there any more. Put the video back.")
-            with open_video(Path(question.video), limits=VideoLimits(question.max_pixels)) as video:
+            with open_video(question.source(), limits=VideoLimits(question.max_pixels)) as video:
                 return FramePixels(video.read(frame).picture)
 
         return explain(reader, question.track, question.frame, pixels)

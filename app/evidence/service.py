@@ -28,6 +28,8 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from app.storage.places import is_here, require_here
+from app.videos.opened import library_file
 from tsr_engine.errors import EvidenceError, TsrError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.schema import RUN_FILE
@@ -64,8 +66,8 @@ class EvidenceService:
     """Reads evidence for the page; thread-safe."""
 
     def __init__(self, settings: Settings, database: Database) -> None:
+        self._settings = settings
         self._home = settings.home
-        self._limits = settings.video_limits
         self._database = database
         self._pool = ReaderPool()
         self._explainer = Explainer()
@@ -94,11 +96,13 @@ class EvidenceService:
 
         Raises:
             NotFound: there is none of that name.
+            Elsewhere: it lies with another server.
         """
         with self._database.read() as session:
             run = session.get(Run, run_id)
             if run is None:
                 raise NotFound(f"There is no run {run_id[:40]!r}.")
+            require_here(session, run.place, run.name)
             folder = self._home / run.folder
             return RunPlace(run.id, run.video_id, folder, run.state, run.parent_id, run.preset, dict(run.parameters))
 
@@ -118,8 +122,9 @@ class EvidenceService:
 
     def warm(self) -> None:
         """Answer for the newest complete run what the page asks first, so that it opens at once later."""
-        query = select(Run.id).where(Run.state == "complete").order_by(Run.order.desc()).limit(1)
         with self._database.read() as session:
+            ours = Run.state == "complete", is_here(session, Run.place)
+            query = select(Run.id).where(*ours).order_by(Run.order.desc()).limit(1)
             newest = session.scalars(query).first()
         if newest is not None:
             with suppress(ApiError, TsrError):  # whoever opens it is told
@@ -244,9 +249,18 @@ class EvidenceService:
                 raise nothing  # also where the run has no such frame
             pixels = source.folder
         with self._database.read() as session:
-            path = Path(session.get_one(Video, place.video_id).path)
-        video = str(path) if path.is_file() else ""
-        question = Question(str(place.folder), str(pixels), video, track_id, frame, self._limits.max_pixels)
+            file = library_file(self._settings, session.get_one(Video, place.video_id))
+        question = Question(
+            str(place.folder),
+            str(pixels),
+            str(file) if file.there else "",
+            track_id,
+            frame,
+            self._settings.max_pixels,
+            file.digest or "",
+            file.stamp,
+            tuple(map(str, file.roots)),
+        )
         found = self._explainer.ask(question)
         if found is None:
             raise nothing

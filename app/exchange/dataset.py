@@ -24,6 +24,7 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
@@ -39,7 +40,7 @@ class VideoFacts:
     """A video without its tracks; see :class:`tsr_engine.exchange.dataset.DatasetVideo`.
 
     Attributes:
-        known: the file has been compared with ``sha256``, or nobody has touched it since.
+        known: the file, if it is given by its name, has been compared with ``sha256``.
     """
 
     name: str
@@ -50,7 +51,7 @@ class VideoFacts:
     rate: Fraction | None
     times: FloatColumn | None
     constant_rate: bool
-    path: Path | None
+    path: VideoSource | None
     limits: VideoLimits | None = None
     table: FrameTable | None = None
     known: bool = False

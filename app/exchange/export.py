@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from app.exchange.dataset import Source, dataset_of
+from app.exchange.dataset import Source, VideoFacts, dataset_of
 from app.shapes import PLAIN, Model
+from app.videos.opened import ChangedError
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.export import CROPS, export_dataset
 from tsr_engine.exchange.filters import Filters, filtered
@@ -18,7 +19,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.manifest import Manifest
 from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.exchange.split import SUBSETS, Split, deal
-from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.io.opened_file import VideoSource, open_source
 
 __all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export_sources", "summary_of"]
 
@@ -164,11 +165,20 @@ def _require_file(source: Source) -> None:
             f"The pictures of {video.name} cannot be read: its file is not there. Put it back, name it, or export "
             "without pictures."
         )
-    if not video.known and video_sha256(video.path) != video.sha256:
+    if not _is_the_file(video.path, video):
         raise ExportError(
             f"{video.path} is not the video of {source.called}: that was {video.name} with the SHA-256 "
             f"{video.sha256[:12]}... . Put that file back, or export without pictures."
         )
+
+
+def _is_the_file(path: VideoSource, video: VideoFacts) -> bool:
+    """Whether a file holds the video's bytes; one of the library is compared as it is opened."""
+    try:
+        with open_source(path) as file:
+            return not isinstance(path, Path) or video.known or file.sha256() == video.sha256
+    except ChangedError:
+        return False
 
 
 def _filters(request: ExportRequest) -> Filters:

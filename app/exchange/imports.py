@@ -31,6 +31,7 @@ from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from app.storage.places import require_here
 from app.truths.service import TruthService
 from app.videos.table import unpack
 from tsr_engine.bundle.layout import FRAMES, OUTPUT
@@ -177,6 +178,7 @@ class ImportService:
             video = session.scalars(query).first()
             if video is None:
                 raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_here(session, video.place, video.name)
             facts = video_facts(video, self._settings)
             assert video.frame_table is not None
             return _Onto(facts, unpack(video.frame_table), video.size)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, undefer
 
@@ -13,7 +11,8 @@ from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
 from app.settings import Settings
 from app.storage.models import Edit, Run, Video
-from app.videos.same_file import is_untouched
+from app.storage.places import require_here
+from app.videos.opened import library_file
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import RUN_FILE
 
@@ -31,10 +30,12 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
     Raises:
         NotFound: no such run.
         Conflict: it is still going on, or has stored nothing.
+        Elsewhere: it lies with another server.
     """
     run = session.get(Run, run_id)
     if run is None:
         raise NotFound(f"There is no run {run_id[:40]!r}.")
+    require_here(session, run.place, run.name)
     if run.state in ("queued", "running"):
         raise Conflict(
             f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
@@ -63,7 +64,7 @@ def video_facts(video: Video, settings: Settings) -> VideoFacts:
         raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
     table = unpack(video.frame_table)
     rate, constant = exact_rate(table.pts, table.time_base, video.rate)
-    path = Path(video.path)
+    file = library_file(settings, video)
     return VideoFacts(
         name=video.name,
         sha256=video.id,
@@ -73,8 +74,7 @@ def video_facts(video: Video, settings: Settings) -> VideoFacts:
         rate=rate,
         times=times_of(table),
         constant_rate=constant,
-        path=path if path.is_file() else None,
+        path=file if file.there else None,
         limits=settings.video_limits,
         table=table,
-        known=is_untouched(video, path),
     )

@@ -10,9 +10,9 @@ from typing import Final
 from sqlalchemy import update
 from sqlalchemy.exc import SQLAlchemyError
 
-from app.jobs.ticking import ticking
 from app.storage.database import Database
 from app.storage.models import Job
+from app.storage.ticking import ticking
 
 __all__ = ["EVERY", "beating"]
 

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import fcntl
 import os
-import socket
 from contextlib import suppress
 from pathlib import Path
 
 from tsr_engine.io.locks import is_locked, is_named
 
-__all__ = ["JobLock", "holder", "is_alive", "place_of"]
-
-
-def place_of(home: Path) -> str:
-    """Machine and data folder: for whom the lock files of this folder speak."""
-    return f"{socket.gethostname()}:{home}"
+__all__ = ["JobLock", "holder", "is_alive", "last_holder"]
 
 
 def _path(home: Path, job_id: str) -> Path:
@@ -69,8 +63,11 @@ def is_alive(home: Path, job_id: str) -> bool:
 
 def holder(home: Path, job_id: str) -> int | None:
     """Process that holds the job, as it noted itself; None: nobody."""
-    if not is_alive(home, job_id):
-        return None
+    return last_holder(home, job_id) if is_alive(home, job_id) else None
+
+
+def last_holder(home: Path, job_id: str) -> int | None:
+    """Process that holds the job or died holding it; None: nobody."""
     try:
         return int(_path(home, job_id).read_text(encoding="ascii"))
     except (OSError, ValueError):

@@ -7,7 +7,7 @@ after a crash, but takes effect once.
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -15,14 +15,18 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
+from app.jobs.deaths import Cause
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import Lane
 from app.storage.models import Job
+from app.storage.places import is_here
 
-__all__ = ["MOST_CRASHES", "STRIDE", "Fenced", "JobQueue"]
+__all__ = ["MOST_CRASHES", "MOST_KILLS", "STRIDE", "Fenced", "JobQueue"]
 
 MOST_CRASHES = 3
-"""A job that kills this many processes at one place is given up."""
+"""A job in which this many processes crash at one place, or run out of memory there, is given up."""
+MOST_KILLS = 100
+"""A job whose processes are ended this often at one place is given up: it may be what takes a whole container down."""
 STRIDE = 32
 """Frames that count as getting on: the engine stores that many at once, and positions are noted now and then only."""
 
@@ -44,9 +48,24 @@ class JobQueue:
         self.kinds = kinds
 
     def submit(
-        self, session: Session, kind: str, subject: str, payload: dict[str, Any] | None = None, priority: int = 0
+        self,
+        session: Session,
+        kind: str,
+        subject: str,
+        payload: dict[str, Any] | None = None,
+        priority: int = 0,
+        place: str | None = None,
     ) -> Job:
-        """Put work into the queue."""
+        """Put work into the queue.
+
+        Args:
+            session: writes.
+            kind: see :mod:`app.kinds`.
+            subject: what it is about.
+            payload: what else the task has to know.
+            priority: higher goes first.
+            place: the server that has the files; unset: this one.
+        """
         order = (session.scalar(select(func.max(Job.order))) or 0) + 1
         job = Job(
             id=uuid.uuid4().hex,
@@ -60,13 +79,16 @@ class JobQueue:
             crashes=0,
             cancel=False,
         )
+        if place is not None:
+            job.place = place
         session.add(job)
         session.flush()
         return job
 
     def waiting(self, session: Session, lane: Lane | None = None) -> Sequence[str]:
-        """Jobs that can be claimed, the next first; those of one lane."""
-        query = select(Job.id).where(Job.state == "queued").order_by(Job.priority.desc(), Job.order)
+        """Jobs that can be claimed here, the next first; those of one lane."""
+        waits = Job.state == "queued", is_here(session, Job.place)
+        query = select(Job.id).where(*waits).order_by(Job.priority.desc(), Job.order)
         if lane == "long":  # and what a newer version has submitted
             query = query.where(Job.kind.not_in(self.kinds.beside(lane)))
         elif lane is not None:
@@ -74,8 +96,9 @@ class JobQueue:
         return session.scalars(query).all()
 
     def claim(self, session: Session, job_id: str, place: str = "") -> Job | None:
-        """Take one job, for a process at a place (:func:`app.jobs.locks.place_of`); None: somebody was faster."""
-        query = select(Job).where(Job.id == job_id, Job.state == "queued").with_for_update(skip_locked=True)
+        """Take one job, for a process at a place (:func:`app.storage.identity.place_of`); None: somebody was faster."""
+        free = Job.id == job_id, Job.state == "queued", is_here(session, Job.place)
+        query = select(Job).where(*free).with_for_update(skip_locked=True)
         job = session.scalars(query).first()
         if job is None:
             return None
@@ -122,8 +145,14 @@ class JobQueue:
         """Jobs that some process holds, or died holding."""
         return list(session.scalars(select(Job).where(Job.state == "running")))
 
-    def bury(self, session: Session, job_id: str, token: int) -> Job | None:
+    def bury(self, session: Session, job_id: str, token: int, cause: Cause = "crashed") -> Job | None:
         """A process died with this job: queue it again, or give it up when it keeps dying at one place.
+
+        Args:
+            session: writes.
+            job_id: the job.
+            token: of the process that died.
+            cause: only crashes speak against the file that is worked on; the others are counted apart.
 
         Returns:
             The job if it is given up or was cancelled; None if it goes on.
@@ -135,24 +164,48 @@ class JobQueue:
         place = -1 if job.position is None else job.position
         furthest = job.payload.get("died_at")
         further = furthest is not None and place >= furthest + STRIDE
-        job.crashes = 1 if further else job.crashes + 1
-        job.payload = {**job.payload, "died_at": place if further or furthest is None else furthest}
+        others = {} if further else dict(job.payload.get("ends", {}))
+        job.crashes = (0 if further else job.crashes) + (cause == "crashed")
+        if cause != "crashed":
+            others[cause] = others.get(cause, 0) + 1
+        furthest = place if further or furthest is None else furthest
+        job.payload = {**job.payload, "died_at": furthest, "ends": others}
         if job.cancel:
             job.state, job.finished = "cancelled", datetime.now(UTC)
             return job
-        if job.crashes >= MOST_CRASHES:
-            job.state, job.finished = "failed", datetime.now(UTC)
-            kind = self.kinds.get(job.kind)
-            job.error = _died(job, by_frame=kind is not None and kind.by_frame)
+        kind = self.kinds.get(job.kind)
+        error = _given_up(job, others, by_frame=kind is not None and kind.by_frame)
+        if error is not None:
+            job.state, job.finished, job.error = "failed", datetime.now(UTC), error
             return job
         job.state = "queued"
         return None
 
 
-def _died(job: Job, *, by_frame: bool) -> str:
-    if not by_frame:
+def _given_up(job: Job, others: Mapping[str, int], *, by_frame: bool) -> str | None:
+    """Why a job is not tried once more; None: it is."""
+    where = _where(job.position, by_frame)
+    starved, killed = others.get("starved", 0), others.get("killed", 0)
+    if job.crashes >= MOST_CRASHES and by_frame:
+        return f"The engine died {job.crashes} times {where}. The file may be damaged there."
+    if job.crashes >= MOST_CRASHES:
         return (
-            f"The process that makes this died {job.crashes} times. Its memory may not suffice: ask for less at once."
+            f"The process that makes this died {job.crashes} times {where}. Its memory may not suffice: ask for less "
+            "at once."
         )
-    where = "before its first frame" if job.position is None else f"at frame {job.position}"
-    return f"The engine died {job.crashes} times {where}. The file may be damaged there."
+    if starved >= MOST_CRASHES:
+        return (
+            f"The machine had no memory left {starved} times {where}. Close other programs, have fewer workers "
+            "(TSR_WORKERS), or ask for less at once."
+        )
+    if killed >= MOST_KILLS:
+        return (
+            f"The process was ended from outside {killed} times {where}. Find out what ends it, then start this again."
+        )
+    return None
+
+
+def _where(position: int | None, by_frame: bool) -> str:
+    if by_frame:
+        return "before its first frame" if position is None else f"at frame {position}"
+    return "at its beginning" if position is None else f"at step {position}"

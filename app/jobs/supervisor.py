@@ -10,16 +10,19 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from sqlalchemy.exc import SQLAlchemyError
 
+from app.jobs.deaths import Cause, cause_of, memory_kills
 from app.jobs.lanes import AT_ONCE, LANES, Lane
-from app.jobs.locks import holder, is_alive, place_of
+from app.jobs.locks import holder, is_alive, last_holder
 from app.jobs.outcome import clear_subject, settle_subject, take_back
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.identity import place_of
 from app.storage.models import Job
 from app.trouble import Trouble
 
@@ -34,6 +37,11 @@ _LINGER = 60.0
 """Seconds that the standing worker outlives the last open page: a page that is loaded anew comes back at once."""
 _AGAIN = 10.0
 """Seconds before a standing worker that has died gets a successor."""
+_LAST_BREATH = 0.5
+"""Seconds that the kernel may take to end a process whose lock is free already."""
+_REMEMBERED = 256
+"""Dead workers whose cause is known."""
+_WORDS: dict[Cause, str] = {"crashed": "crashed", "starved": "ran out of memory", "killed": "was ended from outside"}
 _log = logging.getLogger("tsr.supervisor")
 
 
@@ -75,6 +83,10 @@ class Supervisor:
         self._stop = threading.Event()
         self._overdue: dict[str, float] = {}
         self._beats: dict[str, tuple[object, float]] = {}
+        self._causes: dict[int, Cause] = {}
+        """What our workers died of, by process."""
+        self._memory_kills = memory_kills()
+        self._place = place_of(settings.home)
         self._trouble = Trouble(_log, "The workers cannot be looked after")
         self._thread = threading.Thread(target=self._watch, name="supervisor", daemon=True)
 
@@ -122,13 +134,13 @@ class Supervisor:
                 self._turn()
             except (SQLAlchemyError, OSError) as error:
                 self._trouble.came(error)
+                self._beats.clear()  # who could not write a heartbeat meanwhile is given a new minute
                 self._stop.wait(2.0)
             else:
                 self._trouble.gone()
 
     def _turn(self) -> None:
-        for lane in LANES:
-            self._lanes[lane] = [worker for worker in self._lanes[lane] if worker.poll() is None]
+        self._reap()
         with self._database.read() as session:
             running = self._jobs.running(session)
             waiting = {lane: len(self._jobs.waiting(session, lane)) for lane in LANES}
@@ -166,7 +178,7 @@ class Supervisor:
     def _is_dead(self, job: Job) -> bool:
         if is_alive(self._settings.home, job.id):
             return False
-        if self._database.is_sqlite or job.payload.get("place") == place_of(self._settings.home):
+        if self._database.is_sqlite or (self._place is not None and job.payload.get("place") == self._place):
             return True
         sign = job.token, job.position, job.heartbeat
         beat, since = self._beats.get(job.id, (None, time.monotonic()))
@@ -175,10 +187,34 @@ class Supervisor:
         self._beats[job.id] = sign, since
         return time.monotonic() - since > self.silence
 
+    def _reap(self) -> None:
+        """Drop the workers that have ended, and note what they died of."""
+        kills, before = memory_kills(), self._memory_kills
+        self._memory_kills = kills
+        for lane, workers in self._lanes.items():
+            for worker in workers:
+                if worker.poll() is not None:
+                    self._causes[worker.pid] = cause_of(worker.returncode, kills > before)
+            self._lanes[lane] = [worker for worker in workers if worker.returncode is None]
+        while len(self._causes) > _REMEMBERED:
+            del self._causes[next(iter(self._causes))]
+
+    def _cause(self, job: Job) -> Cause:
+        """What the last worker of a dead job died of; one that is not ours died with its server, or elsewhere."""
+        process = last_holder(self._settings.home, job.id)
+        for worker in self._workers:
+            if worker.pid == process:  # its lock is free a moment before it has ended, or it lives on without the job
+                with suppress(subprocess.TimeoutExpired):
+                    worker.wait(_LAST_BREATH)
+                self._reap()
+                break
+        return "killed" if process is None else self._causes.get(process, "killed")
+
     def _bury(self, job: Job) -> None:
+        cause = self._cause(job)
         with self._database.write() as session:
             try:
-                ended = self._jobs.bury(session, job.id, job.token)
+                ended = self._jobs.bury(session, job.id, job.token, cause)
             except Fenced:
                 return  # it ended between the look at the queue and the look at its lock
             if ended is not None:
@@ -188,7 +224,7 @@ class Supervisor:
         if ended is not None:
             clear_subject(self._settings.home, self._jobs, job)
             return
-        _log.warning("A worker died in job %s; it is tried again.", job.id)
+        _log.warning("A worker %s in job %s; it is tried again.", _WORDS[cause], job.id)
 
     def _press(self, job: Job) -> None:
         """A cancelled job that does not stop by itself is ended, at last by force."""

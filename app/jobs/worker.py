@@ -16,20 +16,22 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
-from sqlalchemy.exc import DBAPIError, OperationalError
+from sqlalchemy.exc import DBAPIError
 
-from app.errors import StorageFull
+from app.errors import Busy, StorageFull
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
+from app.jobs.deaths import LEFT
 from app.jobs.heartbeat import beating
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import LANES, Lane
-from app.jobs.locks import JobLock, place_of
+from app.jobs.locks import JobLock
 from app.jobs.outcome import give_back, report_failure
 from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY, preparations
 from app.settings import Settings, load_settings
 from app.storage.database import Database, storage_failure
+from app.storage.identity import place_of, server_id
 from app.trouble import Trouble
 from tsr_engine.errors import TsrError
 
@@ -67,7 +69,7 @@ class _Leaving:
         while signal.SIGTERM not in os.read(hear, 64):
             pass
         time.sleep(grace)
-        os._exit(1)
+        os._exit(LEFT)
 
     def _hear(self, *_: object) -> None:
         self.told = True
@@ -94,7 +96,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     limit = settings.worker_memory_mb * 2**20
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     os.nice(10)
-    database = Database(settings.database)
+    database = Database(settings.database, server_id(settings.home))
     events = EventBus()
     jobs = JobQueue(events, kinds)
     _work(lambda: _one_job(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)
@@ -147,7 +149,7 @@ def _one_job(
             continue
         try:
             with database.write() as session:
-                job = jobs.claim(session, job_id, place_of(settings.home))
+                job = jobs.claim(session, job_id, place_of(settings.home) or "")
             if job is not None:
                 with beating(database, job):
                     _execute(TaskContext(settings, database, events, jobs, job, leaving))
@@ -166,14 +168,17 @@ def _execute(task: TaskContext) -> None:
     except Fenced:
         _log.warning("Job %s belongs to another process by now.", job.id)
     except Stopped:
-        give_back(task)
+        _insistently(task, give_back)
     except TsrError as error:
         _failed(task, str(error))
     except MemoryError:
         _failed(task, f"The file needs more than {task.settings.worker_memory_mb} MiB of memory.")
-    except OperationalError as error:
+    except DBAPIError as error:
         _log.warning("The database failed in job %s: %s.", job.id, error.orig)
         known = storage_failure(error)
+        if isinstance(known, Busy):
+            _insistently(task, give_back)  # it was away: the job itself is as good as before
+            return
         full = known is not None and known.code == StorageFull.default_code
         _failed(task, _FULL if full else f"The database could not be written: {error.orig}.")
     except Exception as error:
@@ -186,11 +191,16 @@ def _execute(task: TaskContext) -> None:
 
 
 def _failed(task: TaskContext, message: str) -> None:
-    """Tell people that the job has failed, as soon as that can be stored: a full disk is no crash of the job."""
+    """Tell people that the job has failed."""
+    _insistently(task, lambda task: report_failure(task, message))
+
+
+def _insistently(task: TaskContext, store: Callable[[TaskContext], None]) -> None:
+    """Store the end of a job as soon as that can be: a full disk or a database that is away is no crash of it."""
     trouble = Trouble(_log, f"The end of job {task.job.id} cannot be stored")
     while True:
         try:
-            report_failure(task, message)
+            store(task)
         except DBAPIError as error:
             trouble.came(error)
         else:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from sqlalchemy import func, select
 from sqlalchemy.orm import undefer
 
@@ -14,8 +12,10 @@ from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
 from app.runs.of_job import run_of_job
 from app.storage.models import Edit, Video
-from app.videos.same_file import is_untouched
+from app.videos.opened import ChangedError, library_file
+from app.videos.same_file import confirm
 from app.videos.table import unpack
+from tsr_engine.errors import InputError
 
 __all__ = ["record_run"]
 
@@ -33,24 +33,29 @@ def record_run(task: TaskContext) -> None:
         documents = documents_of(session, run.id)
         edits = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run.id)) or 0
         truth = truth_of(session, video.id, options.get("truth"))
-    path = Path(video.path)
-    there = path.is_file()
+    called = f"the run{f' {run.name!r}' if run.name else ''} of {video.name}"
+    file = library_file(task.settings, video)
+    if file.there:
+        try:
+            confirm(task.database, file, video)
+        except ChangedError:
+            raise InputError(f"{file} is not the video of {called}: it has changed. Put that file back.") from None
     track = str(options.get("track") or "")
     request = RecordingRequest(
         evidence=task.settings.home / run.folder,
         out=folder / "recording.rrd",
         first=options["first"],
         stop=options["stop"],
-        video=path if there else None,
-        table=unpack(video.frame_table) if there and video.frame_table else None,
+        video=file if file.there else None,
+        table=unpack(video.frame_table) if file.there and video.frame_table else None,
         limits=task.settings.video_limits,
-        known=is_untouched(video, path),
+        known=True,  # it is compared each time that it is opened
         corrected=corrected_rows(task.settings.home / run.folder, documents),
         truth=truth,
         focus_frame=options.get("frame"),
         focus_track=int(track[1:]) if track.startswith("m") and track[1:].isdecimal() else None,
         name=options.get("name") or "",
-        called=f"the run{f' {run.name!r}' if run.name else ''} of {video.name}",
+        called=called,
         notes={"run": run.id, "run_name": run.name, "preset": run.preset},
     )
     report = write_recording(request, lambda done, of: artefacts.progress(task, artefact.id, done, of))

@@ -20,6 +20,7 @@ from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
+from app.storage.places import Servers, require_here
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -31,11 +32,19 @@ _ACTIVE = ("queued", "running")
 class RunService:
     """Start, list, rename, cancel, resume, remove."""
 
-    def __init__(self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        database: Database,
+        events: EventBus,
+        jobs: JobQueue,
+        servers: Servers | None = None,
+    ) -> None:
         self._settings = settings
         self._database = database
         self._events = events
         self._jobs = jobs
+        self._servers = servers
 
     def get(self, session: Session, run_id: str) -> Run:
         """One run.
@@ -101,9 +110,11 @@ class RunService:
                 engine_version=__version__,
             )
             run.folder = f"runs/{run.id}"
+            if video.place is not None:
+                run.place = video.place  # the engine works where the video lies
             session.add(run)
             session.flush()
-            self._jobs.submit(session, "track", run.id)
+            self._jobs.submit(session, "track", run.id, place=run.place)
             publish_run(session, self._events, run)
         return run
 
@@ -146,7 +157,7 @@ class RunService:
             if run.state in _ACTIVE or run.state == "complete":
                 raise Conflict(f"{run.name} is {run.state}: there is nothing to resume.", code="not_resumable")
             run.state, run.error = "queued", None
-            self._jobs.submit(session, "whatif" if run.kind == "whatif" else "track", run.id)
+            self._jobs.submit(session, "whatif" if run.kind == "whatif" else "track", run.id, place=run.place)
             publish_run(session, self._events, run)
         return run
 
@@ -159,6 +170,7 @@ class RunService:
         """
         with self._database.write() as session:
             run = self.get(session, run_id)
+            self._require_here(session, run)
             if run.state in _ACTIVE:
                 raise Conflict(f"{run.name} is {run.state}. Cancel it first.", code="still_running")
             children = list(session.scalars(select(Run).where(Run.parent_id == run_id)))
@@ -182,6 +194,7 @@ class RunService:
         """
         with self._database.write() as session:
             run = self.get(session, run_id)
+            self._require_here(session, run)
             query = select(Run).where(Run.parent_id == run.id, Run.kind == "whatif", Run.state.not_in(_ACTIVE))
             gone = list(session.scalars(query))
             names = [one.id for one in gone]
@@ -202,6 +215,11 @@ class RunService:
                 folders -= {run_id, Path(folder).name}
             gone = [name for name in folders if self._is_over(session, name)]
         self._clear([f"runs/{name}" for name in gone])
+
+    def _require_here(self, session: Session, run: Run) -> None:
+        """Refuse to remove what lies with another server, unless that is gone with all its files."""
+        if self._servers is None or not self._servers.is_gone(run.place):
+            require_here(session, run.place, run.name)
 
     @staticmethod
     def _is_over(session: Session, run_id: str) -> bool:

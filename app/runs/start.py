@@ -50,7 +50,9 @@ def _queue(session: Session, events: EventBus, jobs: JobQueue, video: Video) -> 
         models={},
         summary={},
     )
+    if video.place is not None:
+        run.place = video.place
     session.add(run)
     session.flush()
-    jobs.submit(session, "track", run.id, priority=5)
+    jobs.submit(session, "track", run.id, priority=5, place=run.place)
     publish_run(session, events, run)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from datetime import UTC, datetime
-from pathlib import Path
 
 from sqlalchemy.orm import undefer
 
@@ -12,9 +11,11 @@ from app.jobs.context import Stopped, TaskContext
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
+from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.training.folders import begin_with
-from app.videos.same_file import is_same
+from app.videos.opened import ChangedError, CheckedFile, library_file
+from app.videos.same_file import confirm
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.errors import InputError
@@ -34,7 +35,8 @@ def track(task: TaskContext) -> None:
     with task.database.read() as session:
         found = session.get_one(Run, task.job.subject)
         video = session.get_one(Video, found.video_id, options=(undefer(Video.frame_table),))
-    _check_file(video)  # it may read the whole file: not while others wait to write
+    file = library_file(task.settings, video)
+    _check_file(task.database, file, video)  # it may read the whole file: not while others wait to write
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         run.state, run.error = "running", None
@@ -44,7 +46,7 @@ def track(task: TaskContext) -> None:
     params = params_of(run.preset, run.parameters)
     components = load_components(params, models)
     request = RunRequest(
-        Path(video.path),
+        file,
         params,
         evidence=task.settings.home / run.folder,
         start=run.first,
@@ -85,10 +87,11 @@ def track(task: TaskContext) -> None:
         publish_run(session, task.events, row)
 
 
-def _check_file(video: Video) -> None:
+def _check_file(database: Database, file: CheckedFile, video: Video) -> None:
     """The file must still be the one that the video is named after: its frame table is relied on."""
-    path = Path(video.path)
-    if not path.is_file():
-        raise InputError(f"{path} is not there any more. Put it back, or add the video from where it lies now.")
-    if not is_same(video, path):
-        raise InputError(f"{path} has changed since it was added. Add it again: it counts as another video.")
+    if not file.there:
+        raise InputError(f"{file} is not there any more. Put it back, or add the video from where it lies now.")
+    try:
+        confirm(database, file, video)
+    except ChangedError:
+        raise InputError(f"{file} has changed since it was added. Add it again: it counts as another video.") from None

@@ -34,7 +34,7 @@ def make_scene(task: TaskContext) -> None:
         with task.database.read() as session:
             run = run_of_job(session, artefact.run_id)
         run_id, name = run.id, run.name or "Run"
-        edits = EditService(task.database, task.events, evidence)
+        edits = EditService(task.database, task.events, evidence, task.settings)
         try:
             data = load_space(evidence, run_id, marked_tracks(edits, run_id))
         except ApiError as error:

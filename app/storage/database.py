@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+from urllib.parse import unquote
 
-from sqlalchemy import Connection, create_engine, event, make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy import URL, Connection, create_engine, event, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 from sqlalchemy.orm import Session
 
 from app.errors import ApiError, Busy, Invalid, StorageFull
@@ -21,30 +23,40 @@ _WAIT_MS = 8000
 """How long SQLite waits for another writer."""
 
 
-def _require_driver(url: str) -> None:
-    """Refuse an address that nothing here can open.
+_FULL: Final = "53100"
+_READ_ONLY: Final = "25006"
+_AWAY: Final = ("08", "57P", "53300", "53200", "55P03", "40001", "40P01")
+"""SQLSTATEs of what passes: no connection, a server that ends or starts, none or no memory left, locks, deadlocks."""
+
+
+def _address(url: str | URL) -> URL:
+    """An address that something here can open.
 
     Raises:
         UsageError: no address, or one of a database without a driver here.
     """
     try:
-        make_url(url).get_dialect()
+        address = make_url(url)
+        address.get_dialect()
     except (ArgumentError, NoSuchModuleError):
         raise UsageError(
             "Expected the address of a database, such as postgresql+psycopg://user@host/name. Got one that begins with "
-            f"{url.partition(':')[0]!r}."
+            f"{str(url).partition(':')[0]!r}."
         ) from None
+    return address
 
 
-def sqlite_file(url: str) -> Path | None:
+def sqlite_file(url: str | URL) -> Path | None:
     """The file of a SQLite database, links resolved; None: another database, or one in memory.
 
     Raises:
         UsageError: no address, or one of a database without a driver here.
     """
-    _require_driver(url)
-    name = (make_url(url).database or "").removeprefix("file:")
-    return Path(name).resolve() if url.startswith("sqlite") and name and name != ":memory:" else None
+    address = _address(url)
+    name = address.database or ""
+    if address.query.get("uri") and name.startswith("file:"):
+        name = unquote(name.removeprefix("file:"))
+    return Path(name).resolve() if address.get_backend_name() == "sqlite" and name and name != ":memory:" else None
 
 
 class Database:
@@ -55,16 +67,27 @@ class Database:
     many threads could wait for seconds and then fail: the threads of one process queue up here first.
     """
 
-    def __init__(self, url: str) -> None:
-        _require_driver(url)
-        self.is_sqlite = url.startswith("sqlite")
+    def __init__(self, url: str | URL, here: str | None = None) -> None:
+        """Prepare to connect.
+
+        Args:
+            url: address.
+            here: the server that this is, whose rows new ones are (``app.storage.places``); SQLite has one at a time.
+        """
+        address = _address(url)
+        self.is_sqlite = address.get_backend_name() == "sqlite"
+        self.here = None if self.is_sqlite else here
         if self.is_sqlite:
-            self.engine = create_engine(url, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False})
+            self.engine = create_engine(
+                address, pool_size=16, max_overflow=48, connect_args={"check_same_thread": False}
+            )
             event.listen(self.engine, "connect", _on_connect)
             event.listen(self.engine, "begin", _on_begin)
         else:
             # as many as the server has threads: a connection beyond the pool costs more than an edit
-            self.engine = create_engine(url, pool_pre_ping=True, pool_size=40, max_overflow=8)
+            self.engine = create_engine(
+                address, pool_pre_ping=True, pool_size=40, max_overflow=8, execution_options={"tsr_here": here}
+            )
         self._writer = self.engine.execution_options(tsr_write=True)
         self._turn = threading.RLock()
 
@@ -127,14 +150,34 @@ def _on_begin(connection: Connection) -> None:
 
 
 def storage_failure(error: DBAPIError) -> ApiError | None:
-    """What a failure of the database means to the person; None: something else."""
+    """What a failure of the database means to the person; None: something else.
+
+    PostgreSQL speaks the language of its machine, so its SQLSTATE counts, and whether the connection is lost.
+    """
     text = str(error.orig).lower()
-    if "disk is full" in text or "disk full" in text or "disk i/o error" in text or "no space left" in text:
+    if isinstance(error.orig, sqlite3.Error):
+        return _of_sqlite(text)
+    state = str(getattr(error.orig, "sqlstate", None) or "")
+    if state.startswith(_FULL):
         return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
-    if "locked" in text or "busy" in text or "could not connect" in text or "connection refused" in text:
-        return Busy("The database is busy. The request can be repeated.", code="database_busy")
+    if state.startswith(_READ_ONLY):
+        return StorageFull(
+            "The database can only be read for now. What you did is kept in the page.", code="storage_readonly"
+        )
+    # an error without a statement is one of connecting, which has no SQLSTATE
+    connecting = isinstance(error, OperationalError) and not state and error.statement is None
+    if error.connection_invalidated or connecting or state.startswith(_AWAY):
+        return Busy("The database is away for a moment. The request can be repeated.", code="database_busy")
     if "nul (0x00)" in text:
         return Invalid("A text holds the character NUL, which cannot be stored.")
-    if "readonly" in text or "read-only" in text:
+    return None
+
+
+def _of_sqlite(text: str) -> ApiError | None:
+    if "disk is full" in text or "disk i/o error" in text:
+        return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
+    if "locked" in text or "busy" in text:
+        return Busy("The database is busy. The request can be repeated.", code="database_busy")
+    if "readonly" in text:
         return StorageFull("The data folder cannot be written. Check its permissions.", code="storage_readonly")
     return None

@@ -41,7 +41,7 @@ def bring_up_to_date(engine: Engine, backup: Path | None = None) -> None:
 
 def _bring_up(engine: Engine, backup: Path | None) -> None:
     config = Config()
-    config.set_main_option("script_location", str(_MIGRATIONS))
+    config.set_main_option("script_location", str(_MIGRATIONS).replace("%", "%%"))  # no interpolation
     scripts = ScriptDirectory.from_config(config)
     with engine.connect() as connection:
         now = MigrationContext.configure(connection).get_current_revision()

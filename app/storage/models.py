@@ -14,7 +14,19 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from app.storage.moments import Moment
 
-__all__ = ["Artefact", "Base", "Edit", "Event", "Job", "ModelVersion", "Run", "TrackDocument", "Truth", "Video"]
+__all__ = [
+    "Artefact",
+    "Base",
+    "Edit",
+    "Event",
+    "Job",
+    "ModelVersion",
+    "Run",
+    "Server",
+    "TrackDocument",
+    "Truth",
+    "Video",
+]
 
 Sequence = BigInteger().with_variant(Integer, "sqlite")
 """Whole numbers that count up; SQLite counts only INTEGER keys."""
@@ -27,6 +39,12 @@ def _now() -> datetime:
 def _next_order(context: DefaultExecutionContext) -> int:
     """One more than the newest run has."""
     return (context.connection.scalar(select(func.max(Run.order))) or 0) + 1
+
+
+def _here(context: DefaultExecutionContext) -> str | None:
+    """The server that writes; see ``app.storage.database``."""
+    found: str | None = context.connection.get_execution_options().get("tsr_here")
+    return found
 
 
 class Base(DeclarativeBase):
@@ -65,6 +83,10 @@ class Video(Base):
     warnings: Mapped[list[str]] = mapped_column(JSON, default=list)
     frame_table: Mapped[bytes | None] = mapped_column(LargeBinary, deferred=True)
     """The frame table as ``app.videos.table`` packs it."""
+    stamp: Mapped[list[int] | None] = mapped_column(JSON(none_as_null=True))
+    """How the file stood when its bytes were last compared: ``tsr_engine.io.opened_file.Stamp``."""
+    place: Mapped[str | None] = mapped_column(String(32), default=_here)
+    """Server that the file lies with; NULL: whoever uses the database. So in all tables."""
     created: Mapped[datetime] = mapped_column(Moment, default=_now)
 
 
@@ -92,6 +114,7 @@ class Run(Base):
     """Frame after the last; NULL: to the end."""
     folder: Mapped[str] = mapped_column(Text, default="")
     """The evidence, relative to the data folder."""
+    place: Mapped[str | None] = mapped_column(String(32), default=_here)
     engine_version: Mapped[str] = mapped_column(String(32), default="")
     models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
     """Model -> SHA-256."""
@@ -132,6 +155,8 @@ class Job(Base):
     position: Mapped[int | None]
     """How far the job was when a worker died last (a frame)."""
     cancel: Mapped[bool] = mapped_column(default=False)
+    place: Mapped[str | None] = mapped_column(String(32), default=_here)
+    """Server whose workers may do it: the files that it needs lie there."""
     heartbeat: Mapped[datetime | None] = mapped_column(Moment)
     """Changes every few seconds while a process works on the job; PostgreSQL only."""
     error: Mapped[str | None] = mapped_column(Text)
@@ -229,6 +254,7 @@ class Artefact(Base):
     total: Mapped[int | None]
     path: Mapped[str] = mapped_column(Text, default="")
     """Relative to the data folder; empty until it is whole."""
+    place: Mapped[str | None] = mapped_column(String(32), default=_here)
     size: Mapped[int | None] = mapped_column(BigInteger)
     """Bytes."""
     sha256: Mapped[str] = mapped_column(String(64), default="")
@@ -252,6 +278,7 @@ class ModelVersion(Base):
     """The version that it started from; NULL: the one that ships with the package."""
     folder: Mapped[str] = mapped_column(Text, default="")
     """The models, relative to the data folder."""
+    place: Mapped[str | None] = mapped_column(String(32), default=_here)
     lineage: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
     """Exports with their edit revisions and hashes, data folders, parts trained, seed, split."""
     figures: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
@@ -266,3 +293,16 @@ class ModelVersion(Base):
     """Counts up with each promotion; new runs use the complete version with the highest one, above 0."""
     created: Mapped[datetime] = mapped_column(Moment, default=_now)
     finished: Mapped[datetime | None] = mapped_column(Moment)
+
+
+class Server(Base):
+    """A server with a data folder of its own on a database that several share."""
+
+    __tablename__ = "servers"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    """Random, kept in the data folder."""
+    name: Mapped[str] = mapped_column(Text)
+    """Machine and data folder, for people."""
+    beats: Mapped[int] = mapped_column(BigInteger, default=0)
+    """Counts up while it runs."""

@@ -18,6 +18,7 @@ from app.settings import Settings
 from app.shapes import PLAIN, Model
 from app.storage.database import Database
 from app.storage.models import Artefact, ModelVersion, Run
+from app.storage.places import require_here
 from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
 from app.training.settling import settle_version
 from app.training.view import ModelView, model_view, publish_model
@@ -146,6 +147,7 @@ class TrainingService:
                 raise Conflict(
                     f"{version.name} is {version.state}: only a complete one can be used.", code="not_complete"
                 )
+            require_here(session, version.place, version.name)
             self._sound(version)
             version.promoted = (session.scalar(select(func.max(ModelVersion.promoted))) or 0) + 1
             self._tell(session, before)
@@ -194,7 +196,7 @@ class TrainingService:
             if version.state in (*_ACTIVE, "complete"):
                 raise Conflict(f"{version.name} is {version.state}: there is nothing to resume.", code="not_resumable")
             version.state, version.error, version.stage, version.done = "queued", None, "", 0
-            self._jobs.submit(session, JOB, version.id)
+            self._jobs.submit(session, JOB, version.id, place=version.place)
             publish_model(session, self._events, version)
             return model_view(version, False)
 
@@ -207,6 +209,7 @@ class TrainingService:
         """
         with self._database.write() as session:
             version = _require(session, version_id)
+            require_here(session, version.place, version.name)
             if version.state in _ACTIVE:
                 raise Conflict(f"{version.name} is {version.state}. Cancel it first.", code="still_running")
             if version.promoted:
@@ -239,6 +242,8 @@ class TrainingService:
             raise Invalid(f"There are no models {name[:40]!r} to start from.", field="parent")
         if parent is not None and parent.state != "complete":
             raise Conflict(f"{parent.name} is {parent.state}: start from a complete version.", code="not_complete")
+        if parent is not None:
+            require_here(session, parent.place, parent.name)
         return parent
 
     def _next_name(self, session: Session) -> str:
@@ -294,6 +299,7 @@ def _export(session: Session, name: str) -> Artefact:
         raise Conflict(
             f"The export {artefact.name} is {artefact.state}. Wait until it is complete.", code="not_complete"
         )
+    require_here(session, artefact.place, artefact.name)
     return artefact
 
 

@@ -13,12 +13,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy.orm import undefer
-
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Artefact, ModelVersion, Video
 from app.training.view import publish_model
-from app.videos.same_file import is_same
+from app.videos.opened import ChangedError, CheckedFile, library_file
+from app.videos.same_file import confirm
 from app.videos.words import in_words
 from tsr_engine.errors import InputError, ModelError
 from tsr_engine.io.unfinished import fsync_path
@@ -120,16 +119,21 @@ def _opened(task: TaskContext, entry: dict[str, Any], work: Path) -> OpenedExpor
 
     notes: list[str] = []
 
-    def find(sha256: str, _name: str) -> Path | None:
+    def find(sha256: str, _name: str) -> CheckedFile | None:
         with task.database.read() as session:
-            video = session.get(Video, sha256, options=(undefer(Video.frame_table),))
-        if video is None or not Path(video.path).is_file():
+            video = session.get(Video, sha256)
+        if video is None:
             return None
-        if not is_same(video, Path(video.path)):
+        file = library_file(task.settings, video)
+        if not file.there:
+            return None
+        try:
+            confirm(task.database, file, video)
+        except ChangedError:
             changed = f"{name}: {video.path} has changed since it was added and was not learned from."
             notes.append(in_words(video, changed))
             return None
-        return Path(video.path)
+        return file
 
     opened = open_export(path, find, work, task.settings.video_limits)
     about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}

@@ -6,7 +6,6 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Container
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 from sqlalchemy import select
@@ -16,10 +15,12 @@ from app.errors import Conflict, NotFound
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video as VideoRow
+from app.storage.places import require_here
 from app.videos.encoded import EncodedCache
 from app.videos.glance import glance_path
+from app.videos.opened import ChangedError, library_file, stamp_now
 from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
-from app.videos.same_file import file_changed, file_stamp, is_same
+from app.videos.same_file import confirm, file_changed
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.errors import TsrError
@@ -135,7 +136,7 @@ class FrameService:
             reel = self._open.get(video_id)
             if reel is not None:
                 self._open.move_to_end(video_id)
-        if reel is not None and file_stamp(reel.path) != reel.status:
+        if reel is not None and stamp_now(reel.path) != reel.status:
             self.forget(video_id)
             return None
         return reel
@@ -162,20 +163,23 @@ class FrameService:
         with self._database.read() as session:
             query = select(VideoRow).where(VideoRow.id == video_id).options(undefer(VideoRow.frame_table))
             row = session.scalars(query).first()
-        if row is None:
-            raise NotFound(f"There is no video {video_id[:80]!r}.")
+            if row is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_here(session, row.place, row.name)
         if row.state != "ready" or row.frame_table is None:
             raise Conflict(f"{row.name} is {row.state}: its frames cannot be shown yet.", code="not_ready")
-        path = Path(row.path)
-        status = file_stamp(path)
-        if status is None:
+        path, file = row.path, library_file(self._settings, row)
+        if not file.there:
             there = "Upload it again." if row.owned else "Put it back, or add the video from where it lies now."
             raise NotFound(in_words(row, f"{path} is not there any more. {there}"), code="missing")
         try:
-            if not is_same(row, path):
-                raise file_changed(row)
+            confirm(self._database, file, row)
             table = unpack(row.frame_table)
-            video = open_video(path, limits=self._settings.video_limits, table=table)
+            video = open_video(file, limits=self._settings.video_limits, table=table)
+        except ChangedError:
+            raise file_changed(row) from None
         except TsrError as error:
             raise Conflict(in_words(row, str(error)), code="unreadable") from None
-        return Reel(video_id, video, table, self._cache, status, glance_path(self._settings.home, video_id))
+        stamp = file.stamp
+        assert stamp is not None
+        return Reel(video_id, video, table, self._cache, stamp, glance_path(self._settings.home, video_id))

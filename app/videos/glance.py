@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from app.videos.opened import own_file
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
@@ -57,11 +58,12 @@ class Glances:
             VideoError: it cannot be read, or is not a copy of that many pictures.
         """
         self._lock = threading.Lock()
-        with open_video(path) as scanned:
+        copy = own_file(path)
+        with open_video(copy) as scanned:
             table = scanned.table
         if len(table) != count:
             raise VideoError(f"{path} has {len(table)} pictures, not {count}.")
-        self._video = open_video(path, table=table)
+        self._video = open_video(copy, table=table)
 
     def read(self, ordinal: int) -> Picture:
         """The small picture, BGR.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import cv2
 
@@ -13,6 +12,7 @@ from app.runs.start import queue_first_runs
 from app.storage.models import Video
 from app.videos.glance import glance_path
 from app.videos.glancing import decode_all
+from app.videos.opened import library_file, stamp_now
 from app.videos.table import pack
 from app.videos.thumbnails import thumbnail_path
 from app.videos.view import publish_video
@@ -20,7 +20,6 @@ from app.videos.words import in_words
 from tsr_engine.errors import VideoError
 from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.video import open_video
-from tsr_engine.io.video_probe import video_sha256
 
 __all__ = ["MOST_COMPUTING", "THUMBNAIL_WIDTH", "import_video"]
 
@@ -60,20 +59,22 @@ def import_video(task: TaskContext) -> None:
             task.reached(session, confirmed)
             publish_video(session, task.events, row)
 
-    path = Path(video.path)
-    before = _status(path)
-    if video_sha256(path) != video.id:
-        raise VideoError(f"{path} has changed since it was added. Add it again as another video.")
+    source = library_file(task.settings, video)
+    source.stamp = None  # all of it is about to be read, and its frame table relied on
     copy = glance_path(task.settings.home, video.id)
-    with watched(task, MOST_COMPUTING, too_slow) as got_on, open_video(path, limits=task.settings.video_limits) as file:
+    with (
+        watched(task, MOST_COMPUTING, too_slow) as got_on,
+        open_video(source, limits=task.settings.video_limits) as file,
+    ):
         table = decode_all(file, copy, tell)
         middle = file.read(len(table) // 2).picture
         last = len(table) - 1
         duration = float(table.time(last) - table.time(0) + table.interval())
         warnings = list(file.warnings)
-    if _status(path) != before:
+        before, after = source.stamp, file.file.stamp
+    if not before == after == stamp_now(source.path):
         copy.unlink(missing_ok=True)
-        raise VideoError(f"{path} was written to while it was read. Add it again when it is complete.")
+        raise VideoError(f"{source} was written to while it was read. Add it again when it is complete.")
     width = min(THUMBNAIL_WIDTH, middle.shape[1])
     height = max(1, round(width * middle.shape[0] / middle.shape[1]))
     small = cv2.resize(middle, (width, height), interpolation=cv2.INTER_AREA)
@@ -88,16 +89,9 @@ def import_video(task: TaskContext) -> None:
         row.width, row.height, row.rotation = file.width, file.height, file.rotation
         row.codec, row.rate, row.frames, row.duration = file.codec, float(file.rate), len(table), duration
         row.warnings = [in_words(row, warning) for warning in warnings]
-        row.frame_table = pack(table, before[1])
+        row.frame_table = pack(table)
+        row.stamp = list(after)
         if row.sample:
             session.flush()
             queue_first_runs(session, task.events, task.jobs)
         publish_video(session, task.events, row)
-
-
-def _status(path: Path) -> tuple[int, int]:
-    try:
-        found = path.stat()
-    except OSError as error:
-        raise VideoError(f"{path} cannot be read: {error.strerror}. Put it back and add it again.") from None
-    return found.st_size, found.st_mtime_ns

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.errors import Invalid, NotFound, Refused
+from app.videos.beneath import LINKS, open_beneath
+from tsr_engine.io.opened_file import OpenedFile, unreadable
 
-__all__ = ["MOST_ENTRIES", "SUFFIXES", "Listing", "allowed_path", "list_folder"]
+__all__ = ["MOST_ENTRIES", "SUFFIXES", "Listing", "allowed_path", "list_folder", "open_allowed", "root_of"]
 
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
 MOST_ENTRIES = 2000
@@ -51,8 +53,33 @@ def _odd(text: str) -> bool:
     return any(unicodedata.category(c) in ("Cc", "Cs", "Cf") for c in text)
 
 
+def root_of(path: Path, roots: Sequence[Path]) -> Path | None:
+    """The root that a path lies in, as text; None: none."""
+    return next((root for root in roots if path.is_relative_to(root)), None)
+
+
 def _inside(path: Path, roots: Sequence[Path]) -> bool:
-    return any(path == root or root in path.parents for root in roots)
+    return root_of(path, roots) is not None
+
+
+def open_allowed(text: str, roots: Sequence[Path]) -> OpenedFile:
+    """Open a path that may be read; a link that is put on the way while it is judged is refused, too.
+
+    Raises:
+        Invalid, Refused: see ``allowed_path``.
+        NotFound: it is not there or cannot be read.
+    """
+    real = allowed_path(text, roots)
+    root = root_of(real, roots)
+    assert root is not None
+    try:
+        return OpenedFile(open_beneath(root, real), real)
+    except OSError as error:
+        if error.errno in LINKS:
+            raise Refused(_OUTSIDE, field="path") from None
+        if isinstance(error, FileNotFoundError | NotADirectoryError):
+            raise NotFound(f"There is no file {real}.", field="path") from None
+        raise Invalid(unreadable(real, error), field="path", code="not_a_video") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +107,25 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
         NotFound: it is not there or cannot be read.
     """
     folder = allowed_path(text, roots)
+    root = root_of(folder, roots)
+    assert root is not None
     folders: list[str] = []
     videos: list[tuple[str, Path, int]] = []
     truncated = False
     try:
-        with os.scandir(folder) as entries:
+        opened = open_beneath(root, folder, os.O_DIRECTORY)
+    except NotADirectoryError:
+        raise Invalid(f"{folder} is not a folder.", field="path") from None
+    except OSError as error:
+        if error.errno in LINKS:
+            raise Refused(_OUTSIDE, field="path") from None
+        raise NotFound(f"{folder} cannot be listed: {error.strerror}.", field="path") from None
+    try:
+        with os.scandir(opened) as entries:
             for entry in sorted(entries, key=lambda e: e.name.casefold()):
                 if entry.name.startswith(".") or _odd(entry.name):
                     continue
-                if entry.is_symlink() and not _inside(Path(os.path.realpath(entry.path)), roots):
+                if entry.is_symlink() and not _inside(Path(os.path.realpath(folder / entry.name)), roots):
                     continue
                 try:
                     a_folder = entry.is_dir()
@@ -103,10 +140,8 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
                 if a_folder:
                     folders.append(entry.name)
                 else:
-                    videos.append((entry.name, Path(entry.path), size))
-    except NotADirectoryError:
-        raise Invalid(f"{folder} is not a folder.", field="path") from None
-    except OSError as error:
-        raise NotFound(f"{folder} cannot be listed: {error.strerror}.", field="path") from None
+                    videos.append((entry.name, folder / entry.name, size))
+    finally:
+        os.close(opened)
     parent = folder.parent if _inside(folder.parent, roots) else None
     return Listing(folder, parent, folders, videos, truncated)

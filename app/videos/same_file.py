@@ -3,51 +3,42 @@
 from __future__ import annotations
 
 import threading
-from pathlib import Path
+from contextlib import suppress
 
 from sqlalchemy import select
-from sqlalchemy.orm import undefer
+from sqlalchemy.exc import DBAPIError
 
 from app.errors import Conflict
+from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
-from app.videos.table import modified
+from app.storage.places import require_here
+from app.videos.opened import ChangedError, CheckedFile, library_file, stamp_now
 from app.videos.words import in_words
 from tsr_engine.errors import VideoError
-from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.io.opened_file import Stamp
 
-__all__ = ["ChangedFiles", "file_changed", "file_stamp", "is_same", "is_untouched"]
-
-
-def is_untouched(video: Video, path: Path) -> bool:
-    """Whether size and time of change of a file are those of when the frame table was made; its bytes are not read."""
-    try:
-        found = path.stat()
-    except OSError:
-        return False
-    stamp = -1 if video.frame_table is None else modified(video.frame_table)
-    return stamp >= 0 and (found.st_size, found.st_mtime_ns) == (video.size, stamp)
+__all__ = ["ChangedFiles", "confirm", "file_changed"]
 
 
-def is_same(video: Video, path: Path) -> bool:
-    """Whether a file has the video's bytes. They are read where only the time of change is another: it may be a copy.
+def confirm(database: Database, file: CheckedFile, video: Video) -> None:
+    """Make sure that a file holds the video's bytes. They are read where somebody has touched it, once for each time.
+
+    Args:
+        database: remembers that they were read.
+        file: of the video.
+        video: its row.
 
     Raises:
+        ChangedError: it holds other bytes.
         VideoError: it is missing or cannot be read.
     """
-    stamp = file_stamp(path)
-    if stamp is not None and stamp[0] != video.size:
-        return False
-    return is_untouched(video, path) or video_sha256(path) == video.id
-
-
-def file_stamp(path: Path) -> tuple[int, int, int, int] | None:
-    """Size, time of change and place of a regular file; None where there is none."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return (found.st_size, found.st_mtime_ns, found.st_dev, found.st_ino) if path.is_file() else None
+    file.open().close()
+    if file.stamp is not None and list(file.stamp) != video.stamp:
+        with suppress(DBAPIError), database.write() as session:  # else they are read once more next time
+            row = session.get(Video, video.id)
+            if row is not None and row.path == str(file.path):
+                row.stamp = list(file.stamp)
 
 
 def file_changed(video: Video) -> Conflict:
@@ -63,10 +54,11 @@ class ChangedFiles:
     hash names, their evidence is here, and a drive that is not plugged in is no reason to put work off.
     """
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, settings: Settings, database: Database) -> None:
+        self._settings = settings
         self._database = database
         self._lock = threading.Lock()
-        self._known: dict[str, tuple[tuple[int, ...], bool]] = {}
+        self._known: dict[str, tuple[Stamp, bool]] = {}
         """By video: how its file stood when its bytes were last judged, and whether they were the video's."""
 
     def refuse(self, run_id: str) -> None:
@@ -74,24 +66,29 @@ class ChangedFiles:
 
         Raises:
             Conflict: it holds other bytes (``file_changed``).
+            Elsewhere: the run lies with another server.
         """
-        query = select(Video.id, Video.path).join(Run, Run.video_id == Video.id).where(Run.id == run_id)
+        query = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id).where(Run.id == run_id)
         with self._database.read() as session:
             found = session.execute(query).first()
-        stamp = None if found is None else file_stamp(Path(found.path))
-        if found is None or stamp is None or self._known.get(found.id) == (stamp, True):
-            return
-        with self._database.read() as session:
-            video = session.get(Video, found.id, options=(undefer(Video.frame_table),))
-        if video is not None and not self._is_same(video, stamp):
+            if found is None:
+                return
+            require_here(session, found.place, found.name)
+        video: Video = found.Video
+        file = library_file(self._settings, video)
+        stamp = stamp_now(file.path)
+        if stamp is not None and stamp != file.stamp and not self._is_same(video, file, stamp):
             raise file_changed(video)
 
-    def _is_same(self, video: Video, stamp: tuple[int, ...]) -> bool:
+    def _is_same(self, video: Video, file: CheckedFile, stamp: Stamp) -> bool:
         with self._lock:  # who else asks for the same file meanwhile need not read it once more
             known = self._known.get(video.id)
             if known is None or known[0] != stamp:
                 try:
-                    known = (stamp, is_same(video, Path(video.path)))
+                    confirm(self._database, file, video)
+                    known = (stamp, True)
+                except ChangedError:
+                    known = (stamp, False)
                 except VideoError:
                     return True
                 self._known[video.id] = known

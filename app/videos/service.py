@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import stat
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,16 +15,17 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Run, Video
+from app.storage.places import Servers, here_of, require_here
 from app.videos.glance import glance_path
-from app.videos.paths import allowed_path
+from app.videos.opened import check_file, library_file, open_allowed, own_file, roots_of
 from app.videos.samples import SampleDrives
-from app.videos.table import restamp, unpack
+from app.videos.table import unpack
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_view, video_views
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import Stamp, stamp_of
 from tsr_engine.io.unfinished import fsync_path
-from tsr_engine.io.video_probe import check_file, video_sha256
 
 __all__ = ["VideoService"]
 
@@ -32,13 +34,20 @@ class VideoService(SampleDrives):
     """Videos by their SHA-256."""
 
     def __init__(
-        self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue, uploads: Uploads
+        self,
+        settings: Settings,
+        database: Database,
+        events: EventBus,
+        jobs: JobQueue,
+        uploads: Uploads,
+        servers: Servers | None = None,
     ) -> None:
         self._settings = settings
         self._database = database
         self._events = events
         self._jobs = jobs
         self._uploads = uploads
+        self._servers = servers
 
     def views(self) -> list[VideoView]:
         """All videos, the newest first."""
@@ -66,6 +75,34 @@ class VideoService(SampleDrives):
             raise NotFound(f"There is no video {video_id[:80]!r}.")
         return video
 
+    def require_here(self, video_id: str) -> None:
+        """Refuse what needs files of a video that lies with another server.
+
+        Raises:
+            Elsewhere: it does.
+        """
+        with self._database.read() as session:
+            video = session.get(Video, video_id)
+            if video is not None:
+                require_here(session, video.place, video.name)
+
+    def _take(self, session: Session, video: Video) -> bool:
+        """Whether a video that lay with a server that is gone is ours from now on.
+
+        Raises:
+            Elsewhere: that server lives.
+        """
+        self._refuse_elsewhere(session, video)
+        here = here_of(session)
+        if here is None or video.place == here:
+            return False
+        video.place = here
+        return True
+
+    def _refuse_elsewhere(self, session: Session, video: Video) -> None:
+        if self._servers is None or not self._servers.is_gone(video.place):
+            require_here(session, video.place, video.name)
+
     def table(self, video_id: str) -> FrameTable:
         """The frame table of an imported video.
 
@@ -90,20 +127,21 @@ class VideoService(SampleDrives):
             Refused: outside the allowed folders.
             NotFound: there is no such file.
         """
-        path = allowed_path(text, self.readable_roots())
-        if path.is_dir():
-            raise Invalid(f"{path} is a folder. Name a video in it.", field="path", code="a_folder")
-        if not path.is_file():
-            raise NotFound(f"There is no file {path}.", field="path")
-        try:
-            check_file(path)
-            digest = video_sha256(path)
-        except VideoError as error:
-            raise Invalid(str(error), field="path", code="not_a_video") from None
-        with self._uploads.turn(digest):
-            if not path.is_file():  # it was an upload that somebody has just removed
-                raise NotFound(f"There is no file {path} any more.", field="path")
-            return self._add(digest, path.name, path, owned=False)
+        with open_allowed(text, roots_of(self._settings)) as file:
+            path = file.path
+            if stat.S_ISDIR(file.status.st_mode):
+                raise Invalid(f"{path} is a folder. Name a video in it.", field="path", code="a_folder")
+            if not stat.S_ISREG(file.status.st_mode):
+                raise NotFound(f"There is no file {path}.", field="path")
+            try:
+                check_file(file)
+                stamp, digest = file.stamp, file.sha256()
+            except VideoError as error:
+                raise Invalid(str(error), field="path", code="not_a_video") from None
+            with self._uploads.turn(digest):
+                if not path.is_file():  # it was an upload that somebody has just removed
+                    raise NotFound(f"There is no file {path} any more.", field="path")
+                return self._add(digest, path.name, path, stamp, owned=False)
 
     def add_upload(self, part: Path, name: str, digest: str) -> VideoView:
         """Take a finished upload over; the part file is renamed or removed.
@@ -115,23 +153,27 @@ class VideoService(SampleDrives):
 
         Raises:
             UnsupportedMedia: not a video by its first bytes.
+            Elsewhere: the same video lies with another server.
         """
         try:
-            check_file(part)
+            with own_file(part).open() as file:
+                check_file(file)
         except VideoError:
             part.unlink(missing_ok=True)
             raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.") from None
         with self._uploads.turn(digest):
             with self._database.read() as session:
                 known = session.get(Video, digest)
-            if known is not None and self._holds(Path(known.path), digest):
+                if known is not None:
+                    self._refuse_elsewhere(session, known)
+            if known is not None and (stamp := self._held(known)) is not None:
                 part.unlink(missing_ok=True)  # it lies here already: one copy is enough
-                return self._add(digest, known.name, Path(known.path), owned=known.owned)
+                return self._add(digest, known.name, Path(known.path), stamp, owned=known.owned)
             place = self._uploads.place(digest, Path(name).suffix.lower()[:8])
             part.replace(place)
             fsync_path(place.parent)
             try:
-                view = self._add(digest, name, place, owned=True, anew=True)
+                view = self._add(digest, name, place, stamp_of(place.stat()), owned=True, anew=True)
             except BaseException:
                 self._uploads.remove(place)
                 raise
@@ -139,30 +181,30 @@ class VideoService(SampleDrives):
                 self._uploads.remove(Path(known.path))  # it held other bytes by now, under another ending
             return view
 
-    @staticmethod
-    def _holds(path: Path, digest: str) -> bool:
+    def _held(self, video: Video) -> Stamp | None:
+        """How the file of a video stands; None: it does not hold the video's bytes."""
+        file = library_file(self._settings, video)
         try:
-            return video_sha256(path) == digest
+            file.open().close()
         except VideoError:
-            return False
+            return None
+        return file.stamp
 
     def _add(
-        self, digest: str, name: str, path: Path, *, owned: bool, sample: bool = False, anew: bool = False
+        self, digest: str, name: str, path: Path, stamp: Stamp, *, owned: bool, sample: bool = False, anew: bool = False
     ) -> VideoView:
         """A row for a file; ``anew``: it takes the place of the one that the row names, which is not the video's."""
         with self._database.write() as session:
             video = session.get(Video, digest)
             if video is None:
-                video = Video(id=digest, name=name, path=str(path), size=path.stat().st_size, state="importing")
+                video = Video(id=digest, name=name, path=str(path), size=stamp[1], state="importing")
                 video.owned, video.sample = owned, sample
                 session.add(video)
                 session.flush()
                 self._jobs.submit(session, "import", digest, priority=10)
             else:
-                if anew or not Path(video.path).is_file() or not video.owned:
-                    video.path, video.owned = str(path), owned
-                    if video.frame_table is not None:
-                        video.frame_table = restamp(video.frame_table, path)
+                if self._take(session, video) or anew or not Path(video.path).is_file() or not video.owned:
+                    video.path, video.owned, video.stamp = str(path), owned, list(stamp)
                 if video.state == "failed":
                     video.state, video.error = "importing", None
                     self._jobs.submit(session, "import", digest, priority=10)
@@ -184,6 +226,7 @@ class VideoService(SampleDrives):
     def _remove(self, video_id: str) -> Sequence[str]:
         with self._database.write() as session:
             video = self.get(session, video_id)
+            self._refuse_elsewhere(session, video)
             runs = list(session.scalars(select(Run).where(Run.video_id == video_id)))
             subjects = [video_id, *(run.id for run in runs)]
             active = select(Job.id).where(Job.subject.in_(subjects), Job.state == "running").limit(1)

@@ -6,7 +6,6 @@ import io
 import struct
 import zipfile
 import zlib
-from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from app.shapes import Model
 from tsr_engine.errors import InputError
 from tsr_engine.io.frame_table import FrameTable
 
-__all__ = ["TableAnswer", "modified", "pack", "page_table", "restamp", "unpack"]
+__all__ = ["TableAnswer", "pack", "page_table", "unpack"]
 
 _TIME = struct.Struct("<q")
 
@@ -30,11 +29,11 @@ class TableAnswer(Model):
     corrupt: list[int]
 
 
-def pack(table: FrameTable, modified: int = -1) -> bytes:
-    """The table as a deflated NumPy archive behind the file's time of change in ns (-1: unknown)."""
+def pack(table: FrameTable) -> bytes:
+    """The table as a deflated NumPy archive behind eight bytes, in which earlier versions kept a time."""
     buffer = io.BytesIO()
     np.savez(buffer, **table.to_arrays())  # type: ignore[arg-type]
-    return _TIME.pack(modified) + zlib.compress(buffer.getvalue(), 4)
+    return _TIME.pack(-1) + zlib.compress(buffer.getvalue(), 4)
 
 
 def unpack(data: bytes) -> FrameTable:
@@ -48,16 +47,6 @@ def unpack(data: bytes) -> FrameTable:
             return FrameTable.from_arrays(archive)
     except (zlib.error, ValueError, EOFError, OSError, zipfile.BadZipFile) as error:
         raise InputError(f"The frame table is damaged: {error}. Import the video again.") from None
-
-
-def modified(data: bytes) -> int:
-    """When the file of a packed table had been changed last as it was read, ns; -1: unknown."""
-    return int(_TIME.unpack_from(data)[0])
-
-
-def restamp(data: bytes, path: Path) -> bytes:
-    """The packed table for the same bytes in another place."""
-    return _TIME.pack(path.stat().st_mtime_ns) + data[_TIME.size :]
 
 
 def page_table(table: FrameTable) -> TableAnswer:

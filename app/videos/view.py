@@ -13,6 +13,7 @@ from app.events import EventBus
 from app.runs.latest import latest_last
 from app.shapes import Model
 from app.storage.models import Run, TrackDocument, Video
+from app.storage.places import here_of
 
 __all__ = ["ReviewProgress", "VideoView", "publish_video", "video_view", "video_views"]
 
@@ -87,10 +88,13 @@ def _views(session: Session, videos: Sequence[Video]) -> list[VideoView]:
     edited: dict[str, tuple[int, int]] = {}
     for run_id, change, reviewed in session.execute(documents) if latest else ():
         edited[run_id] = change, reviewed
-    return [_view(video, counts[video.id], latest.get(video.id), edited) for video in videos]
+    here = here_of(session)
+    return [_view(video, counts[video.id], latest.get(video.id), edited, here) for video in videos]
 
 
-def _view(video: Video, runs: int, latest: tuple[str, int] | None, edited: Mapping[str, tuple[int, int]]) -> VideoView:
+def _view(
+    video: Video, runs: int, latest: tuple[str, int] | None, edited: Mapping[str, tuple[int, int]], here: str | None
+) -> VideoView:
     run_id, tracks = latest or (None, 0)
     more, reviewed = edited.get(run_id, (0, 0)) if run_id else (0, 0)
     return VideoView(
@@ -100,7 +104,7 @@ def _view(video: Video, runs: int, latest: tuple[str, int] | None, edited: Mappi
         size=video.size,
         state=video.state,
         error=video.error,
-        missing=not Path(video.path).is_file(),
+        missing=(here is None or video.place in (None, here)) and not Path(video.path).is_file(),
         sample=video.sample,
         width=video.width,
         height=video.height,

@@ -15,6 +15,7 @@ from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.database import Database
 from app.storage.models import Run
+from app.storage.places import require_here
 from tsr_engine.params import Params
 from tsr_engine.params.replayable import is_replayable
 from tsr_engine.version import __version__
@@ -49,6 +50,7 @@ class WhatIfService:
             if asked is None:
                 raise NotFound(f"There is no run {run_id[:40]!r}.")
             origin = _origin(session, asked)
+            require_here(session, origin.place, origin.name)
             _settled(origin)
             before = params_of(origin.preset, origin.parameters)
             merged = {**asked.parameters, **parameters}

@@ -64,6 +64,7 @@ def run_whatif(task: TaskContext) -> None:
                 with task.write() as session:
                     row = session.get_one(Run, run.id)
                     row.frames_done, row.frames_total, row.rate = done, total, done / (now - began)
+                    task.reached(session, done)
                     publish_run(session, task.events, row)
     with task.write() as session:
         row = session.get_one(Run, run.id)

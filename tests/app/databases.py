@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import uuid
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -16,12 +17,45 @@ from sqlalchemy import create_engine
 
 from app.storage.database import Database
 
-__all__ = ["cluster", "database", "database_url", "new_database"]
+__all__ = ["Cluster", "cluster", "database", "database_url", "new_database", "running_cluster"]
 
 
-@pytest.fixture(scope="session")
-def cluster() -> Iterator[str]:
-    """A PostgreSQL of this session's own, on a socket; skips where there is none."""
+class Cluster:
+    """A PostgreSQL of its own, on a socket.
+
+    Attributes:
+        url: of its first database.
+    """
+
+    def __init__(self, folder: Path, user: str | None, pg_ctl: str) -> None:
+        self._folder, self._user, self._pg_ctl = folder, user, pg_ctl
+        self.url = f"postgresql+psycopg://tsr@/postgres?host={folder}"
+
+    def do(self, *command: object) -> None:
+        """Run one of its programs."""
+        subprocess.run(
+            [str(part) for part in command],
+            check=True,
+            stdout=subprocess.DEVNULL,
+            cwd=self._folder,
+            user=self._user,
+            env={**os.environ, "HOME": str(self._folder)},
+        )
+
+    def start(self) -> None:
+        """Start it; returns when it answers."""
+        options = f"-k {self._folder} -c listen_addresses=''"
+        log = self._folder / "log"
+        self.do(self._pg_ctl, "start", "-w", "-D", self._folder / "data", "-o", options, "-l", log)
+
+    def stop(self, mode: str = "immediate") -> None:
+        """Stop it: ``fast`` tells the clients, ``immediate`` is as if it had crashed."""
+        self.do(self._pg_ctl, "stop", "-m", mode, "-D", self._folder / "data")
+
+
+@contextmanager
+def running_cluster() -> Iterator[Cluster]:
+    """A PostgreSQL for a block; skips where there is none."""
     initdb, pg_ctl = shutil.which("initdb"), shutil.which("pg_ctl")
     if initdb is None or pg_ctl is None:
         pytest.skip("PostgreSQL is not installed")
@@ -29,24 +63,21 @@ def cluster() -> Iterator[str]:
     folder = Path(tempfile.mkdtemp(prefix="tsr-pg"))
     if user is not None:
         shutil.chown(folder, user)
-    data = folder / "data"
+    made = Cluster(folder, user, pg_ctl)
+    made.do(initdb, "-D", folder / "data", "-U", "tsr", "-A", "trust", "--no-sync")
+    made.start()
+    try:
+        yield made
+    finally:
+        made.stop()
+        shutil.rmtree(folder, ignore_errors=True)
 
-    def do(*command: object) -> None:
-        subprocess.run(
-            [str(part) for part in command],
-            check=True,
-            stdout=subprocess.DEVNULL,
-            cwd=folder,
-            user=user,
-            env={**os.environ, "HOME": str(folder)},
-        )
 
-    do(initdb, "-D", data, "-U", "tsr", "-A", "trust", "--no-sync")
-    options = f"-k {folder} -c listen_addresses=''"
-    do(pg_ctl, "start", "-w", "-D", data, "-o", options, "-l", folder / "log")
-    yield f"postgresql+psycopg://tsr@/postgres?host={folder}"
-    do(pg_ctl, "stop", "-m", "immediate", "-D", data)
-    shutil.rmtree(folder, ignore_errors=True)
+@pytest.fixture(scope="session")
+def cluster() -> Iterator[str]:
+    """Address of a PostgreSQL of this session's own."""
+    with running_cluster() as made:
+        yield made.url
 
 
 def new_database(cluster: str) -> str:

@@ -28,6 +28,7 @@ from app.storage.models import Run, Video
 from app.videos.table import pack
 from tsr_engine.evidence import EvidenceWriter, RunHeader, VideoIdentity
 from tsr_engine.evidence.schema import BY_NAME, DATABASE
+from tsr_engine.io.opened_file import stamp_of
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.params import Params
@@ -95,7 +96,8 @@ def make_long_run(home: Path, frames: int = FRAMES, tracks: int = TRACKS, seed: 
                     frames=len(table),
                     duration=len(table) / RATE,
                     warnings=[],
-                    frame_table=pack(table, path.stat().st_mtime_ns),  # as an import leaves it
+                    frame_table=pack(table),
+                    stamp=list(stamp_of(path.stat())),  # as an import leaves it
                 )
             )
             session.flush()

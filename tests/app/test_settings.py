@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from sqlalchemy import make_url
 
 from app.jobs.supervisor import _as_environment
 from app.settings import Settings, load_settings
@@ -25,7 +26,7 @@ def test_variables_and_values(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     assert settings.allowed_hosts == ("a.example", "b.example")
     assert settings.workers == 1
     assert load_settings(port=7).port == 7
-    assert settings.database == f"sqlite:///{tmp_path / 'home' / 'tsr.sqlite'}"
+    assert make_url(settings.database).database == str(tmp_path / "home" / "tsr.sqlite")
 
 
 @pytest.mark.parametrize(("name", "value"), [("port", 70000), ("workers", -1), ("token", "short"), ("max_pixels", "x")])

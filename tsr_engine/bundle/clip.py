@@ -19,6 +19,7 @@ import numpy as np
 from tsr_engine.bundle.layout import CLIP_STEM
 from tsr_engine.errors import TsrError, UsageError, VideoError
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import Video, open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import open_container, reason
@@ -80,7 +81,7 @@ def picture_digest(picture: Picture) -> str:
 
 
 def cut_clip(
-    path: Path,
+    path: VideoSource,
     start: int,
     stop: int,
     folder: Path,
@@ -166,7 +167,7 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
     wanted = table.pts[offset:stop]
     if len(wanted) != stop - offset:
         raise _Unfit("the file does not list all of the frames")
-    with open_container(video.path, limits) as (container, stream):
+    with open_container(video.file, limits) as (container, stream):
         mp4 = "mp4" in container.format.name
         packets = _packets(container, stream, wanted.tolist())
         pts = np.sort(np.array([packet.pts for packet in packets], np.int64))

@@ -47,6 +47,7 @@ from tsr_engine.exchange.publish import workshop
 from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource, named
 from tsr_engine.io.video import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.pipeline import ResultStream
@@ -88,7 +89,7 @@ class BundleRequest:
     """
 
     evidence: Path
-    video: Path
+    video: VideoSource
     out: Path
     first: int
     stop: int
@@ -143,7 +144,7 @@ def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = l
         VideoError: the video cannot be read.
         StorageError: the file cannot be written.
     """
-    refuse_inputs([request.out], [request.video])
+    refuse_inputs([request.out], [named(request.video)])
     if request.out.is_dir():
         raise StorageError(f"Cannot write {request.out}: it is a folder. Name a file.")
     try:
@@ -230,7 +231,7 @@ class _Maker:
 
     def _check_video(self) -> None:
         known = self.reader.header.video
-        if not self.request.video.is_file():
+        if not named(self.request.video).is_file():
             raise InputError(f"There is no video at {self.request.video}. Name {known.name} where it lies now.")
         if video_sha256(self.request.video) != known.sha256:
             raise EvidenceError(

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 
 __all__ = ["NONE", "REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
@@ -96,7 +96,7 @@ class DatasetVideo:
     times: NDArray[np.float64] | None
     constant_rate: bool
     tracks: Callable[[], Iterator[Track]]
-    path: Path | None = None
+    path: VideoSource | None = None
     first: int = 0
     stop: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)

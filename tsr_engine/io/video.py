@@ -15,12 +15,12 @@ from array import array
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 
 from tsr_engine.errors import UsageError, VideoError
 from tsr_engine.io.frame_table import BoolArray, FrameLedger, FrameTable, IntArray
+from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video_cursor import Cursor
 from tsr_engine.io.video_decoder import Decoded, Decoder, Orientation
@@ -57,18 +57,19 @@ class Frame:
         return float(self.time)
 
 
-def open_video(path: Path | str, *, limits: VideoLimits | None = None, table: FrameTable | None = None) -> Video:
+def open_video(path: VideoSource | str, *, limits: VideoLimits | None = None, table: FrameTable | None = None) -> Video:
     """Open a video file. Only its header and first picture are read.
 
     Args:
-        path: a local MP4, MOV, AVI, MKV or WebM file.
+        path: a local MP4, MOV, AVI, MKV or WebM file, or whoever opens it. It is opened once: a file that takes its
+            name later is never read.
         limits: what the file may demand; unset: ``VideoLimits()``.
         table: the file's frame table from an earlier pass, whole or in part: makes random access fast at once.
 
     Raises:
         VideoError: missing, not a video, without pictures, over the limits, or not the file of ``table``.
     """
-    return Video(Path(path), VideoLimits() if limits is None else limits, table)
+    return Video(open_source(path), VideoLimits() if limits is None else limits, table)
 
 
 class Video:
@@ -77,7 +78,8 @@ class Video:
     ``frames`` passes are independent of each other and of ``read``, which may be called from any thread.
 
     Attributes:
-        path: the file.
+        file: the open file; closed with the video.
+        path: what people call it.
         width: of the upright picture, px.
         height: of the upright picture, px.
         rotation: the clockwise turn that stands stored pictures upright: 0, 90, 180 or 270 degrees.
@@ -85,18 +87,20 @@ class Video:
         rate: frames per second as announced, for writing output; never used to find a frame.
     """
 
-    def __init__(self, path: Path, limits: VideoLimits, table: FrameTable | None = None) -> None:
-        self.path = path
+    def __init__(self, file: OpenedFile, limits: VideoLimits, table: FrameTable | None = None) -> None:
+        self.file = file
+        self.path = path = file.path
         self.limits = limits
         self._lock = threading.RLock()
         self._scan: tuple[IntArray, IntArray, BoolArray] | None = None
         self._found: Found | None = None
-        decoder = Decoder(path, limits)
+        decoder: Decoder | None = None
         try:
+            decoder = Decoder(file, limits)
             if table is not None and table.time_base != decoder.time_base:
                 raise VideoError(f"{path} does not belong to its frame table: other time base. Import it again.")
             self._ledger = FrameLedger(decoder.time_base, table)
-            self._cursor = Cursor(path, limits, self._ledger, self._ticks, decoder)
+            self._cursor = Cursor(file, limits, self._ledger, self._ticks, decoder)
             first = self._cursor.advance()
             if first is None:
                 raise VideoError(f"{path} has no frame that can be decoded. Copy it again from its source.")
@@ -109,7 +113,9 @@ class Video:
             self.rotation = self._orientation.degrees
             self.width, self.height = self._size[:: -1 if self._orientation.transpose else 1]
         except BaseException:
-            decoder.close()
+            if decoder is not None:
+                decoder.close()
+            file.close()
             raise
 
     def __enter__(self) -> Video:
@@ -122,6 +128,7 @@ class Video:
         """Close the file; closing twice is harmless."""
         with self._lock:
             self._cursor.close()
+            self.file.close()
 
     @property
     def table(self) -> FrameTable:
@@ -256,7 +263,7 @@ class Video:
         """Decoded but unconverted frames of a range, from a decoder of their own."""
         if start == stop:
             return
-        cursor = Cursor(self.path, self.limits, self._ledger, self._ticks, Decoder(self.path, self.limits))
+        cursor = Cursor(self.file, self.limits, self._ledger, self._ticks, Decoder(self.file, self.limits))
         try:
             decoded = cursor.goto(start)
             if decoded is None:
@@ -290,7 +297,7 @@ class Video:
         """Stamps, ticks and key flags of all packets whose pictures are to be shown, sorted by ticks."""
         with self._lock:
             if self._scan is None:
-                decoder = Decoder(self.path, self.limits)
+                decoder = Decoder(self.file, self.limits)
                 try:
                     # One flat array: an hour of video has too many frames for objects.
                     flat = array("q")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameLedger
+from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_decoder import Decoded, Decoder
 from tsr_engine.io.video_limits import VideoLimits
 
@@ -29,12 +29,17 @@ class Cursor:
     """
 
     def __init__(
-        self, path: Path, limits: VideoLimits, ledger: FrameLedger, ticks: Callable[[int, int], int], decoder: Decoder
+        self,
+        file: OpenedFile,
+        limits: VideoLimits,
+        ledger: FrameLedger,
+        ticks: Callable[[int, int], int],
+        decoder: Decoder,
     ) -> None:
         """Start before the first frame.
 
         Args:
-            path: the file.
+            file: the open file.
             limits: what it may demand, should it be opened again.
             ledger: the confirmed frames.
             ticks: the presentation time of a frame by ordinal and stamp, to search for.
@@ -43,7 +48,7 @@ class Cursor:
         self.decoder = decoder
         self.position = -1
         self.from_start = True
-        self._path = path
+        self._file = file
         self._limits = limits
         self._ledger = ledger
         self._ticks = ticks
@@ -156,13 +161,13 @@ class Cursor:
 
     def _restart(self) -> None:
         self.decoder.close()
-        self.decoder = Decoder(self._path, self._limits)
+        self.decoder = Decoder(self._file, self._limits)
         self.position, self.from_start = -1, True
         self._current = None
         self._pictures = iter(self.decoder)
 
     def _other_file(self) -> VideoError:
         return VideoError(
-            f"Frame {self.position + 1} of {self._path} is not the one in its frame table: the file has changed or "
+            f"Frame {self.position + 1} of {self._file} is not the one in its frame table: the file has changed or "
             "the table is another file's. Import the video again."
         )

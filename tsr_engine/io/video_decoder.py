@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import av
@@ -16,6 +15,7 @@ from av.video.frame import PictureType
 from av.video.reformatter import VideoReformatter
 
 from tsr_engine.errors import VideoError
+from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import open_container, reason
 from tsr_engine.records import Picture
@@ -112,13 +112,13 @@ class Decoder:
         tainted: damage has been met; it can leave marks in the decoder that outlive a search.
     """
 
-    def __init__(self, path: Path, limits: VideoLimits) -> None:
-        self.path = path
+    def __init__(self, file: OpenedFile, limits: VideoLimits) -> None:
+        self.path = file.path
         self.packets = 0
         self.discarded = 0
         self.failed = 0
         self._stack = ExitStack()
-        self.container, self.stream = self._stack.enter_context(open_container(path, limits))
+        self.container, self.stream = self._stack.enter_context(open_container(file, limits))
         self.time_base = Fraction(self.stream.time_base)
         # AVI stores no presentation times, its demuxer guesses them, and without an index it counts decoding times
         # anew after each search. There a picture is known by the byte position of its packet.

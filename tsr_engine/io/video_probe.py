@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from typing import Any
 import av
 
 from tsr_engine.errors import VideoError
-from tsr_engine.io.digest import file_sha256
+from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source, unreadable
 from tsr_engine.io.video_limits import VideoLimits
 
 FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm"
@@ -22,20 +21,19 @@ VIDEO_HEAD = 64
 _ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
 
 
-def video_sha256(path: Path | str) -> str:
-    """The identity of a video: SHA-256 of the file's bytes, hex, read in pieces of 1 MiB.
+def video_sha256(source: VideoSource | str) -> str:
+    """The identity of a video: SHA-256 of the file's bytes, hex, a piece of them in memory at a time.
 
     Raises:
-        VideoError: the file is missing or cannot be read.
+        VideoError: the file is missing or cannot be read, or the source refuses it.
     """
-    path = Path(path)
-    try:
-        return file_sha256(path)
-    except OSError as error:
-        raise VideoError(_unreadable(path, error)) from None
+    with open_source(source) as file:
+        if not stat.S_ISREG(file.status.st_mode):
+            raise VideoError(unreadable(file.path, IsADirectoryError(0, "it is not a regular file")))
+        return file.sha256()
 
 
-def check_file(path: Path) -> None:
+def check_file(file: Path | OpenedFile) -> None:
     """Refuse what is not a video file by its own first bytes, before a demuxer sees it.
 
     Demuxers choose by content: a text playlist named ``x.mp4`` would be followed to other files.
@@ -43,22 +41,24 @@ def check_file(path: Path) -> None:
     Raises:
         VideoError: missing, not a regular file, unreadable, empty, or of no known video container.
     """
+    if isinstance(file, Path):
+        with OpenedFile.by_name(file) as opened:
+            return check_file(opened)
+    path, kind = file.path, file.status.st_mode
+    if stat.S_ISDIR(kind):
+        raise VideoError(f"Expected a video file, but {path} is a folder. Name one {KINDS} file.")
+    if not stat.S_ISREG(kind):
+        raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one {KINDS} file.")
     try:
-        status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            raise VideoError(f"Expected a video file, but {path} is a folder. Name one {KINDS} file.")
-        if not stat.S_ISREG(status.st_mode):
-            raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one {KINDS} file.")
-        with path.open("rb") as stream:
+        with file.stream() as stream:
             head = stream.read(VIDEO_HEAD)
-    except ValueError:
-        raise VideoError(f"{str(path)!r} is no file name. Name one {KINDS} file.") from None
     except OSError as error:
-        raise VideoError(_unreadable(path, error)) from None
+        raise VideoError(unreadable(path, error)) from None
     if not head:
         raise VideoError(f"{path} is empty (0 bytes). Copy the video again from its source.")
     if not is_video_head(head):
         raise VideoError(f"{path} is not a video: its first bytes are not those of {KINDS}. Convert it to MP4 first.")
+    return None
 
 
 def is_video_head(head: bytes) -> bool:
@@ -68,15 +68,9 @@ def is_video_head(head: bytes) -> bool:
     )
 
 
-def _unreadable(path: Path, error: OSError) -> str:
-    if isinstance(error, FileNotFoundError):
-        return f"There is no video at {path}. Check the path."
-    return f"Cannot read the video {path}: {error.strerror}. Check the file and its permissions."
-
-
 @contextmanager
-def open_container(path: Path, limits: VideoLimits) -> Iterator[tuple[Any, Any]]:
-    """Open a checked file for demuxing and find its video stream.
+def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Any, Any]]:
+    """Check an open file, open it for demuxing with a position of its own, and find its video stream.
 
     The demuxer is confined to local files and the named containers. The pixel limit also reaches the decoders that
     the demuxer runs while it looks for stream parameters, so that a huge picture is refused before it is allocated.
@@ -88,15 +82,15 @@ def open_container(path: Path, limits: VideoLimits) -> Iterator[tuple[Any, Any]]
     Raises:
         VideoError: not a readable video, no video stream, no decoder, or a picture over the limits.
     """
-    path = Path(os.path.abspath(path))  # noqa: PTH100 - resolve() would follow links and change the name shown
-    check_file(path)
+    path = file.path
+    check_file(file)
     options = {
         "protocol_whitelist": "file",
         "format_whitelist": FORMATS,
         "max_pixels": _decoder_limit(limits),
     }
     try:
-        container = av.open(f"file:{path}", mode="r", options=options, metadata_errors="replace")
+        container = av.open(f"file:{file.name_again}", mode="r", options=options, metadata_errors="replace")
     except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
         raise VideoError(
             f"{path} cannot be opened as a video ({reason(error)}): it is damaged or cut short, or not {KINDS}. "

@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from io import BytesIO
-from pathlib import Path
 from typing import Any, Final
 
 import av
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import UsageError
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource, open_source
 from tsr_engine.io.video_decoder import Orientation
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import open_container, reason
@@ -59,7 +59,7 @@ class _Unfit(Exception):
 
 
 def cut_clip(
-    path: Path,
+    path: VideoSource,
     frames: Frames,
     stamps_of: Nanos,
     *,
@@ -103,11 +103,11 @@ def _placed(stamps: Ints, wanted: Ints) -> Ints:
     return found
 
 
-def _packets(path: Path, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
+def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
     """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and where they come from."""
     if (frames.pts < 0).any():
         raise _Unfit("the run does not know its presentation times")
-    with open_container(path, limits) as (container, stream):
+    with open_source(path) as file, open_container(file, limits) as (container, stream):
         codec = str(stream.codec_context.codec.name)
         codec = {"libdav1d": "av1", "libaom-av1": "av1", "libvpx-vp9": "vp9"}.get(codec, codec)
         if container.format.name == "avi":
@@ -134,7 +134,7 @@ def _packets(path: Path, frames: Frames, limits: VideoLimits, exact: bool) -> tu
         return _mux(stream, chosen, pts), np.searchsorted(pts, frames.pts), how
 
 
-def _check_size(path: Path, size: int) -> None:
+def _check_size(path: VideoSource, size: int) -> None:
     if size > MOST_BYTES:
         raise UsageError(
             f"The pictures of these frames of {path} take {size >> 20} MiB, more than the {MOST_BYTES >> 20} MiB that "

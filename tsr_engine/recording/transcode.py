@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from fractions import Fraction
 from io import BytesIO
-from pathlib import Path
 from typing import Any, Final
 
 import av
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.recording.content import Frames
@@ -109,7 +109,9 @@ def _threads() -> int:
     return max(1, min(_MOST_CORES, len(os.sched_getaffinity(0))) // 2)
 
 
-def encode_frames(path: Path, frames: Frames, limits: VideoLimits, table: FrameTable | None) -> tuple[bytes, int]:
+def encode_frames(
+    path: VideoSource, frames: Frames, limits: VideoLimits, table: FrameTable | None
+) -> tuple[bytes, int]:
     """The frames upright as H.264 in an MP4 file, each at its own presentation time, and how many there are.
 
     Odd sizes grow by one column or row, which repeats the last one.

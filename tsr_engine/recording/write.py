@@ -18,6 +18,7 @@ from tsr_engine.evidence.header import VideoIdentity
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.recording.about import about_text
@@ -58,7 +59,7 @@ class RecordingRequest:
     out: Path
     first: int | None = None
     stop: int | None = None
-    video: Path | None = None
+    video: VideoSource | None = None
     table: FrameTable | None = None
     known: bool = False
     exact: bool = False

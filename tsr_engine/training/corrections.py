@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import InputError, StorageError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.io.gtsdb import CLASSES, Scene
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.records import FloatArray, Picture
 
@@ -244,7 +245,7 @@ def _spread(boxes: FloatArray, count: int) -> NDArray[np.int64]:
 
 
 def _decode(
-    video: DatasetVideo, path: Path, folder: Path, wanted: NDArray[np.int64], progress: Progress
+    video: DatasetVideo, path: VideoSource, folder: Path, wanted: NDArray[np.int64], progress: Progress
 ) -> dict[int, Path]:
     """Write the wanted frames as pictures; frame -> file."""
     places = {int(k): folder / f"{int(k):07d}.png" for k in wanted}

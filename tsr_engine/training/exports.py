@@ -23,6 +23,7 @@ from tsr_engine.exchange.manifest import MANIFEST, read_manifest
 from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import format_named
 from tsr_engine.io.digest import file_sha256
+from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.training.corrections import verdict
 
@@ -51,7 +52,7 @@ class OpenedExport:
 
 
 def open_export(
-    path: Path, find: Callable[[str, str], Path | None], scratch: Path, limits: VideoLimits | None = None
+    path: Path, find: Callable[[str, str], VideoSource | None], scratch: Path, limits: VideoLimits | None = None
 ) -> OpenedExport:
     """Open an export folder or ZIP file.
 
@@ -118,7 +119,7 @@ def open_export(
     return OpenedExport(Dataset(CLASS_NAMES, tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes)))
 
 
-def _bare(entry: Mapping[str, Any], path: Path | None, limits: VideoLimits | None) -> DatasetVideo:
+def _bare(entry: Mapping[str, Any], path: VideoSource | None, limits: VideoLimits | None) -> DatasetVideo:
     rate = entry.get("rate")
     return DatasetVideo(
         name=str(entry["name"]),

@@ -13,7 +13,7 @@
 import { ApiError, sentence } from '../api/errors.js';
 import { hideBanner, setElsewhere, showBanner } from '../store/actions/page.js';
 import { givenUp, standing } from './pending.js';
-import { CHANGED, createPause, isPassing, leave, pauseAfter } from './sending.js';
+import { CHANGED, ELSEWHERE, createPause, isPassing, leave, pauseAfter } from './sending.js';
 import { describe, named } from './words.js';
 
 /** After this a box that keys were moving is no longer moved by a page that lives, ms. */
@@ -101,7 +101,7 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
   }
 
   async function rounds() {
-    /** Runs whose video is not the one it was: the others need not wait for it. @type {Set<string>} */
+    /** Runs whose video is not the one it was, or lies with another server: the others need not wait. @type {Set<string>} */
     const changed = new Set();
     for (let tries = 0; !signal.aborted;) {
       again = false;
@@ -127,7 +127,7 @@ export function createBackground({ store, api, outbox, signal, toast, pause }) {
         tries = 0;
       } catch (thrown) {
         if (signal.aborted) return;
-        if (isPassing(thrown) && thrown.code === CHANGED) changed.add(next.run);
+        if (isPassing(thrown) && (thrown.code === CHANGED || thrown.code === ELSEWHERE)) changed.add(next.run);
         else if (isPassing(thrown)) await rest(pauseAfter(tries++));
         else await refused(next, thrown);
       } finally {

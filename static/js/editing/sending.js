@@ -16,6 +16,9 @@ const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
 /** Code of the one 409 that can pass: another file lies in the place of the video, until it is put back. */
 export const CHANGED = 'file_changed';
 
+/** Code of the 503 that another server of the same database would not answer: it has the run's files. */
+export const ELSEWHERE = 'elsewhere';
+
 /** Whether the same operation may succeed later. @param {unknown} thrown @returns {thrown is ApiError} */
 export const isPassing = (thrown) => thrown instanceof ApiError && (!FINAL.has(thrown.status) || thrown.code === CHANGED);
 

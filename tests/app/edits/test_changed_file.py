@@ -16,6 +16,8 @@ from app.edits.documents import TrackDoc
 from app.edits.service import EditAnswer
 from app.errors import Conflict, NotFound
 from app.storage.models import Edit, Run, Video
+from tsr_engine.io.digest import file_sha256
+from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_probe import video_sha256
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
@@ -85,11 +87,11 @@ def test_a_file_is_read_only_after_it_was_touched_and_once(
 ) -> None:
     read: list[Path] = []
 
-    def counted(one: Path) -> str:
-        read.append(one)
-        return video_sha256(one)
+    def counted(one: OpenedFile) -> str:
+        read.append(one.path)
+        return file_sha256(one.path)
 
-    monkeypatch.setattr("app.videos.same_file.video_sha256", counted)
+    monkeypatch.setattr(OpenedFile, "sha256", counted)
     os.utime(path, ns=(1, 1))
     verdict(desk)
     verdict(desk, "op-00000002", "m2")

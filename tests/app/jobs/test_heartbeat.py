@@ -16,12 +16,12 @@ from app.jobs import supervisor as supervising
 from app.jobs import worker
 from app.jobs.context import TaskContext
 from app.jobs.heartbeat import beating
-from app.jobs.locks import place_of
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
 from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.identity import place_of
 from app.storage.models import Job
 from tests.patience import until
 

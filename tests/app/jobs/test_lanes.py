@@ -178,7 +178,7 @@ def test_an_export_runs_beside_a_run_and_outlives_its_worker(context: Context) -
 
     os.kill(until(half_made), signal.SIGKILL)
     assert not (folder / "export.zip").exists()
-    until(lambda: job_of(context, artefact.id).crashes == 1)
+    until(lambda: job_of(context, artefact.id).payload.get("ends") == {"killed": 1})
     found = ended(context, artefact.id)
     assert found.state == "complete", found.error
     assert row(context, Run, long.id).state == "running", "the run was not held up, and did not hold it up"

@@ -1,4 +1,4 @@
-"""Whether a file is still the video: size, time of change, bytes."""
+"""Whether a file is still the video: what the kernel says of it, else its bytes; never its name alone."""
 
 from __future__ import annotations
 
@@ -10,63 +10,106 @@ import numpy as np
 import pytest
 
 from app.runs.task import _check_file
+from app.settings import Settings
+from app.storage.database import Database
 from app.storage.models import Video
-from app.videos.same_file import is_same, is_untouched
+from app.videos.opened import ChangedError, CheckedFile, library_file
+from app.videos.same_file import confirm
 from app.videos.table import pack, unpack
-from tsr_engine.errors import InputError
+from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import OpenedFile, stamp_of
 from tsr_engine.io.video_probe import video_sha256
 
 TABLE = FrameTable(Fraction(1, 25), *(np.zeros(1, np.int64),) * 2, *(np.zeros(1, np.bool_),) * 2, 1, complete=True)
+CONTENT = b"the bytes of a drive"
 
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     path = tmp_path / "drive.mp4"
-    path.write_bytes(b"the bytes of a drive")
+    path.write_bytes(CONTENT)
     return path
 
 
 @pytest.fixture
-def video(path: Path) -> Video:
-    found = path.stat()
-    frames = pack(TABLE, found.st_mtime_ns)
-    return Video(id=video_sha256(path), path=str(path), size=found.st_size, frame_table=frames)
+def database(tmp_path: Path) -> Database:
+    made = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    made.migrate()
+    return made
 
 
-def test_a_file_that_nobody_touched_is_not_read(video: Video, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.videos.same_file.video_sha256", lambda path: pytest.fail(f"{path} is read"))
-    assert is_untouched(video, path)
-    assert is_same(video, path)
+@pytest.fixture
+def video(path: Path, database: Database) -> Video:
+    row = Video(id=video_sha256(path), name="drive.mp4", path=str(path), size=len(CONTENT), frame_table=pack(TABLE))
+    row.warnings, row.stamp = [], list(stamp_of(path.stat()))
+    with database.write() as session:
+        session.add(row)
+    return row
 
 
-@pytest.mark.parametrize(
-    ("content", "same"),
-    [(b"the bytes of a drive", True), (b"other bytes, as many", False), (b"cut", False)],
-)
-def test_a_file_that_was_written_anew_is_known_by_its_bytes(
-    content: bytes, same: bool, video: Video, path: Path
+@pytest.fixture
+def file(video: Video, tmp_path: Path) -> CheckedFile:
+    return library_file(Settings(home=tmp_path / "home", roots=()), video)
+
+
+def stored(database: Database, video: Video) -> list[int] | None:
+    with database.read() as session:
+        return session.get_one(Video, video.id).stamp
+
+
+def test_a_file_that_nobody_touched_is_not_read(
+    database: Database, file: CheckedFile, video: Video, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(OpenedFile, "sha256", lambda self: pytest.fail(f"{self} is read"))
+    confirm(database, file, video)
+
+
+@pytest.mark.parametrize(("content", "same"), [(CONTENT, True), (b"other bytes, as many", False), (b"cut", False)])
+def test_a_file_that_was_written_anew_is_known_by_its_bytes(
+    content: bytes, same: bool, database: Database, video: Video, file: CheckedFile, path: Path
+) -> None:
+    before = path.stat()
     path.write_bytes(content)
-    os.utime(path, ns=(0, 10**18))
-    assert not is_untouched(video, path)
-    assert is_same(video, path) is same
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # as if nobody had touched it
     if same:
-        _check_file(video)
+        _check_file(database, file, video)
+        assert stored(database, video) == list(stamp_of(path.stat())), "read once, not each time"
     else:
+        with pytest.raises(ChangedError):
+            confirm(database, file, video)
         with pytest.raises(InputError, match="has changed since it was added"):
-            _check_file(video)
+            _check_file(database, file, video)
+        assert stored(database, video) == video.stamp
 
 
-def test_a_file_that_is_gone(video: Video, path: Path) -> None:
+def test_a_copy_that_is_put_back_is_the_video(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
     path.unlink()
-    assert not is_untouched(video, path)
+    path.write_bytes(CONTENT)
+    confirm(database, file, video)
+
+
+def test_a_row_of_an_older_version_is_read_once(
+    database: Database, video: Video, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    video.stamp = None
+    confirm(database, library_file(Settings(home=tmp_path, roots=()), video), video)
+    video.stamp = stored(database, video)
+    monkeypatch.setattr(OpenedFile, "sha256", lambda self: pytest.fail(f"{self} is read"))
+    confirm(database, library_file(Settings(home=tmp_path, roots=()), video), video)
+
+
+def test_a_file_that_is_gone(database: Database, video: Video, file: CheckedFile, path: Path) -> None:
+    path.unlink()
+    with pytest.raises(VideoError, match="There is no video at"):
+        confirm(database, file, video)
     with pytest.raises(InputError, match="is not there any more"):
-        _check_file(video)
+        _check_file(database, file, video)
 
 
 @pytest.mark.parametrize("keep", [0, 9, 60, -4])
 def test_a_damaged_table_is_a_sentence(video: Video, keep: int) -> None:
+    assert video.frame_table is not None
     assert unpack(video.frame_table) == TABLE
     with pytest.raises(InputError, match="frame table is damaged"):
         unpack(video.frame_table[:keep])

@@ -104,12 +104,15 @@ test('what was done before the corrections had come is not dropped with the revi
   assert.deepEqual([server.log, await outbox.all()], [['set_box'], []]);
 });
 
-test('a run whose video has become another file holds up no other', async () => {
+for (const { what, status, code } of [
+  { what: 'whose video has become another file', status: 409, code: 'file_changed' },
+  { what: 'that lies with another server', status: 503, code: 'elsewhere' },
+]) test(`a run ${what} holds up no other`, async () => {
   const { editor, server, outbox } = await createWorld();
   const { edit } = server;
   let back = false;
   server.edit = async (...given) => {
-    if (given[0] === RUN && !back) throw new ApiError(409, 'file_changed', 'The file has changed.');
+    if (given[0] === RUN && !back) throw new ApiError(status, code, 'Not now.');
     return edit(...given);
   };
   editor.edit(setBox('m1', 5, 20));

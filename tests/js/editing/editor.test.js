@@ -94,12 +94,15 @@ for (const status of [0, 401, 403, 500, 503, 507]) {
   });
 }
 
-test('while another file lies in the place of the video, edits stay in sight and in the outbox, with the reason', async () => {
+for (const { what, status, code, reason } of [
+  { what: 'another file lies in the place of the video', status: 409, code: 'file_changed', reason: 'drive.mp4 has changed since it was added. Put it back as it was, or add it as another video.' },
+  { what: 'another server holds the files of the run', status: 503, code: 'elsewhere', reason: 'The files of Run 1 lie with another server (desk:/data). Ask that one.' },
+  { what: 'the database restarts', status: 503, code: 'database_busy', reason: 'The database is away for a moment. The request can be repeated.' },
+]) test(`while ${what}, edits stay in sight and in the outbox, with the reason`, async () => {
   const { editor, server, store, review, outbox, toasts } = await createWorld();
-  const reason = 'drive.mp4 has changed since it was added. Put it back as it was, or add it as another video.';
   let tries = 0;
   server.before = () => {
-    if (++tries < 3) throw new ApiError(409, 'file_changed', reason);
+    if (++tries < 3) throw new ApiError(status, code, reason);
     const told = store.get().banners.find(({ id }) => id === 'saving')?.text ?? '';
     assert.ok(told.startsWith(reason), told);
     assert.match(told, /Your changes are kept in this page/);

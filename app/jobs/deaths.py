@@ -1,0 +1,56 @@
+"""What a worker died of: a file that crashes decoders is told apart from a machine that ends processes."""
+
+from __future__ import annotations
+
+import re
+import signal
+from pathlib import Path
+from typing import Final, Literal
+
+__all__ = ["LEFT", "Cause", "cause_of", "memory_kills"]
+
+Cause = Literal["crashed", "starved", "killed"]
+"""By itself, over the file that it worked on; for want of memory; or with its server or by somebody else's hand."""
+LEFT: Final = 128 + signal.SIGTERM
+"""Exit code of a worker that was told to leave and was too slow to do so in order."""
+_FROM_OUTSIDE: Final = {0, LEFT, -signal.SIGTERM, -signal.SIGINT, -signal.SIGHUP, -signal.SIGKILL}
+_CGROUPS = Path("/sys/fs/cgroup")
+_PROC = Path("/proc")
+
+
+def cause_of(code: int, starving: bool) -> Cause:
+    """The cause by an exit code.
+
+    Args:
+        code: as ``subprocess`` gives it: below 0 a signal.
+        starving: the kernel has killed for want of memory meanwhile.
+    """
+    if code == -signal.SIGKILL and starving:
+        return "starved"
+    return "killed" if code in _FROM_OUTSIDE else "crashed"
+
+
+def memory_kills() -> int:
+    """How many processes the kernel has killed for want of memory: of our group if it says so, else of the machine."""
+    for file in _counters():
+        try:
+            found = re.search(r"^oom_kill (\d+)$", file.read_text(encoding="ascii"), flags=re.MULTILINE)
+        except OSError:
+            continue
+        if found is not None:
+            return int(found[1])
+    return 0
+
+
+def _counters() -> list[Path]:
+    try:
+        groups = (_PROC / "self" / "cgroup").read_text(encoding="utf-8")
+    except OSError:
+        groups = ""
+    found = []
+    for number, kinds, path in re.findall(r"^(\d+):([^:]*):/(.*)$", groups, flags=re.MULTILINE):
+        if number == "0":
+            found += [_CGROUPS / path / "memory.events", _CGROUPS / "memory.events"]
+        elif "memory" in kinds.split(","):
+            found += [_CGROUPS / "memory" / path / "memory.oom_control", _CGROUPS / "memory" / "memory.oom_control"]
+    return [*found, _PROC / "vmstat"]

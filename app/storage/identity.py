@@ -1,0 +1,61 @@
+"""Who a server is: a random number kept in its data folder, whatever machines and folders are called."""
+
+from __future__ import annotations
+
+import os
+import re
+import uuid
+from pathlib import Path
+
+from tsr_engine.errors import StorageError
+
+__all__ = ["place_of", "server_id"]
+
+_FILE = "server.id"
+_BOOT = Path("/proc/sys/kernel/random/boot_id")
+
+
+def server_id(home: Path) -> str:
+    """The number of a data folder, 32 hexadecimal digits, made on first use.
+
+    Raises:
+        StorageError: it cannot be kept, or the file is damaged.
+    """
+    path = home / _FILE
+    try:
+        if not path.exists():
+            home.mkdir(parents=True, exist_ok=True)
+            part = home / f".{_FILE}.{uuid.uuid4().hex}"
+            part.write_text(f"{uuid.uuid4().hex}\n", encoding="ascii")
+            try:
+                path.hardlink_to(part)  # of two that start at once, one is first
+            except FileExistsError:
+                pass
+            finally:
+                part.unlink()
+        found = path.read_text(encoding="ascii").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise StorageError(f"Cannot keep the server's number in {path}: {error}. Choose another --home.") from None
+    if not re.fullmatch("[0-9a-f]{32}", found):
+        raise StorageError(f"{path} holds no number of 32 hexadecimal digits. Put it back as it was, or delete it.")
+    return found
+
+
+def place_of(home: Path) -> str | None:
+    """For whom the lock files of a data folder speak: the number, the kernel's present life, and the very folder.
+
+    A copy of the folder has another inode or device, a cloned machine another life of its kernel: their processes hold
+    locks that nobody sees here.
+
+    Returns:
+        None where the kernel does not tell; then heartbeats alone say who is alive.
+
+    Raises:
+        StorageError: see ``server_id``.
+    """
+    number = server_id(home)
+    try:
+        boot, status = _BOOT.read_text(encoding="ascii").strip(), os.stat(home / _FILE)  # noqa: PTH116 - all of it
+    except OSError:
+        return None
+    return f"{number}:{boot}:{status.st_dev:x}.{status.st_ino:x}" if boot else None

@@ -1,0 +1,35 @@
+"""How the file of a video stood when its bytes were last compared, and which server holds the files of what."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0004"
+down_revision = "0003"
+branch_labels = None
+depends_on = None
+
+_PLACED = ("videos", "runs", "artefacts", "model_versions", "jobs")
+
+
+def upgrade() -> None:
+    """Forward; a server takes what lies in its data folder for its own when it starts."""
+    op.create_table(
+        "servers",
+        sa.Column("id", sa.String(length=32), nullable=False),
+        sa.Column("name", sa.Text(), nullable=False),
+        sa.Column("beats", sa.BigInteger(), nullable=False),
+        sa.PrimaryKeyConstraint("id"),
+    )
+    for table in _PLACED:
+        op.add_column(table, sa.Column("place", sa.String(length=32), nullable=True))
+    op.add_column("videos", sa.Column("stamp", sa.JSON(), nullable=True))
+
+
+def downgrade() -> None:
+    """Back."""
+    op.drop_column("videos", "stamp")
+    for table in _PLACED:
+        op.drop_column(table, "place")
+    op.drop_table("servers")

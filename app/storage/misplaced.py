@@ -1,0 +1,43 @@
+"""Databases that earlier versions have put beside the data folder, because its name holds ``?`` or ``%``.
+
+Those versions wrote the folder into an address as text, where both characters mean something. Two folders could come to
+share one file, so it is copied and stays where it is.
+"""
+
+from __future__ import annotations
+
+import logging
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+from sqlalchemy import make_url
+
+from app.settings import DATABASE_FILE, Settings
+
+__all__ = ["fetch_misplaced"]
+
+_log = logging.getLogger("tsr.server")
+
+
+def fetch_misplaced(settings: Settings) -> None:
+    """Copy the database of a data folder that was in use before into it, if it lies elsewhere."""
+    place = settings.home / DATABASE_FILE
+    if settings.database_url is not None or place.exists() or not (settings.home / "token").is_file():
+        return
+    earlier = Path(make_url(f"sqlite:///{place}").database or "")
+    text = Path(f"{place}".partition("?")[0])
+    found = next((file for file in (earlier, text) if file != place and file.is_file()), None)
+    if found is None:
+        return
+    part = place.with_suffix(".part")
+    part.unlink(missing_ok=True)
+    try:
+        with closing(sqlite3.connect(found)) as source, closing(sqlite3.connect(part)) as copy:
+            source.execute("SELECT version_num FROM alembic_version").fetchone()
+            source.backup(copy)
+    except sqlite3.DatabaseError:
+        part.unlink(missing_ok=True)
+        return  # not ours
+    part.replace(place)
+    _log.warning("The database of %s lay at %s; it was copied into the data folder.", settings.home, found)

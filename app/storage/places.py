@@ -1,0 +1,133 @@
+"""Which server holds the files of what, where several servers share a database.
+
+They share rows, not files: each video, run, artefact and version of models has its place, and so has each job. A job is
+done where the files are; who asks another server is told which one to ask.
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from sqlalchemy import ColumnElement, or_, select, true, update
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import InstrumentedAttribute, Session
+
+from app.errors import Elsewhere
+from app.storage.database import Database
+from app.storage.models import Artefact, ModelVersion, Run, Server, Video
+from app.storage.ticking import ticking
+
+__all__ = ["Servers", "adopt_files", "here_of", "is_here", "require_here"]
+
+
+def here_of(session: Session) -> str | None:
+    """The server that this is; None: there is only one."""
+    found: str | None = session.connection().get_execution_options().get("tsr_here")
+    return found
+
+
+def is_here(session: Session, place: InstrumentedAttribute[str | None]) -> ColumnElement[bool]:
+    """A condition: the files lie with this server, or nobody has said where."""
+    here = here_of(session)
+    return true() if here is None else or_(place.is_(None), place == here)
+
+
+def require_here(session: Session, place: str | None, what: str) -> None:
+    """Refuse what needs files of another server.
+
+    Args:
+        session: reads.
+        place: of the row that is asked about.
+        what: begins the sentence; a name of a run, say.
+
+    Raises:
+        Elsewhere: they do not lie here; says which server has them.
+    """
+    here = here_of(session)
+    if here is None or place is None or place == here:
+        return
+    server = session.get(Server, place)
+    name = "one that is not known here" if server is None else server.name
+    raise Elsewhere(
+        f"The files of {what or 'this'} lie with another server ({name}). Ask that one.",
+        details={"server": place, "name": name},
+    )
+
+
+def adopt_files(database: Database, home: Path) -> None:
+    """Take what nobody has taken and what lies here: rows of a version that knew of one server only."""
+    here = database.here
+    if here is None:
+        return
+    with database.write() as session:
+        for video in session.scalars(select(Video).where(Video.place.is_(None))):
+            video.place = here if Path(video.path).is_file() else None
+        for run in session.scalars(select(Run).where(Run.place.is_(None), Run.folder != "")):
+            run.place = here if (home / run.folder).is_dir() else None
+        for artefact in session.scalars(select(Artefact).where(Artefact.place.is_(None), Artefact.path != "")):
+            artefact.place = here if (home / artefact.path).is_file() else None
+        for version in session.scalars(select(ModelVersion).where(ModelVersion.place.is_(None))):
+            version.place = here if (home / version.folder).is_dir() else None
+
+
+class Servers:
+    """The servers of one database, as this one sees them; thread-safe.
+
+    Each counts its row up now and then. Clocks of machines differ, so only that the number changes says anything, and
+    our own steady clock says since when.
+
+    Args:
+        database: shared.
+        home: data folder of this one.
+    """
+
+    every = 15.0
+    """Seconds between two beats."""
+    silence = 120.0
+    """Seconds without a beat after which a server counts as gone."""
+
+    def __init__(self, database: Database, home: Path) -> None:
+        self._database = database
+        self._name = f"{socket.gethostname()}:{home}"
+        self._lock = threading.Lock()
+        self._seen: dict[str, tuple[int, float]] = {}
+
+    @contextmanager
+    def beating(self) -> Iterator[None]:
+        """Be known to the others until the block ends."""
+        if self._database.here is None:
+            yield
+            return
+        self.beat()
+        with ticking("server", self.every, self._try_to_beat):
+            yield
+
+    def beat(self) -> None:
+        """Count up, and look at the others."""
+        here = self._database.here
+        with self._database.write() as session:
+            mine = update(Server).where(Server.id == here).values(beats=Server.beats + 1, name=self._name)
+            if not session.execute(mine).rowcount:  # type: ignore[attr-defined]
+                session.add(Server(id=here, name=self._name, beats=1))
+                session.flush()
+            beats = {server.id: server.beats for server in session.scalars(select(Server))}
+        now = time.monotonic()
+        with self._lock:
+            for server, count in beats.items():
+                if self._seen.get(server, (-1, 0.0))[0] != count:
+                    self._seen[server] = count, now
+
+    def is_gone(self, server: str | None) -> bool:
+        """Whether a server has not beaten for long; one that nobody has ever seen is gone."""
+        with self._lock:
+            seen = self._seen.get(server or "")
+        return seen is None or time.monotonic() - seen[1] > self.silence
+
+    def _try_to_beat(self) -> None:
+        with suppress(SQLAlchemyError):  # the next beat may reach it again
+            self.beat()

@@ -1,0 +1,78 @@
+"""Opening what lies beneath a folder: no part of the way may be a link, so that nobody can turn it aside.
+
+A path is resolved and judged as text first. Whoever puts a link on the way afterwards, or exchanges a folder for one,
+gets a refusal: the kernel looks at each part as it goes.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import stat
+import struct
+from pathlib import Path
+from typing import Final
+
+__all__ = ["LINKS", "open_beneath"]
+
+LINKS: Final = (errno.ELOOP, errno.EXDEV)
+"""What the kernel says of a way that leads through a link, or out of the folder."""
+_OPENAT2: Final = 437
+_NO_MAGICLINKS, _NO_SYMLINKS, _BENEATH = 0x02, 0x04, 0x08
+_CLOSED_TO_US: Final = (errno.ENOSYS, errno.EPERM)
+"""No such call in this kernel, or a sandbox does not know it."""
+
+
+def open_beneath(folder: Path, place: Path, flags: int = os.O_RDONLY) -> int:
+    """Open a file or folder by a path without links.
+
+    Args:
+        folder: opened by its name, through links: who runs the server names it.
+        place: in it; absolute, and without ``..``.
+        flags: further flags.
+
+    Returns:
+        The descriptor; not inherited.
+
+    Raises:
+        OSError: it is not there or cannot be read; of ``LINKS``: a part of the way is a link.
+    """
+    parts = place.relative_to(folder).parts or (".",)
+    # a pipe without a writer must not hold anybody up
+    flags |= os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY
+    top = os.open(folder, os.O_PATH | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        try:
+            return _openat2(top, str(Path(*parts)), flags)
+        except OSError as error:
+            if error.errno not in _CLOSED_TO_US:
+                raise
+        return _walk(top, parts, flags)
+    finally:
+        os.close(top)
+
+
+def _openat2(top: int, path: str, flags: int) -> int:
+    how = struct.pack("=QQQ", flags, 0, _NO_MAGICLINKS | _NO_SYMLINKS | _BENEATH)
+    libc = ctypes.CDLL(None, use_errno=True)
+    found = libc.syscall(ctypes.c_long(_OPENAT2), ctypes.c_int(top), os.fsencode(path), how, ctypes.c_size_t(len(how)))
+    if found < 0:
+        code = ctypes.get_errno()
+        raise OSError(code, os.strerror(code), path)
+    return int(found)
+
+
+def _walk(top: int, parts: tuple[str, ...], flags: int) -> int:
+    """The same, a part at a time, for kernels before 5.6."""
+    at = os.dup(top)
+    try:
+        for part in parts[:-1]:
+            step = os.open(part, os.O_PATH | os.O_NOFOLLOW | os.O_CLOEXEC, dir_fd=at)
+            os.close(at)
+            at = step
+            if stat.S_ISLNK(os.fstat(at).st_mode):
+                raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), part)
+        return os.open(parts[-1], flags, dir_fd=at)
+    finally:
+        os.close(at)

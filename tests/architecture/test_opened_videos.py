@@ -1,0 +1,82 @@
+"""Files of videos have one door in the review tool: nothing else of it opens one by its name."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DOOR = "app/videos/opened.py"
+BY_NAME = {"video_sha256", "open_container", "VideoCapture"}
+"""What would open a file by a name; ``open_video`` and the engine's requests take what the door gives."""
+COMMAND_LINE = {"app/cli/review.py", "app/exchange/home.py", "app/exchange/dataset.py"}
+"""Files that a person names on the command line are that person's to read, through whatever links."""
+ASKED = {"is_file", "name", "suffix", "parent"}
+"""What may be asked about the name of a video's file without opening it."""
+SOURCES = sorted((ROOT / "app").rglob("*.py"))
+
+
+def offences(text: str) -> list[str]:
+    """What a module does with names of videos that only the door may do."""
+    tree = ast.parse(text)
+    found = []
+    asked = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr in ASKED}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom | ast.Import):
+            names = {alias.name for alias in node.names}
+            found += sorted(names & {*BY_NAME, "av"})
+        if isinstance(node, ast.Attribute) and node.attr in BY_NAME:
+            found.append(node.attr)
+        if not isinstance(node, ast.Call):
+            continue
+        called = node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
+        of_row = any(
+            isinstance(part, ast.Attribute) and part.attr == "path" and _is_row(part.value)
+            for argument in node.args
+            for part in ast.walk(argument)
+        )
+        if called == "Path" and of_row and id(node) not in asked:
+            found.append(ast.unparse(node))
+        if called in ("open_video", "check_file", "by_name") and any(
+            isinstance(part, ast.Name) and part.id in ("Path", "path", "str") for a in node.args for part in ast.walk(a)
+        ):
+            found.append(ast.unparse(node))
+    return found
+
+
+def _is_row(node: ast.expr) -> bool:
+    """Whether an expression is a row of a video, by what those are called here."""
+    return isinstance(node, ast.Name) and node.id in ("video", "row", "known", "found", "clip")
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_no_module_opens_a_video_by_its_name(path: Path) -> None:
+    name = path.relative_to(ROOT).as_posix()
+    if name == DOOR or name in COMMAND_LINE:
+        return
+    found = offences(path.read_text(encoding="utf-8"))
+    allowed = {
+        # the file that an upload has just replaced, and one that is removed: names, not bytes
+        "app/videos/service.py": {"Path(known.path)", "Path(video.path)"},
+        # found by its content again, or taken out of a sentence
+        "app/videos/words.py": {"Path(video.path)"},
+    }.get(name, set())
+    assert set(found) <= allowed, f"{name} opens a video by its name: use app.videos.opened"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "from tsr_engine.io.video_probe import video_sha256",
+        "import av",
+        "import cv2\ncv2.VideoCapture(x)",
+        "open_video(Path(question.video))",
+        "open_video(path, limits=limits)",
+        "check_file(path)",
+        "RunRequest(Path(video.path))",
+    ],
+)
+def test_the_test_sees_what_it_looks_for(text: str) -> None:
+    assert offences(text)

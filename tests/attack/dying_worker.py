@@ -1,0 +1,41 @@
+"""A worker of ``tests/attack``: its jobs wait for a file, or end their own process by a signal."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from app.jobs.context import Stopped, TaskContext
+from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.worker import main
+
+
+def wait(task: TaskContext) -> None:
+    """Until the file is there."""
+    while not Path(task.job.payload["until"]).exists():
+        if task.stop():
+            raise Stopped
+        time.sleep(0.02)
+
+
+def die(task: TaskContext) -> None:
+    """By the signal of the payload, at its position."""
+    with task.write() as session:
+        task.reached(session, task.job.payload["at"])
+    os.kill(os.getpid(), getattr(signal, task.job.payload["signal"]))
+    time.sleep(60)
+
+
+KINDS = JobKinds(
+    (
+        JobKind("wait", "short", lambda: wait, lambda *_: None, by_frame=True),
+        JobKind("die", "short", lambda: die, lambda *_: None, by_frame=True),
+    ),
+    worker="dying_worker",
+)
+
+if __name__ == "__main__":
+    sys.exit(main(KINDS, sys.argv[1:]))

@@ -1,0 +1,145 @@
+"""Workers that are killed from outside, die with their server, starve, or crash over a file, which alone blames it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from dying_worker import KINDS
+
+from app.events import EventBus
+from app.jobs import deaths
+from app.jobs import supervisor as supervising
+from app.jobs.deaths import LEFT, cause_of, memory_kills
+from app.jobs.locks import holder
+from app.jobs.queue import MOST_CRASHES, JobQueue
+from app.jobs.supervisor import Supervisor
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.models import Job
+from tests.patience import until
+
+
+class Home:
+    """A data folder with a queue, and a supervisor that starts workers of ``dying_worker``."""
+
+    def __init__(self, home: Path) -> None:
+        self.settings = Settings(home=home, roots=(home,), sample=False, workers=1)
+        self.database = Database(self.settings.database)
+        self.database.migrate()
+        self.jobs = JobQueue(EventBus(), KINDS)
+        self.supervisor = Supervisor(self.settings, self.database, self.jobs)
+
+    def submit(self, kind: str, **payload: Any) -> str:
+        with self.database.write() as session:
+            return self.jobs.submit(session, kind, "s" * 32, payload).id
+
+    def job(self, job_id: str) -> Job:
+        with self.database.read() as session:
+            return session.get_one(Job, job_id)
+
+    def ended(self, job_id: str) -> Job:
+        found: Job = until(lambda: job if (job := self.job(job_id)).state not in ("queued", "running") else None)
+        return found
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
+    folders = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(folders))
+    made = Home(tmp_path)
+    yield made
+    if made.supervisor._thread.is_alive():
+        made.supervisor.stop()
+    made.database.close()
+
+
+def test_who_is_killed_three_times_from_outside_goes_on(home: Home, tmp_path: Path) -> None:
+    home.supervisor.start()
+    job = home.submit("wait", until=str(tmp_path / "now"))
+    for death in range(1, MOST_CRASHES + 1):
+        worker = until(lambda: holder(tmp_path, job) if home.job(job).state == "running" else None)
+        os.kill(worker, signal.SIGKILL)
+        until(lambda death=death: home.job(job).payload.get("ends", {}).get("killed") == death)
+    (tmp_path / "now").touch()
+    ended = home.ended(job)
+    assert (ended.state, ended.error, ended.crashes) == ("done", None, 0)
+
+
+def test_who_crashes_in_the_file_is_given_up_with_the_place(home: Home) -> None:
+    home.supervisor.start()
+    ended = home.ended(home.submit("die", signal="SIGSEGV", at=17))
+    assert ended.state == "failed"
+    assert ended.error == f"The engine died {MOST_CRASHES} times at frame 17. The file may be damaged there."
+
+
+def test_who_starves_is_told_about_memory(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
+    kills = iter(range(10**6))
+    monkeypatch.setattr(supervising, "memory_kills", lambda: next(kills))
+    home.supervisor.start()
+    ended = home.ended(home.submit("die", signal="SIGKILL", at=17))
+    assert ended.state == "failed"
+    assert ended.error is not None
+    assert ended.error.startswith("The machine had no memory left 3 times at frame 17.")
+    assert "damaged" not in ended.error
+
+
+def test_a_worker_that_died_with_its_server_has_not_crashed(home: Home, tmp_path: Path) -> None:
+    """The next server finds the job and the note of a process that is none of its own."""
+    job_id = home.submit("die", signal="SIGSEGV", at=17)
+    for death in range(1, MOST_CRASHES + 2):
+        with home.database.write() as session:
+            job = home.jobs.claim(session, job_id)
+        assert job is not None
+        (tmp_path / "locks").mkdir(exist_ok=True)
+        (tmp_path / "locks" / f"{job_id}.lock").write_text("4194303")
+        home.supervisor._bury(job)
+        after = home.job(job_id)
+        assert (after.state, after.crashes, after.payload["ends"]) == ("queued", 0, {"killed": death})
+
+
+@pytest.mark.parametrize(
+    ("code", "starving", "cause"),
+    [
+        (-signal.SIGKILL, False, "killed"),
+        (-signal.SIGKILL, True, "starved"),
+        (-signal.SIGTERM, False, "killed"),
+        (LEFT, False, "killed"),
+        (0, True, "killed"),
+        (-signal.SIGSEGV, True, "crashed"),
+        (-signal.SIGABRT, False, "crashed"),
+        (-signal.SIGFPE, False, "crashed"),
+        (1, False, "crashed"),
+    ],
+)
+def test_exit_codes(code: int, starving: bool, cause: str) -> None:
+    assert cause_of(code, starving) == cause
+
+
+@pytest.mark.parametrize(
+    ("groups", "files", "count"),
+    [
+        ("0::/user/tsr\n", {"sys/user/tsr/memory.events": "low 0\noom 3\noom_kill 2\noom_group_kill 0\n"}, 2),
+        ("0::/user/tsr\n", {"sys/memory.events": "oom_kill 4\n"}, 4),
+        ("4:cpu:/a\n3:memory:/a\n0::/\n", {"sys/memory/a/memory.oom_control": "under_oom 0\noom_kill 5\n"}, 5),
+        ("0::/\n", {"proc/vmstat": "nr_free_pages 9\noom_kill 7\n"}, 7),
+        ("", {}, 0),
+    ],
+)
+def test_how_many_processes_starved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, groups: str, files: dict[str, str], count: int
+) -> None:
+    for name, content in {"proc/self/cgroup": groups, **files}.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(content)
+    monkeypatch.setattr(deaths, "_PROC", tmp_path / "proc")
+    monkeypatch.setattr(deaths, "_CGROUPS", tmp_path / "sys")
+    assert memory_kills() == count

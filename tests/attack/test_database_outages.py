@@ -1,0 +1,158 @@
+"""A PostgreSQL that restarts: requests are told to come again, jobs are given back, nobody has crashed."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from databases import Cluster, new_database, running_cluster
+from sqlalchemy import text
+from sqlalchemy.exc import DBAPIError, OperationalError
+from toy_server import Server
+
+from app.errors import Busy, StorageFull
+from app.events import EventBus
+from app.jobs import worker
+from app.jobs.context import TaskContext
+from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.queue import JobQueue
+from app.settings import Settings
+from app.storage.database import Database, storage_failure
+from app.storage.models import Job
+
+
+@pytest.fixture(scope="module")
+def own() -> Iterator[Cluster]:
+    """A PostgreSQL that may be stopped: it is nobody else's."""
+    with running_cluster() as made:
+        yield made
+
+
+@pytest.fixture
+def served(own: Cluster, tmp_path: Path) -> Iterator[Server]:
+    made = Server(tmp_path / "home", database_url=new_database(own.url))
+    with made.client:
+        yield made
+
+
+@pytest.mark.parametrize("mode", ["fast", "immediate"])
+def test_requests_are_told_to_come_again(served: Server, own: Cluster, mode: str) -> None:
+    client = served.client
+    assert client.get("/api/videos").status_code == 200
+    own.stop(mode)
+    try:
+        for answer in (
+            client.get("/api/videos"),
+            client.get("/api/videos"),
+            client.patch(f"/api/runs/{'0' * 32}", json={"name": "x"}),
+            client.post(f"/api/runs/{'0' * 32}/cancel"),
+        ):
+            assert (answer.status_code, answer.json()["error"]["code"]) == (503, "database_busy"), answer.text
+            assert int(answer.headers["retry-after"]) > 0
+    finally:
+        own.start()
+    assert client.get("/api/videos").json() == {"videos": []}
+    assert client.patch(f"/api/runs/{'0' * 32}", json={"name": "x"}).status_code == 404
+
+
+def test_a_connection_that_is_cut_in_the_middle_is_an_outage(own: Cluster) -> None:
+    database = Database(new_database(own.url))
+    with pytest.raises(DBAPIError) as cut, database.read() as session:
+        session.execute(text("SELECT pg_terminate_backend(pg_backend_pid())"))
+    assert isinstance(storage_failure(cut.value), Busy)
+    database.close()
+
+
+@pytest.mark.parametrize(
+    ("state", "failure"),
+    [
+        ("08006", Busy),
+        ("57P01", Busy),
+        ("57P03", Busy),
+        ("53300", Busy),
+        ("40P01", Busy),
+        ("53100", StorageFull),
+        ("25006", StorageFull),
+        ("23505", type(None)),
+        ("42P01", type(None)),
+    ],
+)
+def test_the_state_counts_whatever_language_the_server_speaks(state: str, failure: type) -> None:
+    said = type("Foreign", (Exception,), {"sqlstate": state})("Der Server faehrt gerade herunter")
+    assert isinstance(storage_failure(OperationalError("SELECT 1", {}, said)), failure)
+
+
+def claimed(database: Database, home: Path, work: object) -> TaskContext:
+    kind = JobKind("bake", "short", lambda: work, lambda *_: None)  # type: ignore[arg-type, return-value]
+    jobs = JobQueue(EventBus(), JobKinds([kind], worker="no.such.module"))
+    with database.write() as session:
+        job = jobs.claim(session, jobs.submit(session, "bake", "s" * 32).id)
+    assert job is not None
+    return TaskContext(Settings(home=home), database, jobs.events, jobs, job, leaving=lambda: False)
+
+
+def test_a_job_that_loses_the_database_is_given_back(
+    own: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It waits for the database, and then for the next worker; nothing counts against it."""
+    monkeypatch.setattr(worker, "_AGAIN", 0.05)
+    database = Database(new_database(own.url))
+    database.migrate()
+    stopped = threading.Event()
+
+    def work(task: TaskContext) -> None:
+        stopped.wait()
+        with task.write():
+            pass
+
+    task = claimed(database, tmp_path, work)
+    thread = threading.Thread(target=worker._execute, args=(task,))
+    thread.start()
+    own.stop()
+    stopped.set()
+    time.sleep(0.3)
+    assert thread.is_alive(), "it cannot say so yet"
+    own.start()
+    thread.join(60)
+    assert not thread.is_alive()
+    with database.read() as session:
+        job = session.get_one(Job, task.job.id)
+        assert (job.state, job.crashes, job.error) == ("queued", 0, None)
+        assert "ends" not in job.payload
+    database.close()
+
+
+def test_who_could_not_write_a_heartbeat_meanwhile_gets_a_new_minute(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from app.jobs import supervisor as supervising
+    from app.jobs.supervisor import Supervisor
+
+    database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
+    database.migrate()
+    database.is_sqlite = False  # the lock of another machine is not seen here
+    now = 0.0
+    monkeypatch.setattr(supervising, "time", SimpleNamespace(monotonic=lambda: now))
+    supervisor = Supervisor(Settings(home=tmp_path), database, JobQueue(EventBus(), JobKinds([], worker="no")))
+    job = Job(id="j" * 32, token=1, payload={"place": "elsewhere"}, heartbeat=None)
+    assert not supervisor._is_dead(job)
+    turns = iter([OperationalError("SELECT", {}, Exception("away")), None])
+
+    def turn() -> None:
+        nonlocal now
+        now += 2 * supervisor.silence
+        if (error := next(turns)) is not None:
+            raise error
+
+    monkeypatch.setattr(supervisor, "_turn", turn)
+    waits = iter([False, False, False, True])
+    monkeypatch.setattr(supervisor._stop, "wait", lambda _: next(waits))
+    supervisor._watch()
+    assert not supervisor._is_dead(job)
+    now += 2 * supervisor.silence
+    assert supervisor._is_dead(job)
+    database.close()

@@ -1,0 +1,81 @@
+"""Containers and cloned machines that are called alike: none declares the other's jobs dead."""
+
+from __future__ import annotations
+
+import shutil
+import socket
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from databases import new_database
+
+from app.events import EventBus
+from app.jobs import supervisor as supervising
+from app.jobs.queue import JobQueue
+from app.jobs.supervisor import Supervisor
+from app.kinds import KINDS
+from app.settings import Settings
+from app.storage import identity
+from app.storage.database import Database
+from app.storage.identity import place_of, server_id
+from tsr_engine.errors import StorageError
+
+
+def test_a_home_has_a_number_of_its_own_that_stays(tmp_path: Path) -> None:
+    one, other = tmp_path / "one", tmp_path / "other"
+    with ThreadPoolExecutor(8) as pool:
+        assert len(set(pool.map(lambda _: server_id(one), range(32)))) == 1
+    assert server_id(one) != server_id(other)
+    assert sorted(path.name for path in one.iterdir()) == ["server.id"]
+    (one / "server.id").write_text("nonsense")
+    with pytest.raises(StorageError, match="holds no number"):
+        server_id(one)
+
+
+def test_a_copy_a_clone_and_a_container_are_other_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(socket, "gethostname", lambda: "tsr")
+    home = tmp_path / "home"
+    place = place_of(home)
+    assert place is not None
+    assert place_of(home) == place
+    shutil.copytree(home, tmp_path / "copy")
+    assert server_id(tmp_path / "copy") == server_id(home)
+    assert place_of(tmp_path / "copy") != place
+    boot = tmp_path / "boot"
+    boot.write_text("another life of the kernel\n")
+    monkeypatch.setattr(identity, "_BOOT", boot)
+    assert place_of(home) != place
+    monkeypatch.setattr(identity, "_BOOT", tmp_path / "none")
+    assert place_of(home) is None
+
+
+@pytest.mark.parametrize("twin", ["copy", "clone", "untold"])
+def test_a_twin_does_not_bury_living_jobs(
+    cluster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: str
+) -> None:
+    """The job of one home, as the supervisor of its twin sees it: it lives as long as its heartbeat says so."""
+    monkeypatch.setattr(socket, "gethostname", lambda: "tsr")
+    now = 0.0
+    monkeypatch.setattr(supervising, "time", SimpleNamespace(monotonic=lambda: now))
+    shared, jobs, home = Database(new_database(cluster)), JobQueue(EventBus(), KINDS), tmp_path / "home"
+    shared.migrate()
+    place = place_of(home)
+    if twin == "copy":
+        shutil.copytree(home, tmp_path / "copy")
+        home = tmp_path / "copy"
+    else:
+        boot = tmp_path / "boot"
+        boot.write_text("another" if twin == "clone" else "")
+        monkeypatch.setattr(identity, "_BOOT", boot)
+    supervisor = Supervisor(Settings(home=home), shared, jobs)
+    with shared.write() as session:
+        job = jobs.claim(session, jobs.submit(session, "track", "s" * 32).id, place or "")
+    assert job is not None
+    assert not supervisor._is_dead(job)
+    now += 0.9 * supervisor.silence
+    assert not supervisor._is_dead(job)
+    now += 0.2 * supervisor.silence
+    assert supervisor._is_dead(job)
+    shared.close()

@@ -1,0 +1,171 @@
+"""Two servers on one PostgreSQL share rows, not files: each says which server to ask, and nothing is told wrong."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from databases import new_database
+from import_now import work_off
+from sqlalchemy import update
+from toy_server import Server
+
+from app.storage.models import Job, Run, Video
+from app.storage.models import Server as ServerRow
+from app.storage.places import Servers, adopt_files
+from tests import pipeline_toys as toys
+
+
+@dataclass
+class Two:
+    """Both servers; the first has a video with a run."""
+
+    first: Server
+    second: Server
+    video: str
+    run: str
+    path: Path
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[Two]:
+    """A drive that the first server has tracked; both have been started."""
+    folder = tmp_path_factory.mktemp("two")
+    drive = toys.write_drive(folder / "drive.mp4", 12)
+    url = new_database(cluster)
+    first = Server(folder / "first", roots=(folder,), database_url=url)
+    second = Server(folder / "second", roots=(folder,), database_url=url)
+    with first.client, second.client:
+        video = first.client.post("/api/videos", json={"path": str(drive)}).json()["id"]
+        work_off(first.context)
+        run = first.client.post(f"/api/videos/{video}/runs", json={"stop": 2}).json()["id"]
+        work_off(first.context)
+        assert first.client.get(f"/api/runs/{run}").json()["state"] == "complete"
+        yield Two(first, second, video, run, drive)
+
+
+def edit(op: str) -> dict[str, Any]:
+    box = {"name": "create_track", "frame": 1, "key": "h" + op[-8:], "box": [1, 1, 20, 20]}
+    return {"op_id": op, "author": "ada", "command": box}
+
+
+def test_what_lies_with_the_other_server_is_503_with_its_name(tracked: Two) -> None:
+    two = tracked
+    run, video, client = f"/api/runs/{two.run}", f"/api/videos/{two.video}", two.second.client
+    asked = {
+        "tracks": client.get(f"{run}/tracks"),
+        "lanes": client.get(f"{run}/lanes"),
+        "overlays": client.get(f"{run}/overlays", params={"first": 0, "last": 1}),
+        "frame": client.get(f"{video}/frames/0"),
+        "thumbnail": client.get(f"{video}/thumbnail"),
+        "edit": client.post(f"{run}/edits", json=edit("op-00000001")),
+        "export": client.post("/api/exports", json={"runs": [two.run], "format": "mot"}),
+        "recording": client.post(f"{run}/recordings", json={"first": 0, "stop": 2}),
+        "whatif": client.post(f"{run}/whatif", json={"parameters": {"tau": 20}}),
+        "remove run": client.delete(run),
+        "remove video": client.delete(video),
+        "add": client.post("/api/videos", json={"path": str(two.path)}),
+        "upload": client.put("/api/uploads/same.mp4", content=two.path.read_bytes()),
+        "import": client.post(f"{video}/imports", content=b"x", params={"name": "a.csv", "as": "truth"}),
+    }
+    for what, answer in asked.items():
+        if answer.status_code == 404 and "There is no" not in answer.text:
+            pytest.fail(f"{what}: no such route")
+        body = answer.json()["error"]
+        assert (answer.status_code, body["code"]) == (503, "elsewhere"), (what, answer.text)
+        assert body["details"]["server"] == two.first.context.database.here, what
+        assert str(two.first.settings.home) in body["message"], what
+        assert answer.headers["retry-after"], what
+    assert list((two.second.settings.home / "uploads").glob("*")) == []
+    # the same edit, sent to the server that has the files
+    assert two.first.client.post(f"{run}/edits", json=edit("op-00000001")).status_code == 200
+    # what lies in the database alone is the same everywhere
+    assert [v["id"] for v in client.get("/api/videos").json()["videos"]] == [two.video]
+    assert not client.get(video).json()["missing"]
+    assert client.get(f"{run}/annotation").json()["seq"] == two.first.client.get(f"{run}/annotation").json()["seq"] > 0
+    assert client.get(f"{video}/table").status_code == 200
+
+
+def test_jobs_are_done_where_the_files_are(tracked: Two) -> None:
+    two = tracked
+    run = two.second.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
+    work_off(two.second.context)
+    assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "queued"
+    with two.second.context.database.write() as session:
+        job = session.query(Job).filter(Job.subject == run).one()
+        assert two.second.context.jobs.claim(session, job.id) is None, "not even by its name"
+    work_off(two.first.context)
+    assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "complete"
+    assert two.first.client.get(f"/api/runs/{run}/tracks").status_code == 200
+    made = two.first.client.post("/api/exports", json={"runs": [run], "format": "mot"}).json()
+    work_off(two.second.context)
+    assert two.first.client.get(f"/api/artefacts/{made['id']}").json()["state"] == "queued"
+    work_off(two.first.context)
+    assert two.first.client.get(f"/api/artefacts/{made['id']}/download").status_code == 200
+    away = two.second.client.get(f"/api/artefacts/{made['id']}/download")
+    assert (away.status_code, away.json()["error"]["code"]) == (503, "elsewhere")
+
+
+def test_what_lay_with_a_server_that_is_gone_can_be_added_again(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+    two = tracked
+    other = toys.write_drive(two.path.with_name("other.mp4"), 6)
+    video = two.first.client.post("/api/videos", json={"path": str(other)}).json()["id"]
+    work_off(two.first.context)
+    assert two.second.client.post("/api/videos", json={"path": str(other)}).status_code == 503
+    monkeypatch.setattr(Servers, "silence", -1.0)
+    assert two.second.client.post("/api/videos", json={"path": str(other)}).json()["id"] == video
+    assert two.second.client.get(f"/api/videos/{video}/frames/0").status_code == 200
+    monkeypatch.undo()
+    assert two.first.client.get(f"/api/videos/{video}/frames/0").status_code == 503
+
+
+def test_a_server_that_beats_is_not_gone(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 0.0
+    monkeypatch.setattr("app.storage.places.time.monotonic", lambda: now)
+    one, other = (Servers(s.context.database, s.settings.home) for s in (tracked.first, tracked.second))
+    here = tracked.first.context.database.here
+    assert other.is_gone(here), "never seen"
+    for _ in range(3):
+        one.beat()
+        other.beat()
+        now += 0.9 * Servers.silence
+        assert not other.is_gone(here)
+    other.beat()
+    now += 0.2 * Servers.silence
+    assert other.is_gone(here)
+
+
+def test_rows_of_an_older_version_belong_to_who_has_the_files(tracked: Two) -> None:
+    two = tracked
+    database = two.second.context.database
+    with database.write() as session:
+        session.execute(update(Run).where(Run.id == two.run).values(place=None))
+        session.execute(update(Video).where(Video.id == two.video).values(place=None))
+        shown = session.get(ServerRow, two.first.context.database.here)
+        assert shown is not None
+    moved = two.path.rename(two.path.with_name("moved.mp4"))
+    adopt_files(database, two.second.settings.home)
+    moved.rename(two.path)
+    with database.read() as session:
+        assert (session.get_one(Run, two.run).place, session.get_one(Video, two.video).place) == (None, None)
+    adopt_files(two.first.context.database, two.first.settings.home)
+    assert two.second.client.get(f"/api/runs/{two.run}/tracks").status_code == 503
+    assert two.first.client.get(f"/api/runs/{two.run}/tracks").status_code == 200
+
+
+def test_on_sqlite_everything_lies_here(tmp_path: Path) -> None:
+    """A library that is copied to another folder, its number with it or not, is all there."""
+    drive = toys.write_drive(tmp_path / "drive.mp4", 4)
+    first = Server(tmp_path / "home", roots=(tmp_path,))
+    with first.client:
+        video = first.client.post("/api/videos", json={"path": str(drive)}).json()["id"]
+        work_off(first.context)
+    shutil.copytree(tmp_path / "home", tmp_path / "copy")
+    (tmp_path / "copy" / "server.id").unlink()
+    second = Server(tmp_path / "copy", roots=(tmp_path,))
+    with second.client:
+        assert second.client.get(f"/api/videos/{video}/frames/0").status_code == 200

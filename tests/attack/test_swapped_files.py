@@ -1,0 +1,226 @@
+"""A name that is exchanged between two looks at it, and a file that is overwritten as if nobody had touched it."""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from import_now import work_off
+from toy_server import Server
+
+from app.videos import beneath, paths
+from app.videos.beneath import LINKS, open_beneath
+from tsr_engine.io.video_writer import VideoWriter
+
+SIZE, FRAMES = 64, 8
+WHITE, BLACK = 255, 0
+
+
+def film(path: Path, shade: int) -> Path:
+    """A short video of one shade."""
+    with VideoWriter(path, SIZE, SIZE, 25) as writer:
+        for _ in range(FRAMES):
+            writer.write(np.full((SIZE, SIZE, 3), shade, np.uint8))
+    return path
+
+
+def exchange(one: Path, other: Path) -> None:
+    """Both names at once: RENAME_EXCHANGE."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.renameat2(-100, os.fsencode(one), -100, os.fsencode(other), 2):
+        raise OSError(ctypes.get_errno(), "renameat2")
+
+
+@pytest.fixture
+def outside(tmp_path: Path) -> Path:
+    folder = tmp_path / "outside"
+    folder.mkdir()
+    film(folder / "drive.mp4", BLACK)
+    return folder
+
+
+@contextmanager
+def swapped_after_the_look(monkeypatch: pytest.MonkeyPatch, swap: Callable[[], None]) -> Iterator[None]:
+    """The name is exchanged in the worst moment: when it was judged, before it is opened."""
+    judged = paths.allowed_path
+
+    def then(text: str, roots: list[Path]) -> Path:
+        found = judged(text, roots)
+        swap()
+        return found
+
+    with monkeypatch.context() as patch:
+        patch.setattr(paths, "allowed_path", then)
+        yield
+
+
+@pytest.mark.parametrize("part", ["file", "folder"])
+def test_a_link_that_is_swapped_in_behind_the_check_lets_nothing_in(
+    server: Server, outside: Path, monkeypatch: pytest.MonkeyPatch, part: str
+) -> None:
+    home = server.settings.home
+    (home / "in").mkdir()
+    film(home / "in" / "drive.mp4", WHITE)
+    if part == "file":
+        name, link, target = home / "in" / "drive.mp4", home / "in" / "link", outside / "drive.mp4"
+    else:
+        name, link, target = home / "in", home / "link", outside
+    link.symlink_to(target)
+    with swapped_after_the_look(monkeypatch, lambda: exchange(name, link)):
+        answer = server.client.post("/api/videos", json={"path": str(home / "in" / "drive.mp4")})
+        assert (answer.status_code, answer.json()["error"]["code"]) == (403, "refused")
+        listed = server.client.get("/api/browse", params={"path": str(home / "in")})
+        assert listed.status_code == (403 if part == "folder" else 200)
+    assert server.client.get("/api/videos").json() == {"videos": []}
+
+
+def test_a_name_that_flickers_shows_only_what_lies_inside(server: Server, outside: Path) -> None:
+    """The attack as it was made: both names exchanged as fast as can be, while the file is added and looked at."""
+    home = server.settings.home
+    inside, link = film(home / "drive.mp4", WHITE), home / "link"
+    link.symlink_to(outside / "drive.mp4")
+    over = threading.Event()
+
+    def flicker() -> None:
+        while not over.is_set():
+            exchange(inside, link)
+
+    thread = threading.Thread(target=flicker)
+    thread.start()
+    try:
+        for _ in range(60):
+            answer = server.client.post("/api/videos", json={"path": str(inside)})
+            assert answer.status_code in (201, 403), answer.text
+    finally:
+        over.set()
+        thread.join()
+    if not inside.is_symlink():
+        exchange(inside, link)
+    work_off(server.context, "import")
+    added = server.client.get("/api/videos").json()["videos"]
+    assert len(added) <= 1
+    for video in added:
+        assert server.client.get(f"/api/videos/{video['id']}/frames/0").status_code == 409, "a link lies there now"
+        exchange(inside, link)
+        server.client.post("/api/videos", json={"path": str(inside)})
+        work_off(server.context, "import")
+        assert shade(server, video["id"]) == WHITE
+
+
+def shade(server: Server, video: str) -> int:
+    answer = server.client.get(f"/api/videos/{video}/frames/0")
+    assert answer.status_code == 200, answer.text
+    middle = np.median(cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR))
+    return WHITE if middle > 200 else BLACK
+
+
+def added(server: Server, path: Path) -> str:
+    video: str = server.client.post("/api/videos", json={"path": str(path)}).json()["id"]
+    work_off(server.context, "import")
+    return video
+
+
+@pytest.mark.parametrize("target", ["black", "white"])
+def test_a_link_out_of_the_roots_is_not_followed_later(server: Server, outside: Path, target: str) -> None:
+    """Not even to the same bytes: the roots say what may be read."""
+    path = film(server.settings.home / "drive.mp4", WHITE)
+    video = added(server, path)
+    assert shade(server, video) == WHITE
+    if target == "white":
+        (outside / "drive.mp4").write_bytes(path.read_bytes())
+    path.unlink()
+    path.symlink_to(outside / "drive.mp4")
+    answer = server.client.get(f"/api/videos/{video}/frames/1")
+    assert answer.status_code == 409
+    assert "leads through a link out of the folders" in answer.json()["error"]["message"]
+
+
+def test_links_that_stay_inside_are_followed(server: Server) -> None:
+    home = server.settings.home
+    (home / "real").mkdir()
+    film(home / "real" / "drive.mp4", WHITE)
+    (home / "folder").symlink_to(home / "real")
+    (home / "file.mp4").symlink_to("real/drive.mp4")
+    first = added(server, home / "folder" / "drive.mp4")
+    assert added(server, home / "file.mp4") == first
+    assert shade(server, first) == WHITE
+    # the folder moves, and a link takes its place
+    (home / "real").rename(home / "moved")
+    (home / "real").symlink_to(home / "moved")
+    server.context.frames.forget(first)
+    assert shade(server, first) == WHITE
+
+
+def test_a_video_of_an_earlier_root_is_still_read(tmp_path: Path) -> None:
+    path = film(tmp_path / "drive.mp4", WHITE)
+    before = Server(tmp_path / "home", roots=(tmp_path,))
+    with before.client:
+        video = added(before, path)
+    after = Server(tmp_path / "home", roots=(tmp_path / "home",))
+    with after.client:
+        assert shade(after, video) == WHITE
+
+
+def test_a_video_that_is_overwritten_with_size_and_time_restored_has_changed(server: Server) -> None:
+    path = film(server.settings.home / "drive.mp4", WHITE)
+    video = added(server, path)
+    assert shade(server, video) == WHITE
+    run = server.client.post(f"/api/videos/{video}/runs", json={}).json()["id"]
+    before, white = path.stat(), path.read_bytes()
+    black = film(server.settings.home / "black.mp4", BLACK).read_bytes()
+    with path.open("r+b") as file:
+        file.write(black[: before.st_size].ljust(before.st_size, b"\0"))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    after = path.stat()
+    assert (after.st_size, after.st_mtime_ns, after.st_ino) == (before.st_size, before.st_mtime_ns, before.st_ino)
+    answer = server.client.get(f"/api/videos/{video}/frames/3")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (409, "file_changed")
+    work_off(server.context, "track")
+    told = server.client.get(f"/api/runs/{run}").json()
+    assert told["state"] == "failed"
+    assert "has changed since it was added" in told["error"]
+    path.write_bytes(white)
+    assert shade(server, video) == WHITE
+
+
+@pytest.mark.parametrize("kernel", ["new", "old"])
+def test_beneath_a_folder_no_part_of_the_way_is_a_link(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernel: str
+) -> None:
+    if kernel == "old":
+
+        def closed(*_: object) -> int:
+            raise OSError(errno.ENOSYS, "no such call")
+
+        monkeypatch.setattr(beneath, "_openat2", closed)
+    root = tmp_path / "root"
+    (root / "a" / "b").mkdir(parents=True)
+    (root / "a" / "b" / "file").write_bytes(b"inside")
+    (root / "link").symlink_to(root / "a")
+    (root / "a" / "last").symlink_to(root / "a" / "b" / "file")
+    (root / "proc").symlink_to("/proc/self/root")
+
+    def read(*parts: str) -> bytes:
+        descriptor = open_beneath(root, root.joinpath(*parts))
+        with os.fdopen(descriptor, "rb") as file:
+            assert not os.get_inheritable(descriptor)
+            return file.read()
+
+    assert read("a", "b", "file") == b"inside"
+    for parts in (("link", "b", "file"), ("a", "last"), ("proc", "etc", "passwd")):
+        with pytest.raises(OSError, match=".") as refused:
+            read(*parts)
+        assert refused.value.errno in LINKS
+    with pytest.raises(FileNotFoundError):
+        read("a", "none")
+    os.mkfifo(root / "pipe")
+    os.close(open_beneath(root, root / "pipe"))  # does not wait for somebody to write
+    os.close(open_beneath(root, root, os.O_DIRECTORY))
