@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 from app.artefacts.placing import sweep as sweep_placing
 from app.context import Context
+from app.follows.service import LEASE
 from app.jobs.supervisor import Supervisor
+from app.jobs.ticking import ticking
 from app.storage.room import shortage
 from app.streaming import EventStream
 
@@ -22,6 +25,7 @@ class Running:
     supervisor: Supervisor | None
     stream: EventStream
     warmer: threading.Thread
+    beside: ExitStack
 
 
 def start(context: Context) -> Running:
@@ -41,12 +45,15 @@ def start(context: Context) -> Running:
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()
     stream.start()
-    return Running(supervisor, stream, warmer)
+    beside = ExitStack()
+    beside.enter_context(ticking("tsr-follows", LEASE / 4, context.follows.sweep))
+    return Running(supervisor, stream, warmer, beside)
 
 
 async def stop(running: Running) -> None:
     """Stop them, the streams first: an open page must not hold the server up."""
     await running.stream.stop()
+    await asyncio.to_thread(running.beside.close)
     if running.supervisor is not None:
         await asyncio.to_thread(running.supervisor.stop)
     await asyncio.to_thread(running.warmer.join)

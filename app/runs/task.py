@@ -14,10 +14,9 @@ from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
 from app.training.folders import begin_with
-from app.videos.same_file import is_same
+from app.videos.same_file import require_same
 from app.videos.table import unpack
 from app.videos.words import in_words
-from tsr_engine.errors import InputError
 from tsr_engine.version import __version__
 
 __all__ = ["track"]
@@ -34,7 +33,7 @@ def track(task: TaskContext) -> None:
     with task.database.read() as session:
         found = session.get_one(Run, task.job.subject)
         video = session.get_one(Video, found.video_id, options=(undefer(Video.frame_table),))
-    _check_file(video)  # it may read the whole file: not while others wait to write
+    require_same(video)  # it may read the whole file: not while others wait to write
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         run.state, run.error = "running", None
@@ -83,12 +82,3 @@ def track(task: TaskContext) -> None:
             "stages": {stage: round(median, 2) for stage, _, median, _ in report.stage_table()},
         }
         publish_run(session, task.events, row)
-
-
-def _check_file(video: Video) -> None:
-    """The file must still be the one that the video is named after: its frame table is relied on."""
-    path = Path(video.path)
-    if not path.is_file():
-        raise InputError(f"{path} is not there any more. Put it back, or add the video from where it lies now.")
-    if not is_same(video, path):
-        raise InputError(f"{path} has changed since it was added. Add it again: it counts as another video.")

@@ -13,10 +13,10 @@ from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.videos.table import modified
 from app.videos.words import in_words
-from tsr_engine.errors import VideoError
+from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["ChangedFiles", "file_changed", "file_stamp", "is_same", "is_untouched"]
+__all__ = ["ChangedFiles", "file_changed", "file_stamp", "is_same", "is_untouched", "require_same"]
 
 
 def is_untouched(video: Video, path: Path) -> bool:
@@ -39,6 +39,20 @@ def is_same(video: Video, path: Path) -> bool:
     if stamp is not None and stamp[0] != video.size:
         return False
     return is_untouched(video, path) or video_sha256(path) == video.id
+
+
+def require_same(video: Video) -> None:
+    """The file must be there and be the one that the video is named after, for its frame table is relied on.
+
+    Raises:
+        InputError: it is missing, or holds other bytes.
+        VideoError: it cannot be read.
+    """
+    path = Path(video.path)
+    if not path.is_file():
+        raise InputError(f"{path} is not there any more. Put it back, or add the video from where it lies now.")
+    if not is_same(video, path):
+        raise InputError(f"{path} has changed since it was added. Add it again: it counts as another video.")
 
 
 def file_stamp(path: Path) -> tuple[int, int, int, int] | None:

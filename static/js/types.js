@@ -208,7 +208,10 @@
  * @property {boolean} outside         no box from here to the next key frame
  * @property {boolean} interpolate     straight line from here to the next key frame with a box
  * @property {number|null} class_id    of this box only; null: the track's; -1: none of the classes
+ * @property {boolean} [followed]      the box was followed from a person's boxes in other frames; following anew may replace it
  */
+
+/** @typedef {{frame: number, box: Box, anchor: boolean}} FollowedBox   anchor: a person has put it there */
 
 /** @typedef {{id: string, frame: number, text: string, author: string, time: string}} Note */
 
@@ -216,7 +219,7 @@
  * One operation. `name` says which of the others it has; see docs/edits.md.
  * @typedef {object} Command
  * @property {'create_track'|'set_box'|'relabel_track'|'relabel_box'|'merge'|'split'|'delete_from'|'delete_track'|'restore_track'
- *   |'add_key'|'remove_key'|'interpolate'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'|'review_tracks'
+ *   |'add_key'|'remove_key'|'interpolate'|'follow'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'|'review_tracks'
  *   |'add_note'|'edit_note'|'remove_note'} name
  * @property {number} frame            the frame that the person looks at
  * @property {string} key              the track
@@ -224,6 +227,7 @@
  * @property {string} [new_key]        split: key of the later part
  * @property {Box|null} [box]
  * @property {number|null} [class_id]  split: what the engine says, for a half without a piece of its track
+ * @property {FollowedBox[]} [boxes]   follow: in order of frames
  * @property {number} [first]          interpolate
  * @property {number} [last]
  * @property {boolean} [value]
