@@ -39,6 +39,8 @@ class FollowView(Model):
     key: str
     anchors: list[FollowAnchor]
     only: Only | None
+    first: int
+    last: int | None
     state: str
     error: str | None
     proposals: list[tuple[int, float, float, float, float, float, str]]
@@ -62,6 +64,8 @@ def follow_view(follow: Follow, pieces: Iterable[Sequence[Any]], following: int)
         key=follow.key,
         anchors=follow.request["anchors"],
         only=follow.request["only"],
+        first=follow.request["first"],
+        last=follow.request["last"],
         state=follow.state,
         error=follow.error,
         proposals=[tuple(row) for piece in pieces for row in piece],

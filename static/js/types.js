@@ -106,6 +106,8 @@
  * @property {number[]} last
  * @property {number[]} frames
  * @property {number[]} detected       frames with a detection
+ * @property {(Box|null)[]} [first_box]   box in the first frame; servers before 0.2 do not send it
+ * @property {(Box|null)[]} [last_box]    and in the last
  * @property {number[]} clearest       frame of the last detection, where a sign that a camera nears is largest
  * @property {(number|null)[]} class_id
  * @property {(number|null)[]} share   of the fused class in all votes
@@ -368,5 +370,25 @@
  */
 
 /** @typedef {{frame: number, box: Box, class_id: number|null, track: number}} TruthBox */
+
+/** @typedef {{frame: number, box: Box}} FollowAnchor   a box that a person has set */
+/** @typedef {{direction: 'backward'|'forward', frame: number, reason: string, sentence: string}} FollowEnding   proposals beyond `frame` are withdrawn */
+
+/**
+ * A sign that the server follows; what it proposes is nobody's data until it is accepted.
+ * @typedef {object} Follow
+ * @property {string} id
+ * @property {string} run_id
+ * @property {string} key              the track
+ * @property {FollowAnchor[]} anchors
+ * @property {'forward'|'backward'|'between'|null} only
+ * @property {number} first
+ * @property {number|null} last
+ * @property {'queued'|'running'|'complete'|'failed'|'cancelled'} state
+ * @property {string|null} error
+ * @property {[number, number, number, number, number, number, 'anchor'|'detected'|'matched'|'predicted'][]} proposals   frame, box, confidence, source
+ * @property {FollowEnding[]} endings
+ * @property {number} next             ask for what comes after this number next time
+ */
 
 export {};
