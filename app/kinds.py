@@ -51,9 +51,9 @@ def _follow() -> Task:
 
 
 def _follower() -> None:
-    from tsr_engine.following import load_follower
+    from app.follows.task import warm
 
-    load_follower(None)
+    warm()
 
 
 def _import() -> Task:

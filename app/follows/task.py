@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +18,9 @@ from app.videos.table import unpack
 
 if TYPE_CHECKING:
     from tsr_engine.follow import Proposal
+    from tsr_engine.following import Follower
 
-__all__ = ["follow_track"]
+__all__ = ["follow_track", "warm"]
 
 _TELL = 0.08
 """Seconds between two pieces."""
@@ -27,7 +29,7 @@ _TELL = 0.08
 def follow_track(task: TaskContext) -> None:
     """Follow from the anchors; a follow that was stopped half way starts over, for it takes seconds."""
     from tsr_engine.follow import Anchor, Proposal
-    from tsr_engine.following import follow_video, load_follower
+    from tsr_engine.following import follow_video
 
     with task.database.read() as session:
         follow = _still_wanted(session.get(Follow, task.job.subject))
@@ -41,7 +43,7 @@ def follow_track(task: TaskContext) -> None:
     events = follow_video(
         Path(video.path),
         [Anchor(anchor["frame"], np.array(anchor["box"], dtype=np.float64)) for anchor in request["anchors"]],
-        load_follower(models),
+        _parts(models),
         direction=request["only"] if request["only"] in ("forward", "backward") else None,
         first=request["first"],
         last=request["last"],
@@ -60,6 +62,19 @@ def follow_track(task: TaskContext) -> None:
     if task.stop():
         raise Stopped
     pieces.complete()
+
+
+@lru_cache(maxsize=2)
+def _parts(models: Path | None) -> Follower:
+    """What following needs of the models, kept for the next one: a version's folder never changes."""
+    from tsr_engine.following import load_follower
+
+    return load_follower(models)
+
+
+def warm() -> None:
+    """Load what the next follow with the shipped models will need."""
+    _parts(None)
 
 
 def _still_wanted(follow: Follow | None) -> Follow:
