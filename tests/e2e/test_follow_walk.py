@@ -1,4 +1,4 @@
-"""A person has signs followed in a real browser: drawn ones, late ones, corrected ones; each walk counts its actions."""
+"""A person has signs followed in a real browser: drawn, late and corrected ones. Each walk counts its actions."""
 
 from __future__ import annotations
 
@@ -58,13 +58,6 @@ def proposed(page: Page) -> dict[str, Any]:
     found: dict[str, Any] = page.evaluate(FOLLOWING)
     assert found["state"] == "complete", found["error"]
     return found
-
-
-def shown_boxes(page: Page, desk: Desk, key: str) -> dict[int, bool]:
-    """Frames in which the document of a track shows a box by its key frames alone."""
-    doc = desk.documents()[key]
-    frames = sorted(map(int, doc["keys"]))
-    return dict.fromkeys(range(frames[0], frames[-1] + 1), True)
 
 
 def test_a_missed_sign_is_drawn_over_its_whole_life_in_four_actions(desk: Desk, page: Page) -> None:
