@@ -17,6 +17,7 @@ from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
+from app.follows.service import FollowService
 from app.jobs.queue import JobQueue
 from app.kinds import KINDS
 from app.recordings.service import RecordingService
@@ -59,6 +60,7 @@ class Context:
     edits: EditService
     truths: TruthService
     whatif: WhatIfService
+    follows: FollowService
     compare: CompareService
     artefacts: ArtefactService
     training: TrainingService
@@ -116,6 +118,7 @@ def build_context(settings: Settings) -> Context:
         edits=edits,
         truths=truths,
         whatif=WhatIfService(database, events, jobs),
+        follows=FollowService(database, jobs),
         compare=CompareService(database, evidence, edits, truths),
         artefacts=artefacts,
         training=TrainingService(settings, database, events, jobs),

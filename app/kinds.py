@@ -9,6 +9,7 @@ from typing import Final
 
 from app.artefacts.folders import clear_folder
 from app.artefacts.settling import settle_artefact
+from app.follows.settling import settle_follow
 from app.jobs.kinds import JobKind, JobKinds, Task
 from app.runs.settling import settle_run
 from app.training.settling import settle_version
@@ -41,6 +42,18 @@ def _whatif() -> Task:
 
 def _replay() -> None:
     import tsr_engine.replay  # noqa: F401
+
+
+def _follow() -> Task:
+    from app.follows.task import follow_track
+
+    return follow_track
+
+
+def _follower() -> None:
+    from app.follows.task import warm
+
+    warm()
 
 
 def _import() -> Task:
@@ -81,6 +94,7 @@ def _retrain() -> Task:
 
 KINDS: Final = JobKinds(
     (
+        JobKind("follow", "short", _follow, settle_follow, prepare=(_follower,)),
         JobKind("recording", "short", _recording, settle_artefact, clear_folder, prepare=(_recorder, _sdk)),
         JobKind("whatif", "short", _whatif, settle_run, prepare=(_replay,)),
         JobKind("import", "imports", _import, settle_video, by_frame=True),

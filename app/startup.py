@@ -9,9 +9,11 @@ from dataclasses import dataclass
 
 from app.artefacts.placing import sweep as sweep_placing
 from app.context import Context
+from app.follows.service import LEASE
 from app.jobs.supervisor import Supervisor
 from app.storage.places import adopt_files
 from app.storage.room import shortage
+from app.storage.ticking import ticking
 from app.streaming import EventStream
 
 __all__ = ["Running", "start", "stop"]
@@ -47,6 +49,7 @@ def start(context: Context) -> Running:
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()
     stream.start()
+    beating.enter_context(ticking("tsr-follows", LEASE / 4, context.follows.sweep))
     return Running(supervisor, stream, warmer, beating)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from app.edits import commands as c
-from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
+from app.edits.documents import OPEN_END, KeyFrame, Note, Segment, TrackDoc
 from app.edits.join import join
 from app.edits.relabel import relabelled
 
@@ -123,7 +123,7 @@ def _with_key(doc: TrackDoc, frame: int, **changes: Any) -> TrackDoc:
 
 
 def _set_box(doc: TrackDoc, command: Any) -> TrackDoc:
-    return _with_key(doc, command.frame, box=command.box, outside=False)
+    return _with_key(doc, command.frame, box=command.box, outside=False, followed=False)
 
 
 def _relabel_track(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -161,7 +161,7 @@ def _delete_track(doc: TrackDoc, command: Any) -> TrackDoc:
 
 
 def _add_key(doc: TrackDoc, command: Any) -> TrackDoc:
-    return _with_key(doc, command.frame, box=command.box)
+    return _with_key(doc, command.frame, box=command.box, followed=False)
 
 
 def _remove_key(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -179,6 +179,37 @@ def _interpolate(doc: TrackDoc, command: Any) -> TrackDoc:
         raise CommandError("Interpolation needs two key frames with a box. Correct the box in two frames first.")
     lines = {str(k): doc.keys[str(k)].model_copy(update={"interpolate": command.value}) for k in inside[:-1]}
     return doc.model_copy(update={"keys": {**doc.keys, **lines}})
+
+
+def _follow(doc: TrackDoc, command: Any) -> TrackDoc:
+    """Key frames at the given boxes, on lines; those that were followed before make room, a person's stay."""
+    boxes = {entry.frame: entry for entry in command.boxes}
+    first, last = command.boxes[0].frame, command.boxes[-1].frame
+    hides = next((k for k in doc.frames() if k <= last and doc.keys[str(k)].outside and _until(doc, k) > first), None)
+    if hides is not None:
+        raise CommandError(
+            f"Track {doc.key} is out of sight from frame {hides} on, as a person says. Follow up to there, or bring it "
+            "back into sight first."
+        )
+    after = doc.last_key(last)
+    line_goes_on = not doc.segments if after is None else doc.keys[str(after)].interpolate
+    keys = {k: key for k, key in doc.keys.items() if not (first <= int(k) <= last and key.followed)}
+    for frame in sorted({*boxes, *(int(k) for k in keys if first <= int(k) <= last)}):
+        held = doc.last_key(frame)
+        own = keys.get(str(frame))
+        if own is None:
+            own = KeyFrame(occluded=held is not None and doc.keys[str(held)].occluded)
+        given = boxes.get(frame)
+        if given is not None:
+            own = own.model_copy(update={"box": given.box, "followed": not given.anchor})
+        keys[str(frame)] = own.model_copy(update={"interpolate": frame < last or line_goes_on})
+    return doc.model_copy(update={"keys": keys})
+
+
+def _until(doc: TrackDoc, frame: int) -> int:
+    """The key frame after a frame; beyond all frames where there is none."""
+    following = doc.next_key(frame)
+    return OPEN_END + 1 if following is None else following
 
 
 def _set_occluded(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -295,6 +326,7 @@ _ALONE: dict[type, Callable[[TrackDoc, Any], TrackDoc]] = {
     c.AddKey: _add_key,
     c.RemoveKey: _remove_key,
     c.Interpolate: _interpolate,
+    c.Follow: _follow,
     c.SetOccluded: _set_occluded,
     c.SetOutside: _set_outside,
     c.SetNotASign: _set_not_a_sign,

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, StrictBool
+from pydantic import Field, StrictBool, field_validator
 
 from app.edits.documents import Box, ClassId, Frame, Key, Review, Segment
 from app.shapes import PLAIN, Model
 
-__all__ = ["Command", "Redo", "Undo"]
+__all__ = ["MOST_FOLLOWED", "Command", "Redo", "Undo"]
+
+MOST_FOLLOWED = 20_000
+"""Most boxes of one ``follow`` command."""
 
 
 class _OnTrack(Model):
@@ -109,6 +113,31 @@ class Interpolate(_OnTrack):
     value: StrictBool = True
 
 
+class FollowedBox(Model):
+    """One box of a track that was followed."""
+
+    frame: Frame
+    box: Box
+    anchor: StrictBool = False
+    """A person has put the box here; all others were followed from such boxes."""
+
+
+class Follow(_OnTrack):
+    """The boxes between the first and the last frame given lie on lines between these; one of them is an anchor."""
+
+    name: Literal["follow"]
+    boxes: Annotated[list[FollowedBox], Field(min_length=1, max_length=MOST_FOLLOWED)]
+
+    @field_validator("boxes")
+    @classmethod
+    def _in_order(cls, boxes: list[FollowedBox]) -> list[FollowedBox]:
+        if any(a.frame >= b.frame for a, b in pairwise(boxes)):
+            raise ValueError("the boxes must be in order of frames, one a frame")
+        if not any(box.anchor for box in boxes):
+            raise ValueError("one of the boxes must be an anchor")
+        return boxes
+
+
 class SetOccluded(_OnTrack):
     """Hidden (or not) from here to the next key frame; ``box`` is the one on screen."""
 
@@ -197,6 +226,7 @@ Command = Annotated[
     | AddKey
     | RemoveKey
     | Interpolate
+    | Follow
     | SetOccluded
     | SetOutside
     | SetNotASign

@@ -83,6 +83,8 @@ class KeyFrame(Model):
     outside: bool = False
     interpolate: bool = False
     class_id: ClassId | None = None
+    followed: bool = False
+    """The box was followed from a person's boxes in other frames; following anew may replace it."""
 
 
 class Note(Model):

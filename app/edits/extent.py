@@ -12,7 +12,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from app.edits.commands import Interpolate, Redo, Undo
+from app.edits.commands import Follow, Interpolate, Redo, Undo
 from app.edits.documents import TrackDoc
 from app.errors import Conflict, Invalid
 from app.storage.models import Run, Video
@@ -59,6 +59,8 @@ def require_inside(command: Any, frames: int) -> None:
     named = {"frame": command.frame}
     if isinstance(command, Interpolate):
         named |= {"first": command.first, "last": command.last}
+    if isinstance(command, Follow):
+        named |= {"boxes": command.boxes[-1].frame}
     for name, frame in named.items():
         if frame >= frames:
             raise Invalid(_beyond(frame, frames), field=f"command.{name}", code="no_such_frame")

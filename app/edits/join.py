@@ -75,7 +75,7 @@ def _anchored(doc: TrackDoc) -> TrackDoc:
             continue
         end = doc.line_at(behind - 1)
         if end is not None:
-            added[str(behind - 1)] = key.model_copy(update={"box": end, "class_id": None})
+            added[str(behind - 1)] = key.model_copy(update={"box": end, "class_id": None, "followed": False})
     return doc.model_copy(update={"keys": {**doc.keys, **added}})
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,9 @@ class TrackColumns(Model):
     detected: list[int]
     clearest: list[int]
     """Frame of the last detection, where a sign that a camera nears is largest; the first frame if there is none."""
+    first_box: list[tuple[float, float, float, float] | None]
+    """Box in the first frame, px: a large one says that the sign was there before."""
+    last_box: list[tuple[float, float, float, float] | None]
     class_id: list[int | None]
     share: list[float | None]
     runner_up: list[int | None]
@@ -50,6 +54,8 @@ class TrackFacts:
     frames: IntColumn
     detected: IntColumn
     clearest: IntColumn
+    first_box: FloatColumn
+    last_box: FloatColumn
     score: FloatColumn
     side: FloatColumn
     class_id: IntColumn
@@ -94,6 +100,8 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
         frames=frames,
         detected=detected,
         clearest=_clearest(reader, first),
+        first_box=_boxes(reader, "first_frame"),
+        last_box=_boxes(reader, "last_frame"),
         score=table[5],
         side=table[6],
         class_id=class_id,
@@ -148,6 +156,8 @@ def track_columns(
         frames=facts.frames.tolist(),
         detected=facts.detected.tolist(),
         clearest=facts.clearest.tolist(),
+        first_box=_edges(facts.first_box),
+        last_box=_edges(facts.last_box),
         class_id=[None if c < 0 else c for c in facts.class_id.tolist()],
         share=_optional(facts.share),
         runner_up=[None if c < 0 else c for c in facts.runner_up.tolist()],
@@ -173,6 +183,20 @@ def _clearest(reader: EvidenceReader, first: IntColumn) -> IntColumn:
     )
     found = columns(rows, 1)[0]
     return np.where(np.isnan(found), first, found).astype(np.int64)
+
+
+def _boxes(reader: EvidenceReader, frame: Literal["first_frame", "last_frame"]) -> FloatColumn:
+    """Box of each confirmed track at one of its ends, shape (n, 4); NaN where there is none."""
+    rows = reader.query(
+        f"SELECT f.x1, f.y1, f.x2, f.y2 FROM tracks t LEFT JOIN track_frames f ON f.track_id = t.track_id "  # noqa: S608
+        f"AND f.frame = t.{frame} WHERE t.confirmed_frame IS NOT NULL ORDER BY t.track_id"
+    )
+    return columns(rows, 4).T
+
+
+def _edges(boxes: FloatColumn) -> list[tuple[float, float, float, float] | None]:
+    rows = np.round(boxes, 1).tolist()
+    return [(x1, y1, x2, y2) if x1 == x1 else None for x1, y1, x2, y2 in rows]
 
 
 def _optional(values: FloatColumn) -> list[float | None]:

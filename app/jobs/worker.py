@@ -41,6 +41,10 @@ IDLE = 30.0
 """Seconds without work after which the process ends, seconds."""
 GRACE = 6.0
 """Seconds that a worker has for what it is doing when it is told to end."""
+_LOOK = 0.1
+"""Seconds between two looks at the queue."""
+_STANDING = 0.03
+"""The same for a worker that stands by: somebody has a page open and may ask for something that shall come at once."""
 _AGAIN = 1.0
 """Seconds between two attempts while the data folder or the database cannot be written."""
 _FULL = "The disk is full. Free some space, then ask for it again."
@@ -124,7 +128,7 @@ def _work(one_job: Callable[[], bool], kinds: JobKinds, leaving: Callable[[], bo
         elif (step := next(ahead, None)) is not None:
             ahead = ahead if _prepared(step) else iter(())
         else:
-            time.sleep(0.1)
+            time.sleep(_STANDING if stays else _LOOK)
 
 
 def _prepared(step: Callable[[], object]) -> bool:

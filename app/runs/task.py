@@ -11,14 +11,12 @@ from app.jobs.context import Stopped, TaskContext
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
-from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.training.folders import begin_with
-from app.videos.opened import ChangedError, CheckedFile, library_file
-from app.videos.same_file import confirm
+from app.videos.opened import library_file
+from app.videos.same_file import require_same
 from app.videos.table import unpack
 from app.videos.words import in_words
-from tsr_engine.errors import InputError
 from tsr_engine.version import __version__
 
 __all__ = ["track"]
@@ -36,7 +34,7 @@ def track(task: TaskContext) -> None:
         found = session.get_one(Run, task.job.subject)
         video = session.get_one(Video, found.video_id, options=(undefer(Video.frame_table),))
     file = library_file(task.settings, video)
-    _check_file(task.database, file, video)  # it may read the whole file: not while others wait to write
+    require_same(task.database, file, video)  # it may read the whole file: not while others wait to write
     with task.write() as session:
         run = session.get_one(Run, task.job.subject)
         run.state, run.error = "running", None
@@ -85,13 +83,3 @@ def track(task: TaskContext) -> None:
             "stages": {stage: round(median, 2) for stage, _, median, _ in report.stage_table()},
         }
         publish_run(session, task.events, row)
-
-
-def _check_file(database: Database, file: CheckedFile, video: Video) -> None:
-    """The file must still be the one that the video is named after: its frame table is relied on."""
-    if not file.there:
-        raise InputError(f"{file} is not there any more. Put it back, or add the video from where it lies now.")
-    try:
-        confirm(database, file, video)
-    except ChangedError:
-        raise InputError(f"{file} has changed since it was added. Add it again: it counts as another video.") from None

@@ -19,6 +19,8 @@ __all__ = [
     "Base",
     "Edit",
     "Event",
+    "Follow",
+    "FollowPiece",
     "Job",
     "ModelVersion",
     "Run",
@@ -217,6 +219,40 @@ class TrackDocument(Base):
     key: Mapped[str] = mapped_column(String(64), primary_key=True)
     revision: Mapped[int] = mapped_column(Integer)
     document: Mapped[dict[str, Any]] = mapped_column(JSON)
+
+
+class Follow(Base):
+    """A sign that is being followed for a person; gone once its proposals are accepted, dropped or left."""
+
+    __tablename__ = "follows"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"), index=True)
+    author: Mapped[str] = mapped_column(Text)
+    key: Mapped[str] = mapped_column(String(64))
+    """The track that the proposals are for."""
+    request: Mapped[dict[str, Any]] = mapped_column(JSON)
+    """``anchors``, ``only``, ``first``, ``last``."""
+    state: Mapped[str] = mapped_column(String(16), default="queued")
+    """``queued``, ``running``, ``complete``, ``failed`` or ``cancelled``."""
+    error: Mapped[str | None] = mapped_column(Text)
+    endings: Mapped[list[dict[str, Any]]] = mapped_column(JSON, default=list)
+    """Why it ended, by direction."""
+    pieces: Mapped[int] = mapped_column(Integer, default=0)
+    """How many pieces have been stored."""
+    asked: Mapped[datetime] = mapped_column(Moment, default=_now)
+    """When a page asked for it last."""
+
+
+class FollowPiece(Base):
+    """Some proposals of a follow, in the order in which they came."""
+
+    __tablename__ = "follow_pieces"
+
+    follow_id: Mapped[str] = mapped_column(ForeignKey("follows.id", ondelete="CASCADE"), primary_key=True)
+    number: Mapped[int] = mapped_column(Integer, primary_key=True)
+    proposals: Mapped[list[list[Any]]] = mapped_column(JSON)
+    """Rows of frame, x1, y1, x2, y2, confidence, source."""
 
 
 class Truth(Base):

@@ -15,10 +15,10 @@ from app.storage.models import Run, Video
 from app.storage.places import require_here
 from app.videos.opened import ChangedError, CheckedFile, library_file, stamp_now
 from app.videos.words import in_words
-from tsr_engine.errors import VideoError
+from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.opened_file import Stamp
 
-__all__ = ["ChangedFiles", "confirm", "file_changed"]
+__all__ = ["ChangedFiles", "confirm", "file_changed", "require_same"]
 
 
 def confirm(database: Database, file: CheckedFile, video: Video) -> None:
@@ -39,6 +39,21 @@ def confirm(database: Database, file: CheckedFile, video: Video) -> None:
             row = session.get(Video, video.id)
             if row is not None and row.path == str(file.path):
                 row.stamp = list(file.stamp)
+
+
+def require_same(database: Database, file: CheckedFile, video: Video) -> None:
+    """The same for a job: the file must be there and hold the video's bytes, for its frame table is relied on.
+
+    Raises:
+        InputError: it is missing, or holds other bytes.
+        VideoError: it cannot be read.
+    """
+    if not file.there:
+        raise InputError(f"{file} is not there any more. Put it back, or add the video from where it lies now.")
+    try:
+        confirm(database, file, video)
+    except ChangedError:
+        raise InputError(f"{file} has changed since it was added. Add it again: it counts as another video.") from None
 
 
 def file_changed(video: Video) -> Conflict:

@@ -10,6 +10,7 @@ import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
 import { createFrames } from './frames/frames.js';
 import { parseRoute, placeOf, samePlace } from './model/route.js';
 import { allOperations } from './operations/registry.js';
+import { createFollowing } from './review/following.js';
 import { createLoader } from './review/loader.js';
 import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
 import { seek, select } from './store/actions/review.js';
@@ -32,6 +33,7 @@ const api = createApi({ signal: ended.signal });
 const frames = createFrames(store, api);
 const outbox = globalThis.indexedDB ? createOutbox() : createMemoryOutbox();
 const background = createBackground({ store, api, outbox, signal: ended.signal, toast });
+const author = () => recall('author') || store.get().session?.author || 'someone';
 const editor = createEditor({
   store,
   api,
@@ -40,11 +42,18 @@ const editor = createEditor({
   signal: ended.signal,
   toast,
   edited: endToasts,
-  author: () => recall('author') || store.get().session?.author || 'someone',
+  author,
 });
+const following = createFollowing({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
 /** @type {App} */
-const app = { store, api, ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null) };
-app.loader = createLoader(app, { opened: (run) => void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) }))), closed: () => editor.close() });
+const app = { store, api, ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null), following };
+app.loader = createLoader(app, { opened: (run) => {
+  following.open(run);
+  void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));
+}, closed: () => {
+  following.close();
+  editor.close();
+} });
 
 /** The address as it was last read or written here. */
 let known = '';

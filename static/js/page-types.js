@@ -27,6 +27,7 @@
  *   `of`: the run that it is meant for, whichever is on the screen by now; `gesture`: boxes that it sets without a pause are one step
  * @property {import('./editing/editor.js').Editor} editor
  * @property {import('./review/loader.js').Loader} loader
+ * @property {import('./review/following.js').FollowControl} following
  * @property {import('./store/catch_up.js').CatchUp['hear']} hear   what the server tells, into the store
  * @property {import('./store/catch_up.js').CatchUp['load']} load   what the server is asked, into the store, never older than what was heard
  * @property {import('./views/note_drafts.js').NoteDrafts} notes   those that are half written

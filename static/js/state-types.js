@@ -93,6 +93,7 @@
  * @property {QueueFilter} filter
  * @property {import('./types.js').Earlier|null} earlier   corrections of an earlier run that are offered to this one
  * @property {'recording'|'space'|null} beside         what stands beside the picture
+ * @property {import('./model/following.js').Following|null} following   a sign that is being followed, or waits to be accepted
  */
 
 /**

@@ -106,6 +106,8 @@
  * @property {number[]} last
  * @property {number[]} frames
  * @property {number[]} detected       frames with a detection
+ * @property {(Box|null)[]} [first_box]   box in the first frame; servers before 0.2 do not send it
+ * @property {(Box|null)[]} [last_box]    and in the last
  * @property {number[]} clearest       frame of the last detection, where a sign that a camera nears is largest
  * @property {(number|null)[]} class_id
  * @property {(number|null)[]} share   of the fused class in all votes
@@ -208,7 +210,10 @@
  * @property {boolean} outside         no box from here to the next key frame
  * @property {boolean} interpolate     straight line from here to the next key frame with a box
  * @property {number|null} class_id    of this box only; null: the track's; -1: none of the classes
+ * @property {boolean} [followed]      the box was followed from a person's boxes in other frames; following anew may replace it
  */
+
+/** @typedef {{frame: number, box: Box, anchor: boolean}} FollowedBox   anchor: a person has put it there */
 
 /** @typedef {{id: string, frame: number, text: string, author: string, time: string}} Note */
 
@@ -216,7 +221,7 @@
  * One operation. `name` says which of the others it has; see docs/edits.md.
  * @typedef {object} Command
  * @property {'create_track'|'set_box'|'relabel_track'|'relabel_box'|'merge'|'split'|'delete_from'|'delete_track'|'restore_track'
- *   |'add_key'|'remove_key'|'interpolate'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'|'review_tracks'
+ *   |'add_key'|'remove_key'|'interpolate'|'follow'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'|'review_tracks'
  *   |'add_note'|'edit_note'|'remove_note'} name
  * @property {number} frame            the frame that the person looks at
  * @property {string} key              the track
@@ -224,6 +229,7 @@
  * @property {string} [new_key]        split: key of the later part
  * @property {Box|null} [box]
  * @property {number|null} [class_id]  split: what the engine says, for a half without a piece of its track
+ * @property {FollowedBox[]} [boxes]   follow: in order of frames
  * @property {number} [first]          interpolate
  * @property {number} [last]
  * @property {boolean} [value]
@@ -364,5 +370,25 @@
  */
 
 /** @typedef {{frame: number, box: Box, class_id: number|null, track: number}} TruthBox */
+
+/** @typedef {{frame: number, box: Box}} FollowAnchor   a box that a person has set */
+/** @typedef {{direction: 'backward'|'forward', frame: number, reason: string, sentence: string}} FollowEnding   proposals beyond `frame` are withdrawn */
+
+/**
+ * A sign that the server follows; what it proposes is nobody's data until it is accepted.
+ * @typedef {object} Follow
+ * @property {string} id
+ * @property {string} run_id
+ * @property {string} key              the track
+ * @property {FollowAnchor[]} anchors
+ * @property {'forward'|'backward'|'between'|null} only
+ * @property {number} first
+ * @property {number|null} last
+ * @property {'queued'|'running'|'complete'|'failed'|'cancelled'} state
+ * @property {string|null} error
+ * @property {[number, number, number, number, number, number, 'anchor'|'detected'|'matched'|'predicted'][]} proposals   frame, box, confidence, source
+ * @property {FollowEnding[]} endings
+ * @property {number} next             ask for what comes after this number next time
+ */
 
 export {};

@@ -171,7 +171,7 @@ def next_long_track(page: Page, frames: int = 30) -> dict[str, Any]:
     """Walk the queue to a track that lasts, and begin at its first frame."""
     now = to_long_track(page, frames)
     start = now["tracks"]["first"][now["tracks"]["id"].index(int(now["selected"][1:]))]
-    page.keyboard.press("t")
+    page.keyboard.press("b")
     return wait(page, lambda s: s["frame"] == start and s["shown"] == start and s["overlay"])
 
 

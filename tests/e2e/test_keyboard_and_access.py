@@ -68,7 +68,7 @@ def test_the_whole_correction_without_a_mouse(desk: Desk, page: Page) -> None:
     key = now["selected"]
     start_at = now["tracks"]["first"][now["tracks"]["id"].index(int(key[1:]))]
     assert now["frame"] > start_at  # it opens where the sign is clearest
-    page.keyboard.press("t")
+    page.keyboard.press("b")
     now = wait(page, lambda s: s["frame"] == start_at and s["shown"] == s["frame"])
     page.keyboard.press("v")
     now = wait(page, lambda s: s["frame"] == now["frame"] + 10 and s["shown"] == s["frame"] and s["overlay"])

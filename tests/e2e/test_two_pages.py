@@ -68,7 +68,7 @@ def test_two_boxes_of_one_frame_are_seen_before_one_is_chosen(desk: Desk, page: 
     frame = tracks["first"][tracks["id"].index(int(key[1:]))]
 
     def moved(each: Page, right: int, down: int) -> None:
-        each.keyboard.press("t")
+        each.keyboard.press("b")
         now = wait(each, lambda s: s["frame"] == frame and s["shown"] == frame and s["overlay"])
         x, y = centre(box_of(now, key))
         drag(each, (x, y), (x + right, y + down))

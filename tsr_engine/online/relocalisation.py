@@ -15,7 +15,7 @@ from tsr_engine.params.online import OnlineParams
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray, Relocalisation
 
-__all__ = ["relocalise", "search_extent"]
+__all__ = ["relocalise", "search_extent", "vertex"]
 
 _NEAR = 3
 """Windows on each side of the peak that are scored at the other sizes."""
@@ -126,10 +126,11 @@ def _penalty(place: Layout, centre: FloatArray, params: OnlineParams) -> NDArray
 
 def _refined(score: NDArray[np.float32], row: int, column: int) -> tuple[float, float]:
     """Column and row of the peak of the parabolas through it and its neighbours."""
-    return column + _vertex(score[row], column), row + _vertex(score[:, column], row)
+    return column + vertex(score[row], column), row + vertex(score[:, column], row)
 
 
-def _vertex(values: NDArray[np.float32], at: int) -> float:
+def vertex(values: NDArray[np.float32], at: int) -> float:
+    """Where the parabola through the value at a place and its neighbours peaks, relative to it, in [-0.5, 0.5]."""
     if not 0 < at < len(values) - 1:
         return 0.0
     before, here, after = (float(v) for v in values[at - 1 : at + 2])

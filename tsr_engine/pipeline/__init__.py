@@ -1,7 +1,14 @@
 """The frame loop of Algorithm 3, and what surrounds it in a live run and in a replay."""
 
 from tsr_engine.pipeline.companion import OnlineLearner, OnlineMaker, Parts
-from tsr_engine.pipeline.components import Components, Network, load_classifier, load_components, load_detector
+from tsr_engine.pipeline.components import (
+    Components,
+    Network,
+    load_classifier,
+    load_components,
+    load_detector,
+    load_online,
+)
 from tsr_engine.pipeline.core import TrackingCore
 from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.kept import keep_regions
@@ -25,6 +32,7 @@ __all__ = [
     "load_classifier",
     "load_components",
     "load_detector",
+    "load_online",
     "one_blas_thread",
     "rebuild",
     "rescored",

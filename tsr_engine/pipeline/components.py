@@ -19,11 +19,19 @@ from tsr_engine.io.models import SHIPPED, Component, load_component, read_manife
 from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.params import Params
-from tsr_engine.pipeline.companion import OnlineMaker, Parts
+from tsr_engine.pipeline.companion import Parts
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.recognition.classifier import SignClassifier
 
-__all__ = ["Components", "Network", "load_classifier", "load_components", "load_detector", "load_network"]
+__all__ = [
+    "Components",
+    "Network",
+    "load_classifier",
+    "load_components",
+    "load_detector",
+    "load_network",
+    "load_online",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +166,16 @@ def load_classifier(folder: Path | None = None) -> SignClassifier:
     return SignClassifier.from_component(load_component("classifier", folder))
 
 
+def load_online(params: Params, folder: Path | None = None) -> OnlineDetectorMaker:
+    """The maker of online detectors, with a model folder's offline samples if there are any; unset: the shipped one.
+
+    Raises:
+        ModelError: damaged, or of another version.
+    """
+    present = read_manifest(SHIPPED if folder is None else folder)["components"]
+    return _online(params, load_component("online", folder) if "online" in present else None)
+
+
 def _detector(component: Component, prior: Component | None, params: Params) -> AcfDetector:
     try:
         return AcfDetector.from_components(component, prior, params.detector, params.prior)
@@ -165,7 +183,7 @@ def _detector(component: Component, prior: Component | None, params: Params) -> 
         raise ModelError(f"The detector component is damaged: {error} Train it again with `tsr train`.") from None
 
 
-def _online(params: Params, component: Component | None) -> OnlineMaker:
+def _online(params: Params, component: Component | None) -> OnlineDetectorMaker:
     """The maker of online detectors; without offline samples they start from the track's first frame alone."""
     empty = np.zeros((0, FEATURES)), np.zeros(0)
     if component is None:

@@ -30,6 +30,7 @@ import {upload} from './upload.js';
 const VIDEO = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', runs: 'number', warnings: 'array', review: 'object'});
 const RUN = /** @type {const} */ ({id: 'string', video_id: 'string', state: 'string', preset: 'string', first: 'number', frames_done: 'number', summary: 'object'});
 const ARTEFACT = /** @type {const} */ ({id: 'string', kind: 'string', name: 'string', state: 'string', options: 'object', summary: 'object'});
+const FOLLOW = /** @type {const} */ ({id: 'string', key: 'string', state: 'string', anchors: 'array', proposals: 'array', endings: 'array', next: 'number'});
 const MODEL = /** @type {const} */ ({id: 'string', name: 'string', state: 'string', figures: 'object', lineage: 'object', active: 'boolean'});
 
 /**
@@ -236,6 +237,14 @@ export function createApi(setup = {}) {
       const answer = await json(`/runs/${e(run)}/edits`, {...call, method: 'POST', body: edit, headers: match ? {'If-Match': match} : {}});
       return expectObject('POST /runs/…/edits', answer, {op_id: 'string', seq: 'number', docs: 'array'});
     },
+    /** @param {string} run @param {{key: string, anchors: import('../types.js').FollowAnchor[], only: string|null, first: number, last: number|null, author: string|null}} wanted @param {Call} [call] @returns {Promise<import('../types.js').Follow>} */
+    startFollow: async (run, wanted, call) => expectObject('POST /runs/…/follows', await json(`/runs/${e(run)}/follows`, {...call, method: 'POST', body: wanted}), FOLLOW),
+    /** @param {string} run @param {string|null} author @param {Call} [call] @returns {Promise<import('../types.js').Follow|null>} */
+    findFollow: async (run, author, call) => expectObject('GET /runs/…/follows', await json(`/runs/${e(run)}/follows`, {...call, query: {author}}), {found: 'nullable'}).found,
+    /** @param {string} id @param {number} after @param {number} wait   seconds @param {Call} [call] @returns {Promise<import('../types.js').Follow>} */
+    follow: async (id, after, wait, call) => expectObject('GET /follows/…', await json(`/follows/${e(id)}`, {...call, query: {after, wait}}), FOLLOW),
+    /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
+    dropFollow: (id, call) => json(`/follows/${e(id)}`, {...call, method: 'DELETE'}),
     /** @param {string} run @param {number} after @param {Call} [call] @returns {Promise<{edits: import('../model/deleted.js').LogRow[]}>} at most a thousand rows of the log after a number */
     edits: async (run, after, call) => expectObject('GET /runs/…/edits', await json(`/runs/${e(run)}/edits`, {...call, query: {after}}), {edits: 'array'}),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').Earlier|null>} */

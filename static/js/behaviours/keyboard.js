@@ -39,6 +39,7 @@ export function keyNames(event) {
   if (OTHER_SCRIPT.test(key) && !LATIN.test(key) && code.startsWith('Key')) return [written(code.slice(3))];
   const names = [written(NAMES[key] ?? (key.length === 1 ? key.toUpperCase() : key))];
   if (code.startsWith('Digit')) names.push(written(code.slice(5)));
+  if (code === 'BracketLeft' || code === 'BracketRight') names.push(written(code === 'BracketLeft' ? '[' : ']'));
   // where digits are typed with Shift, they are still digits
   if (/^[0-9]$/.test(key)) names.push(written(key, false));
   return [...new Set(names)];
@@ -65,16 +66,16 @@ function isItsOwn(target, name) {
  * @param {() => void} [draw]   the page, now
  */
 export function listenToKeys(app, refuse, draw = () => {}) {
-  /** @type {Map<string, import('../page-types.js').Operation>} */
+  /** @type {Map<string, import('../page-types.js').Operation[]>} */
   const byKey = new Map();
-  for (const operation of app.operations) for (const key of operation.keys) byKey.set(key, operation);
+  for (const operation of app.operations) for (const key of operation.keys) byKey.set(key, [...byKey.get(key) ?? [], operation]);
 
   document.addEventListener('keydown', (event) => {
     // one that was asked for since the last drawing gets what is typed for it: to the picture these letters would be commands
     if (app.store.get().dialog !== null) draw();
     const name = keyNames(event).find((one) => byKey.has(one)) ?? '';
-    const operation = byKey.get(name);
-    if (!operation || event.defaultPrevented) return;
+    const meant = byKey.get(name) ?? [];
+    if (meant.length === 0 || event.defaultPrevented) return;
     const target = event.target instanceof Element ? event.target : null;
     if (document.querySelector('dialog[open]')) return;
     if (target?.closest(WRITTEN) && !NEVER_TEXT.has(name)) return;
@@ -82,7 +83,8 @@ export function listenToKeys(app, refuse, draw = () => {}) {
     if (!target?.closest('[data-keys="picture"]') && isItsOwn(target, name)) return;
     // behind the last track Tab leaves the picture as usual
     if (name.endsWith('Tab') && neighbour(app.store.get(), event.shiftKey ? -1 : 1) === null) return;
-    if (!operation.available(app.store.get())) return;
+    const operation = meant.find((one) => one.available(app.store.get()));
+    if (!operation) return;
     event.preventDefault();
     // one press, one verdict: a key that is held must not judge, cut or delete what comes up under it
     if (event.repeat && !operation.repeats) return;

@@ -23,6 +23,7 @@ const NAMES = {
   add_key: 'Key frame set',
   remove_key: 'Key frame removed',
   interpolate: 'Line between boxes changed',
+  follow: 'Track followed',
   set_occluded: 'Occlusion marked',
   set_outside: 'Out of sight marked',
   set_not_a_sign: 'Marked as no sign',

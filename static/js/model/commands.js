@@ -108,9 +108,9 @@ function alone(doc, command, person) {
   const { frame } = command;
   switch (command.name) {
     case 'set_box':
-      return withKey(doc, frame, { box: needed(command.box, 'box'), outside: false });
+      return withKey(doc, frame, { box: needed(command.box, 'box'), outside: false, followed: false });
     case 'add_key':
-      return withKey(doc, frame, { box: needed(command.box, 'box') });
+      return withKey(doc, frame, { box: needed(command.box, 'box'), followed: false });
     case 'relabel_track':
       return relabelled(doc, command.class_id ?? null);
     case 'relabel_box':
@@ -131,6 +131,8 @@ function alone(doc, command, person) {
       return removeKey(doc, frame);
     case 'interpolate':
       return interpolate(doc, command);
+    case 'follow':
+      return follow(doc, command);
     case 'add_note':
       return addNote(doc, command, person);
     case 'edit_note':
@@ -187,6 +189,7 @@ function withKey(doc, frame, changes) {
       outside: carried?.outside ?? false,
       interpolate: carried ? carried.interpolate : doc.segments.length === 0,
       class_id: null,
+      followed: false,
     };
   }
   return { ...doc, keys: { ...doc.keys, [frame]: { ...present, ...changes } } };
@@ -201,7 +204,7 @@ function create(docs, command) {
   const { key, frame } = command;
   if (docs[key]) throw new CommandError(`There is a track ${key} already.`);
   if (!key.startsWith('h')) throw new CommandError('A new track has a key that starts with h.');
-  const first = { box: needed(command.box, 'box'), occluded: false, outside: false, interpolate: true, class_id: null };
+  const first = { box: needed(command.box, 'box'), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
   return { ...blankDoc(key), class_id: command.class_id ?? null, keys: { [frame]: first } };
 }
 
@@ -269,6 +272,39 @@ function interpolate(doc, command) {
 }
 
 /**
+ * Key frames at the given boxes, on lines; those that were followed before make room, a person's stay.
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {TrackDoc}
+ */
+function follow(doc, command) {
+  const given = needed(command.boxes, 'list of boxes');
+  const boxes = new Map(given.map((entry) => [entry.frame, entry]));
+  const first = needed(given[0]?.frame, 'box');
+  const last = needed(given.at(-1)?.frame, 'box');
+  const frames = keyFramesOf(doc);
+  const hides = frames.find((k, at) => k <= last && doc.keys[k].outside && (frames[at + 1] ?? Infinity) > first);
+  if (hides !== undefined) {
+    throw new CommandError(`Track ${doc.key} is out of sight from frame ${hides} on, as a person says. Follow up to there, or bring it back into sight first.`);
+  }
+  /** @param {number} k */
+  const inside = (k) => first <= k && k <= last;
+  const after = lastKey(doc, last);
+  const lineGoesOn = after === null ? doc.segments.length === 0 : doc.keys[after].interpolate;
+  /** @type {Record<string, KeyFrame>} */
+  const keys = Object.fromEntries(Object.entries(doc.keys).filter(([k, key]) => !(inside(Number(k)) && key.followed)));
+  for (const frame of new Set([...boxes.keys(), ...Object.keys(keys).map(Number).filter(inside)])) {
+    const held = lastKey(doc, frame);
+    const occluded = held !== null && doc.keys[held].occluded;
+    const own = keys[frame] ?? { box: null, occluded, outside: false, interpolate: false, class_id: null, followed: false };
+    const entry = boxes.get(frame);
+    const placed = entry ? { box: entry.box, followed: !entry.anchor } : {};
+    keys[frame] = { ...own, ...placed, interpolate: frame < last || lineGoesOn };
+  }
+  return { ...doc, keys };
+}
+
+/**
  * @param {TrackDoc} doc
  * @param {Command} command
  * @param {Person} person
@@ -329,7 +365,7 @@ function split(docs, doc, command) {
   const carried = lastKey(doc, frame);
   if (carried !== null && carried < frame) {
     const { occluded, outside } = doc.keys[carried];
-    if (occluded || outside) later[frame] = { box: null, occluded, outside, interpolate: false, class_id: null };
+    if (occluded || outside) later[frame] = { box: null, occluded, outside, interpolate: false, class_id: null, followed: false };
   }
   /** @type {TrackDoc} */
   const fresh = {

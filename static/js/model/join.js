@@ -35,15 +35,15 @@ export function join(doc, other) {
     if (!(first in given)) {
       const line = lineAt(other, first);
       const start = stateAt(other.keys, first);
-      if (line !== null || !same(start, held)) given[first] = { box: line, ...start, class_id: null };
+      if (line !== null || !same(start, held)) given[first] = { box: line, ...start, class_id: null, followed: false };
     }
     const edge = lineAt(other, last); // a line that is cut must end where it was when it was cut
-    if (edge !== null && !(last in given)) given[last] = { box: edge, ...stateAt(other.keys, last), class_id: null };
+    if (edge !== null && !(last in given)) given[last] = { box: edge, ...stateAt(other.keys, last), class_id: null, followed: false };
     endLine(given, Infinity);
     for (const k of Object.keys(keys)) if (first <= Number(k) && Number(k) <= last) delete keys[k];
     Object.assign(keys, given);
     const changed = !same(stateAt(keys, last + 1), after);
-    if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = { box: null, ...after, class_id: null };
+    if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = { box: null, ...after, class_id: null, followed: false };
   }
   return {
     ...doc,
@@ -91,7 +91,7 @@ function anchored(doc) {
     const behind = frames[position + 1];
     if (behind === undefined || behind - 1 === frame || lineAt(doc, behind) !== null) return;
     const end = lineAt(doc, behind - 1);
-    if (end !== null) keys[behind - 1] = { ...key, box: end, class_id: null };
+    if (end !== null) keys[behind - 1] = { ...key, box: end, class_id: null, followed: false };
   });
   return { ...doc, keys };
 }

@@ -151,20 +151,34 @@ function cycle(app, direction) {
   if (key !== null) app.store.dispatch((state) => select(state, key));
 }
 
+/**
+ * A person has placed a box. Of a track that is being followed it is one more anchor, and nothing is stored until the
+ * proposals are accepted; else it is an edit.
+ * @param {Pick<App, 'store'|'edit'|'following'>} app
+ * @param {string} key
+ * @param {number} frame
+ * @param {import('../types.js').Box} box
+ * @param {string} [gesture]
+ */
+export function putBox(app, key, frame, box, gesture) {
+  if (app.store.get().review?.following?.key === key) app.following.correct({ frame, box });
+  else app.edit({ name: 'set_box', frame, key, box }, undefined, gesture);
+}
+
 /** @param {App} app @param {number} dx @param {number} dy */
 function nudge(app, dx, dy) {
   const state = app.store.get();
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (shown) editSelected(app, { name: 'set_box', box: nudged(shown.box, dx, dy, size(state)) }, 'move');
+  if (shown && state.review) putBox(app, shown.key, state.review.frame, nudged(shown.box, dx, dy, size(state)), 'move');
 }
 
 /** Right and lower edge move; the rest stays. @param {App} app @param {number} dx @param {number} dy */
 function grow(app, dx, dy) {
   const state = app.store.get();
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (!shown) return;
+  if (!shown || !state.review) return;
   const [x1, y1, x2, y2] = shown.box;
-  editSelected(app, { name: 'set_box', box: settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)) }, 'resize');
+  putBox(app, shown.key, state.review.frame, settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)), 'resize');
 }
 
 const ARROWS = /** @type {const} */ ([['Left', -1, 0, '←'], ['Right', 1, 0, '→'], ['Up', 0, -1, '↑'], ['Down', 0, 1, '↓']]);
@@ -269,12 +283,12 @@ export const boxes = [
   }),
 ];
 
-/** A box was drawn. @param {Pick<App, 'store'|'edit'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one */
+/** A box was drawn. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   the selected track instead of a new one */
 export function drawn(app, box, correct) {
   const { review } = app.store.get();
   if (!review) return;
   if (correct && review.selected) {
-    editSelected(app, { name: 'set_box', box });
+    putBox(app, review.selected, review.frame, box);
     app.store.dispatch((state) => setMode(state, 'select'));
     return;
   }

@@ -86,7 +86,7 @@ export const navigation = [
   operation({ id: 'next-in-queue', label: 'Next undecided track', keys: ['J'], icon: 'down', group: 'Queue', repeats: true, run: (app) => queueStep(app, 1) }),
   operation({ id: 'previous-in-queue', label: 'Previous in the queue', keys: ['Shift+J'], icon: 'up', group: 'Queue', repeats: true, run: (app) => queueStep(app, -1) }),
   operation({
-    id: 'to-track', label: 'Go to the start of the track', keys: ['T'], icon: 'to_start', group: 'Queue', disabled: needsTrack,
+    id: 'to-track', label: 'Go to the start of the track', keys: ['B'], icon: 'to_start', group: 'Queue', disabled: needsTrack,
     run: (app) => {
       const { review } = app.store.get();
       const doc = review?.selected ? docOf(review, review.selected) : null;

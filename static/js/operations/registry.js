@@ -3,12 +3,13 @@
 
 import { boxes } from './boxes.js';
 import { exchange } from './exchange.js';
+import { following } from './follow.js';
 import { navigation } from './navigate.js';
 import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
-/** @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...navigation, ...boxes, ...verdicts, ...exchange, ...view];
+/** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
+export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...exchange, ...view];
 
 /**
  * Run an operation if it can be run now.

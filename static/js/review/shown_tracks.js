@@ -8,7 +8,7 @@
  * @typedef {object} ShownTrack
  * @property {string} key
  * @property {Box} box
- * @property {'engine'|'corrected'|'interpolated'} origin
+ * @property {'engine'|'corrected'|'interpolated'|'proposed'} origin   proposed: followed, not accepted yet
  * @property {boolean} occluded
  * @property {number|null} class_id     null: none is known; -1: none of the classes, as a person says
  * @property {boolean} not_a_sign      a person says so
@@ -16,6 +16,7 @@
  * @property {import('../types.js').OverlayTrack|null} engine
  */
 import { boxAt } from '../model/effective.js';
+import { proposalAt } from '../model/following.js';
 
 /**
  * @param {ReviewState} review
@@ -42,7 +43,27 @@ export function shownTracks(review, frame = review.frame) {
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
     shown.push({ key: doc.key, ...at, not_a_sign: doc.not_a_sign, edited: isEdited(at, doc, segment ? classes.get(segment.track) ?? null : null), engine: (segment && engine.get(segment.track)) ?? null });
   }
-  return shown;
+  return withProposal(review, frame, shown, classes);
+}
+
+/**
+ * The proposed box of a followed track stands for its own: it can be selected and corrected like any other.
+ * @param {ReviewState} review
+ * @param {number} frame
+ * @param {ShownTrack[]} shown
+ * @param {Map<number, number|null>} classes
+ * @returns {ShownTrack[]}
+ */
+function withProposal(review, frame, shown, classes) {
+  const { following } = review;
+  const proposal = following ? proposalAt(following, frame) : null;
+  if (!following || !proposal || proposal.source === 'anchor') return shown;
+  const own = shown.find(({ key }) => key === following.key);
+  const doc = review.docs[following.key];
+  const class_id = own?.class_id ?? doc?.class_id ?? classes.get(Number(following.key.slice(1))) ?? null;
+  /** @type {ShownTrack} */
+  const proposed = { key: following.key, box: proposal.box, origin: 'proposed', occluded: false, class_id, not_a_sign: doc?.not_a_sign ?? false, edited: true, engine: own?.engine ?? null };
+  return [...shown.filter((one) => one !== own), proposed];
 }
 
 /**

@@ -77,4 +77,5 @@ export const initialReview = (video, layers = USUAL_LAYERS, fewLabels = false) =
   filter: { ...NO_FILTER },
   earlier: null,
   beside: null,
+  following: null,
 });

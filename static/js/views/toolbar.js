@@ -15,6 +15,7 @@ const BAR = [
   ['previous-key', 'next-key'],
   ['undo', 'redo'],
   ['select-mode', 'draw', 'new-box', 'merge', 'split', 'key-frame', 'interpolate'],
+  ['follow', 'extend-first', 'extend-last'],
   ['occluded', 'outside', 'delete-from', 'delete-track'],
   ['relabel', 'not-a-sign', 'note'],
   ['accept', 'reject', 'needs-work'],

@@ -36,6 +36,13 @@ def a_box(rng: random.Random) -> list[float]:
     return [x, y, x + rng.randrange(1, 99) / 2, y + rng.randrange(1, 99) / 2]
 
 
+def some_boxes(rng: random.Random) -> list[dict[str, Any]]:
+    """Boxes of a track that was followed, in order of frames; one or two of them are anchors."""
+    frames = sorted(rng.sample(range(75), rng.randrange(1, 6)))
+    anchors = set(rng.sample(frames, min(len(frames), rng.choice([1, 1, 2]))))
+    return [{"frame": frame, "box": a_box(rng), "anchor": frame in anchors} for frame in frames]
+
+
 def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
     """A random command; some make no sense."""
     alive = [key for key, doc in docs.items() if not doc.gone] or ["m1"]
@@ -61,6 +68,8 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
         {"name": "remove_key", **on, "frame": rng.choice(docs[key].frames() or [frame]) if key in docs else frame},
         {"name": "interpolate", **on, "first": rng.randrange(0, 40), "last": rng.randrange(30, 75), "value": True},
         {"name": "interpolate", **on, "first": 0, "last": 74, "value": rng.random() < 0.5},
+        {"name": "follow", **on, "boxes": some_boxes(rng)},
+        {"name": "follow", **on, "boxes": some_boxes(rng)},
         {"name": "set_occluded", **on, "value": rng.random() < 0.7, **screen},
         {"name": "set_outside", **on, "value": rng.random() < 0.7, **screen},
         {"name": "set_not_a_sign", **on, "value": rng.random() < 0.5},

@@ -13,12 +13,14 @@ import { blankDoc } from '../../../static/js/model/documents.js';
 
 /** @type {Box} */
 const BOX = [10, 20, 40, 60];
+/** No track is followed. @type {any} */
+const NOTHING = {};
 
 test('a drawn box waits in the dialog; closing the dialog leaves nothing behind', async () => {
   const { store, editor, server, review, end } = await createWorld();
   store.dispatch((state) => setMode(state, 'draw'));
   const before = review();
-  drawn({ store, edit: editor.edit }, BOX, false);
+  drawn({ store, edit: editor.edit, following: NOTHING }, BOX, false);
   const draft = draftOf(store.get());
   assert.deepEqual([draft?.box, draft?.frame, draft?.key[0]], [BOX, 0, 'h']);
   assert.equal(review().mode, 'select');
@@ -32,7 +34,7 @@ test('a drawn box waits in the dialog; closing the dialog leaves nothing behind'
 
 test('with its class it is one edit, so that one undo takes it back', async () => {
   const { store, editor, server, review, end } = await createWorld();
-  drawn({ store, edit: editor.edit }, BOX, false);
+  drawn({ store, edit: editor.edit, following: NOTHING }, BOX, false);
   const draft = draftOf(store.get());
   assert.ok(draft);
   create({ store, edit: editor.edit }, draft, 14);
@@ -47,7 +49,7 @@ test('with its class it is one edit, so that one undo takes it back', async () =
 test('with Shift the box corrects the selected track, and no class is asked for', async () => {
   const { store, editor, server, review, end } = await createWorld();
   store.dispatch((state) => changeReview(state, { selected: 'm1', mode: 'draw' }));
-  drawn({ store, edit: editor.edit }, BOX, true);
+  drawn({ store, edit: editor.edit, following: NOTHING }, BOX, true);
   await editor.settled();
   assert.deepEqual([server.log, draftOf(store.get()), review().mode], [['set_box'], null, 'select']);
   end();
@@ -136,7 +138,7 @@ test('I says which way it went: a drawn track has its lines from the beginning',
   const { store, editor, review, end } = await createWorld();
   /** @type {string[]} */
   const said = [];
-  const app = { store, edit: editor.edit };
+  const app = { store, edit: editor.edit, following: NOTHING };
   const press = () => interpolate(app, (text) => said.push(text));
   create(app, { key: 'h1', frame: 0, box: BOX }, 14);
   store.dispatch((state) => changeReview(state, { selected: 'h1', frame: 20 }));

@@ -7,12 +7,14 @@ import { initialState } from '../../../static/js/store/initial.js';
 
 const operations = allOperations();
 /** Keys that the product promises. */
-const PROMISED = ['F', 'D', 'V', 'C', 'Space', 'R', 'E', 'N', 'M', 'Alt+M', 'K', 'O', 'Q', 'Del', 'Shift+Del', 'Ctrl+Z', 'Ctrl+Shift+Z', '1', '2', '3', '4', '5', '6', '7', '8', 'J', 'Shift+J', 'A', 'X', 'L', 'Ctrl+S', 'F1'];
+const PROMISED = ['F', 'D', 'V', 'C', 'Space', 'R', 'E', 'N', 'M', 'Alt+M', 'K', 'O', 'Q', 'Del', 'Shift+Del', 'Ctrl+Z', 'Ctrl+Shift+Z', '1', '2', '3', '4', '5', '6', '7', '8', 'J', 'Shift+J', 'T', 'Shift+T', 'Alt+T', '[', ']', 'A', 'X', 'L', 'Ctrl+S', 'F1'];
 
-test('every promised key does something, and no key does two things', () => {
+test('every promised key does something, and no key does two things but Enter and Escape, which are about proposals while there are any', () => {
   const keys = operations.flatMap((operation) => operation.keys);
   assert.deepEqual(PROMISED.filter((key) => !keys.includes(key)), []);
-  assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at), []);
+  assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at).sort(), ['Enter', 'Escape']);
+  assert.deepEqual(operations.filter((one) => one.keys.includes('Enter')).map(({ id }) => id), ['accept-follow', 'mark']);
+  assert.deepEqual(operations.filter((one) => one.keys.includes('Escape')).map(({ id }) => id), ['drop-follow', 'select-mode']);
 });
 
 test('frames are stepped with the keys that CVAT has for it', () => {

@@ -7,6 +7,7 @@
  * @typedef {import('../../types.js').TrackDoc} TrackDoc
  * @typedef {import('../../types.js').Box} Box
  */
+import { withAnswer, withCut } from '../../model/following.js';
 import { tracksBehind } from '../../model/track_lane.js';
 import { initialReview } from '../initial.js';
 
@@ -175,6 +176,23 @@ export function putDocs(state, docs) {
     return newer.length ? { docs: { ...review.docs, ...Object.fromEntries(newer.map((doc) => [doc.key, doc])) } } : {};
   });
 }
+
+/** @param {State} state @param {ReviewState['following']} following   null: nothing is followed @returns {State} */
+export const setFollowing = (state, following) => changeReview(state, { following });
+
+/**
+ * What the server answered; one that was dropped or replaced meanwhile is not heard.
+ * @param {State} state
+ * @param {string|null} id   of the follow that was asked about
+ * @param {import('../../types.js').Follow} answer
+ * @returns {State}
+ */
+export const putFollowing = (state, id, answer) =>
+  changeReview(state, ({ following }) => (following !== null && following.id === id ? { following: withAnswer(following, answer) } : {}));
+
+/** Cut off what is proposed before or behind the cursor. @param {State} state @param {'from'|'to'} side @returns {State} */
+export const cutFollowing = (state, side) =>
+  changeReview(state, ({ following, frame }) => (following === null ? {} : { following: withCut(following, side, frame) }));
 
 /** @param {State} state @param {ReviewState['unsaved']} unsaved @returns {State} */
 export const setUnsaved = (state, unsaved) => changeReview(state, { unsaved });

@@ -7,6 +7,7 @@ import {OTHER_WORDS, className} from '../../model/label_words.js';
 import {documentLane, lastVotes} from '../../model/track_lane.js';
 import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
+import {followDrawn} from '../../operations/follow.js';
 import {docOf} from '../../editing/revisions.js';
 import {shownTrack} from '../../review/shown_tracks.js';
 import {edit} from '../app.js';
@@ -167,7 +168,10 @@ export function relabelDialog({app, data, close}) {
   function put(class_id) {
     const now = app.store.get().review;
     const said = now && key ? docOf(now, key) : null;
-    if (draft) createTrack(app, draft, class_id);
+    if (draft) {
+      createTrack(app, draft, class_id);
+      followDrawn(app, draft);
+    }
     else if (key && !(said && isSaid(said, box.checked ? frame : null, class_id))) edit(app, key, {name: box.checked ? 'relabel_box' : 'relabel_track', class_id, frame});
     close();
   }

@@ -20,6 +20,7 @@ import { createNoTracks } from '../no_tracks.js';
 import { paintAxis, paintOverview } from './axis_painter.js';
 import { SUB_LANES, detailHeight, paintDetail } from './detail_painter.js';
 import { createDriveFlips } from './drive_flips.js';
+import { createFollowingStrip } from './following_strip.js';
 import { createFrame, fillLegend } from './frame.js';
 import { attachGestures } from './gestures.js';
 import { prepare, readPalette } from './palette.js';
@@ -38,6 +39,8 @@ export function createLanes(app) {
   const parts = createFrame();
   const empty = createNoTracks(app, 'lanes-empty');
   parts.body.append(empty.element);
+  const proposal = createFollowingStrip();
+  parts.tracksPane.before(proposal.element);
   const life = new AbortController();
   const { signal } = life;
   const slider = createTauSlider((tau) => setTau(app, tau), signal);
@@ -99,6 +102,7 @@ export function createLanes(app) {
   };
   attachGestures(parts.axisPlot, 'pan', plot, signal);
   attachGestures(parts.detailPlot, 'seek', plot, signal);
+  attachGestures(proposal.plot, 'seek', plot, signal);
   attachGestures(parts.tracksPlot, 'seek', { ...plot, press: (x, y) => pick(x, y) }, signal);
   attachGestures(parts.overviewPlot, 'seek', {
     ...plot,
@@ -209,6 +213,7 @@ export function createLanes(app) {
       const ctx = prepare(parts.detail, width, detailHeight(palette.unit), ratio);
       if (ctx) paintDetail(ctx, columns, { width, span, tau: r.tau ?? lane.tau }, palette);
     }
+    if (old?.following || !proposal.element.hidden) proposal.paint(r.following, width, span, palette);
     dirty.overview = dirty.tracks = dirty.detail = false;
     placeMarks(r, span, frames);
   }

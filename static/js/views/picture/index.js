@@ -18,6 +18,7 @@ import { icon } from '../icons.js';
 import { runName } from '../run-words.js';
 import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
+import { createFollowBar } from './follow_bar.js';
 import { createSight, settledAt } from './sight.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -57,9 +58,10 @@ export function createPicture(app) {
   const speed = h('select', { class: 'select picture-speed', 'aria-label': 'Playing speed', onchange: () => app.frames.setSpeed(Number(speed.value)) },
     ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
   const legend = createLegend(app);
+  const followBar = createFollowBar(app);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
   const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element);
-  const element = h('div', { class: 'picture' }, stage, foot, spoken);
+  const element = h('div', { class: 'picture' }, stage, followBar.element, foot, spoken);
   leaveKeysToPicture(element);
   followFocus(foot);
 
@@ -179,6 +181,7 @@ export function createPicture(app) {
   /** @param {State} state */
   function update(state) {
     const { review } = state;
+    followBar.update(state);
     if (state.labels !== labels) {
       labels = state.labels;
       names = new Map([...state.labels.map(({ id }) => id), NO_CLASS].map((id) => [id, className(state.labels, id)]));

@@ -110,7 +110,9 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const gate = shown.engine?.gate;
     const gateText = gate ? ` L ${gate.l_positive < 100 ? gate.l_positive.toFixed(1) : Math.round(gate.l_positive)}` : '';
     const weight = review.selected === shown.key ? 2 : 1;
-    pen.box(layer, box, named(shown.key, `${shown.not_a_sign ? 'not a sign' : nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${gateText}`), { where: 'above', weight, thin: shown.origin === 'interpolated' });
+    const proposed = shown.origin === 'proposed';
+    const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
+    pen.box(layer, box, named(shown.key, `${shown.not_a_sign ? 'not a sign' : nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight, thin: shown.origin === 'interpolated', dashed: proposed });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (review.selected === shown.key && review.mode !== 'merge') pen.handles(layer, box);
@@ -160,12 +162,12 @@ function createPen(ctx, view, screen, inks) {
      * @param {LayerName} layer
      * @param {Box} box
      * @param {string} [text]   stands there once `labels` is called
-     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean}} [how]   heavier labels choose their place first
+     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean, dashed?: boolean}} [how]   heavier labels choose their place first
      */
-    box(layer, box, text, { where = 'below', weight = 0, thin = false } = {}) {
+    box(layer, box, text, { where = 'below', weight = 0, thin = false, dashed = false } = {}) {
       const [x1, y1, x2, y2] = place(box);
       const { dash, width } = STYLES[layer];
-      const scaled = (thin ? [4, 2] : dash).map((part) => part * inks.unit);
+      const scaled = (thin ? [4, 2] : dashed ? [7, 5] : dash).map((part) => part * inks.unit);
       stroke(inks.colour(layer), (thin ? width - 1 : width) * inks.unit, scaled, () => ctx.rect(x1, y1, x2 - x1, y2 - y1));
       if (!text) return;
       ctx.font = inks.font;

@@ -9,7 +9,7 @@
  * @typedef {import('../../model/geometry.js').Size} Size
  */
 import { area, bounded, contains, dragged, handleAt, ordered, settled, toPicture, zoomAt } from '../../model/geometry.js';
-import { drawn } from '../../operations/boxes.js';
+import { drawn, putBox } from '../../operations/boxes.js';
 import { shownTracks } from '../../review/shown_tracks.js';
 import { hover, select, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
 
@@ -141,7 +141,7 @@ export function listenToPointer(app, element, screen, signal) {
     if (ended.kind === 'draw') {
       if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, ended.correct);
     } else if (ended.kind === 'change') {
-      if (ended.moved && box) app.edit({ name: 'set_box', frame: ended.frame, key: ended.key, box });
+      if (ended.moved && box) putBox(app, ended.key, ended.frame, box);
       else if (!ended.moved && ended.under.length > 1) {
         // a second click goes through what lies on top of each other
         const next = ended.under[(ended.under.indexOf(ended.key) + 1) % ended.under.length];

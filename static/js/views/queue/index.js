@@ -4,6 +4,8 @@
 import { deletedTracks } from '../../model/deleted.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
+import { sightHint } from '../../model/sight_hints.js';
+import { framesOf } from '../../store/actions/review.js';
 import { dialog, mark, seek, select } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../format.js';
@@ -94,6 +96,7 @@ export function createQueue(app) {
       row.element.remove();
       rows.delete(key);
     }
+    const video = { width: review.video.width ?? 0, height: review.video.height ?? 0, frames: framesOf(review) };
     for (let i = first; i < last; i += 1) {
       const entry = order[i];
       let row = rows.get(entry.key);
@@ -102,7 +105,7 @@ export function createQueue(app) {
         rows.set(entry.key, row);
         list.append(row.element);
       }
-      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected, marked: review.marked.includes(entry.key) });
+      row.update(entry, state.labels, { place: i, size: order.length, top: i * rowHeight, height: rowHeight, selected: entry.key === review.selected, marked: review.marked.includes(entry.key), hint: sightHint(review.tracks, entry, video) });
     }
     const chosen = review.selected === null ? undefined : rows.get(review.selected);
     setAttribute(scroller, 'aria-activedescendant', chosen?.element.id);

@@ -34,7 +34,7 @@ export function createRow(key) {
     /**
      * @param {import('../../model/track_entries.js').TrackEntry} entry
      * @param {readonly import('../../types.js').Label[]} labels
-     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean}} view   marked: for a merge
+     * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: where it could be extended
      */
     update(entry, labels, view) {
       const label = labels.find((one) => one.id === entry.class_id);
@@ -51,13 +51,14 @@ export function createRow(key) {
       setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
-      const [first = 'Nothing speaks against it.', ...others] = entry.reasons;
+      const reasonsAndHint = view.hint ? [...entry.reasons, view.hint] : entry.reasons;
+      const [first = 'Nothing speaks against it.', ...others] = reasonsAndHint;
       setText(reasons[0], first);
       setText(reasons[1], others.join(' '));
       // one reason has both lines; of several each of the first two begins a line, for the second is often the one about the class
       reasons[0].classList.toggle('truncate', others.length > 0);
       reasons[1].hidden = others.length === 0;
-      element.title = [...entry.reasons, ...entry.notes.map((note) => `Note: ${note}`)].join('\n');
+      element.title = [...reasonsAndHint, ...entry.notes.map((note) => `Note: ${note}`)].join('\n');
       setText(span, frameSpan(entry.first, entry.last));
       setText(score, Number.isFinite(entry.score) ? `· score ${figure(entry.score)}` : '');
       setText(doubtText, `doubt ${percent(entry.doubt)}`);

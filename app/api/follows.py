@@ -1,0 +1,78 @@
+"""Following a sign: start, wait for proposals, drop. What is accepted is an edit (``follow`` of app.edits.commands)."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query
+from pydantic import Field
+
+from app.api.edits import Author
+from app.api.responses import failures
+from app.api.runs import RunId
+from app.context import ContextDep
+from app.edits.documents import Frame, Key
+from app.follows.view import FollowAnchor, FollowView, Only
+from app.shapes import PLAIN, Model
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["follows"])
+
+FollowId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the follow: 32 hexadecimal digits")]
+
+
+class NewFollow(Model):
+    """What to follow."""
+
+    key: Key
+    anchors: Annotated[list[FollowAnchor], Field(min_length=1, max_length=500)]
+    only: Only | None = None
+    first: Frame = 0
+    last: Frame | None = None
+    author: Author | None = None
+
+
+class FoundFollow(Model):
+    """The follow of an author in a run."""
+
+    found: FollowView | None
+
+
+@router.post("/runs/{run_id}/follows", operation_id="start_follow", status_code=202, responses=failures(404, 409))
+def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep) -> FollowView:
+    """Follow a sign from the boxes that a person has set; the author's earlier proposals in this run are dropped."""
+    return context.follows.start(
+        run_id,
+        wanted.author or context.settings.author,
+        wanted.key,
+        wanted.anchors,
+        wanted.only,
+        wanted.first,
+        wanted.last,
+    )
+
+
+@router.get("/runs/{run_id}/follows", operation_id="find_follow", responses=failures(404))
+def find_follow(
+    run_id: RunId, context: ContextDep, author: Annotated[str | None, Query(max_length=80, pattern=PLAIN)] = None
+) -> FoundFollow:
+    """The proposals that wait for an author's decision, as after a reload of the page."""
+    return FoundFollow(found=context.follows.newest(run_id, author or context.settings.author))
+
+
+@router.get("/follows/{follow_id}", operation_id="get_follow", responses=failures(404))
+async def get_follow(
+    follow_id: FollowId,
+    context: ContextDep,
+    after: Annotated[int, Query(ge=0, le=2**31 - 1)] = 0,
+    wait: Annotated[float, Query(ge=0, le=10, description="seconds to wait for something new")] = 0.0,
+) -> FollowView:
+    """Proposals that have come since; a follow that nobody asks about for 20 seconds is dropped."""
+    return await context.follows.wait(follow_id, after, wait)
+
+
+@router.delete("/follows/{follow_id}", operation_id="drop_follow", status_code=204, responses=failures())
+def drop_follow(follow_id: FollowId, context: ContextDep) -> None:
+    """Stop following and forget the proposals."""
+    context.follows.drop(follow_id)

@@ -1,0 +1,1 @@
+"""Following one sign through a video: proposals that belong to nobody until a person accepts them."""

@@ -1,0 +1,192 @@
+"""Starts following, hands out proposals, and lets go of those that no page asks for any more."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+import uuid
+from collections.abc import Sequence
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
+
+from sqlalchemy import delete, select
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.orm import Session
+
+from app.edits.extent import known_frames
+from app.errors import Invalid, NotFound
+from app.follows.view import FollowAnchor, FollowView, Only, follow_view
+from app.jobs.queue import JobQueue
+from app.storage.database import Database
+from app.storage.models import Follow, FollowPiece, Job, Run
+from app.storage.places import require_here
+
+__all__ = ["LEASE", "FollowService"]
+
+LEASE = 20.0
+"""Seconds without a question after which a follow counts as abandoned: a page that is loaded anew comes back sooner."""
+_PRIORITY = 30
+"""A person looks at the box and waits: before what-ifs, recordings and exports."""
+_RENEW = 4.0
+"""Seconds between two notes of when a page asked last."""
+_LOOK = 0.025
+"""Seconds between two looks at the database while a page waits for proposals."""
+
+
+class FollowService:
+    """Follows of all runs. What they propose is nobody's data: it is removed once it is accepted, dropped or left."""
+
+    def __init__(self, database: Database, jobs: JobQueue) -> None:
+        self._database = database
+        self._jobs = jobs
+
+    def start(
+        self,
+        run_id: str,
+        author: str,
+        key: str,
+        anchors: Sequence[FollowAnchor],
+        only: Only | None = None,
+        first: int = 0,
+        last: int | None = None,
+    ) -> FollowView:
+        """Begin to follow; what the author followed before in this run is dropped.
+
+        Args:
+            run_id: the run whose track it is.
+            author: who asks.
+            key: the track, for the page; it need not have a document.
+            anchors: boxes that a person has set, one a frame.
+            only: a direction, or only between the anchors.
+            first: no proposal lies before this frame.
+            last: no proposal lies behind this frame; None: the last of the video.
+
+        Raises:
+            NotFound: no such run.
+            Conflict: the frames of the video are not known yet.
+            Invalid: a frame that the video does not have, two anchors in one frame, or one outside of first to last.
+        """
+        with self._database.write() as session:
+            run = session.get(Run, run_id)
+            if run is None:
+                raise NotFound(f"There is no run {run_id[:40]!r}.")
+            require_here(session, run.place, run.name)
+            frames = known_frames(session, run)
+            last = frames - 1 if last is None else min(last, frames - 1)
+            given = sorted(anchors, key=lambda anchor: anchor.frame)
+            _require_usable(given, only, first, last, frames)
+            for before in session.scalars(select(Follow).where(Follow.run_id == run_id, Follow.author == author)):
+                self._drop(session, before)
+            follow = Follow(
+                id=uuid.uuid4().hex,
+                run_id=run_id,
+                author=author,
+                key=key,
+                request={
+                    "anchors": [anchor.model_dump(mode="json") for anchor in given],
+                    "only": only,
+                    "first": first,
+                    "last": last,
+                },
+                state="queued",
+                endings=[],
+                asked=datetime.now(UTC),
+            )
+            session.add(follow)
+            session.flush()
+            self._jobs.submit(session, "follow", follow.id, priority=_PRIORITY)
+            return follow_view(follow, (), 0)
+
+    def view(self, follow_id: str, after: int = 0) -> FollowView:
+        """What there is from one piece on; the question keeps the follow alive.
+
+        Raises:
+            NotFound: it was dropped, accepted or abandoned.
+        """
+        with self._database.read() as session:
+            follow = _require(session, follow_id)
+            found = _view(session, follow, after)
+            renew = datetime.now(UTC) - follow.asked > timedelta(seconds=_RENEW)
+        if renew:
+            with self._database.write() as session:
+                _require(session, follow_id).asked = datetime.now(UTC)
+        return found
+
+    async def wait(self, follow_id: str, after: int, seconds: float) -> FollowView:
+        """The same, but as soon as there is something new, or after some seconds.
+
+        Raises:
+            NotFound: as ``view``.
+        """
+        until = time.monotonic() + seconds
+        while True:
+            found = await asyncio.to_thread(self.view, follow_id, after)
+            if found.next > after or found.state not in ("queued", "running") or time.monotonic() >= until:
+                return found
+            await asyncio.sleep(_LOOK)
+
+    def newest(self, run_id: str, author: str) -> FollowView | None:
+        """The follow that an author has in a run; None: there is none."""
+        with self._database.read() as session:
+            follow = session.scalars(select(Follow).where(Follow.run_id == run_id, Follow.author == author)).first()
+            return None if follow is None else _view(session, follow, 0)
+
+    def drop(self, follow_id: str) -> None:
+        """Stop it and forget what it proposed; one that is gone already does no harm."""
+        with self._database.write() as session:
+            follow = session.get(Follow, follow_id)
+            if follow is not None:
+                self._drop(session, follow)
+
+    def sweep(self) -> None:
+        """Drop what no page has asked for lately; a database that is away is asked again next time."""
+        with suppress(SQLAlchemyError):
+            with self._database.read() as session:
+                left = _left(session)
+            if left:
+                with self._database.write() as session:
+                    for follow in _left(session):
+                        self._drop(session, follow)
+
+    def _drop(self, session: Session, follow: Follow) -> None:
+        self._jobs.cancel(session, follow.id)
+        # one that runs goes when its worker has heard of it
+        session.execute(delete(Job).where(Job.subject == follow.id, Job.state.not_in(("queued", "running"))))
+        session.execute(delete(FollowPiece).where(FollowPiece.follow_id == follow.id))
+        session.delete(follow)
+        session.flush()
+
+
+def _require(session: Session, follow_id: str) -> Follow:
+    follow = session.get(Follow, follow_id)
+    if follow is None:
+        raise NotFound(
+            "These proposals are gone: they were accepted, dropped, or no page asked for them. Follow again."
+        )
+    return follow
+
+
+def _view(session: Session, follow: Follow, after: int) -> FollowView:
+    query = select(FollowPiece).where(FollowPiece.follow_id == follow.id, FollowPiece.number >= after)
+    pieces = session.scalars(query.order_by(FollowPiece.number)).all()
+    return follow_view(follow, [piece.proposals for piece in pieces], pieces[-1].number + 1 if pieces else after)
+
+
+def _left(session: Session) -> Sequence[Follow]:
+    return session.scalars(select(Follow).where(Follow.asked < datetime.now(UTC) - timedelta(seconds=LEASE))).all()
+
+
+def _require_usable(anchors: Sequence[FollowAnchor], only: Only | None, first: int, last: int, frames: int) -> None:
+    if anchors[-1].frame >= frames:
+        raise Invalid(
+            f"The video has frames 0 to {frames - 1}. Got {anchors[-1].frame}.", field="anchors", code="no_such_frame"
+        )
+    numbers = [anchor.frame for anchor in anchors]
+    if len(set(numbers)) < len(numbers):
+        raise Invalid("Two anchors lie in one frame. Keep one of them.", field="anchors")
+    if numbers[0] < first or numbers[-1] > last:
+        raise Invalid(f"The anchors must lie in frames {first} to {last}, the ones to follow in.", field="anchors")
+    if only == "between" and len(anchors) < 2:
+        raise Invalid(
+            "Following between anchors needs two of them. Correct the box in a second frame.", field="anchors"
+        )

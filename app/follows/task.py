@@ -1,0 +1,129 @@
+"""The job ``follow``: proposals as they are found, in pieces, so that pages see the first ones at once."""
+
+from __future__ import annotations
+
+import time
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from sqlalchemy.orm import undefer
+
+from app.jobs.context import Stopped, TaskContext
+from app.storage.models import Follow, FollowPiece, Run, Video
+from app.training.folders import models_of_run
+from app.videos.opened import library_file
+from app.videos.same_file import require_same
+from app.videos.table import unpack
+
+if TYPE_CHECKING:
+    from tsr_engine.follow import Proposal
+    from tsr_engine.following import Follower
+
+__all__ = ["follow_track", "warm"]
+
+_TELL = 0.08
+"""Seconds between two pieces."""
+
+
+def follow_track(task: TaskContext) -> None:
+    """Follow from the anchors; a follow that was stopped half way starts over, for it takes seconds."""
+    from tsr_engine.follow import Anchor, Proposal
+    from tsr_engine.following import follow_video
+
+    with task.database.read() as session:
+        follow = _still_wanted(session.get(Follow, task.job.subject))
+        run = session.get_one(Run, follow.run_id)
+        video = session.get_one(Video, run.video_id, options=(undefer(Video.frame_table),))
+        models = models_of_run(task.settings, session, run) if run.kind != "imported" else task.settings.models
+    file = library_file(task.settings, video)
+    require_same(task.database, file, video)
+    pieces = _Pieces(task)
+    pieces.begin()
+    request = follow.request
+    events = follow_video(
+        file,
+        [Anchor(anchor["frame"], np.array(anchor["box"], dtype=np.float64)) for anchor in request["anchors"]],
+        _parts(models),
+        direction=request["only"] if request["only"] in ("forward", "backward") else None,
+        first=request["first"],
+        last=request["last"],
+        between=request["only"] == "between",
+        table=None if video.frame_table is None else unpack(video.frame_table),
+        limits=task.settings.video_limits,
+        cancelled=task.stop,
+    )
+    for event in events:
+        if isinstance(event, Proposal):
+            pieces.add(event)
+        elif event.reason == "cancelled":
+            raise Stopped
+        else:
+            pieces.end({name: getattr(event, name) for name in ("direction", "frame", "reason", "sentence")})
+    if task.stop():
+        raise Stopped
+    pieces.complete()
+
+
+@lru_cache(maxsize=2)
+def _parts(models: Path | None) -> Follower:
+    """What following needs of the models, kept for the next one: a version's folder never changes."""
+    from tsr_engine.following import load_follower
+
+    return load_follower(models)
+
+
+def warm() -> None:
+    """Load what the next follow with the shipped models will need."""
+    _parts(None)
+
+
+def _still_wanted(follow: Follow | None) -> Follow:
+    if follow is None:
+        raise Stopped
+    return follow
+
+
+class _Pieces:
+    """Stores proposals a few at a time; the first one at once."""
+
+    def __init__(self, task: TaskContext) -> None:
+        self._task = task
+        self._number = 0
+        self._waiting: list[list[Any]] = []
+        self._endings: list[dict[str, Any]] = []
+        self._told = 0.0
+
+    def begin(self) -> None:
+        """Forget what an earlier attempt has proposed."""
+        with self._task.write() as session:
+            follow = _still_wanted(session.get(Follow, self._task.job.subject))
+            self._number = follow.pieces
+            follow.state, follow.error, follow.endings = "running", None, []
+
+    def add(self, proposal: Proposal) -> None:
+        """Take one more."""
+        edges = [round(float(edge), 2) for edge in proposal.box]
+        self._waiting.append([proposal.frame, *edges, round(float(proposal.confidence), 3), proposal.source])
+        if time.monotonic() - self._told > _TELL:
+            self._store("running")
+
+    def end(self, ending: dict[str, Any]) -> None:
+        """One direction is over."""
+        self._endings.append(ending)
+        self._store("running")
+
+    def complete(self) -> None:
+        """Nothing more comes."""
+        self._store("complete")
+
+    def _store(self, state: str) -> None:
+        self._told = time.monotonic()
+        with self._task.write() as session:
+            follow = _still_wanted(session.get(Follow, self._task.job.subject))
+            if self._waiting:
+                session.add(FollowPiece(follow_id=follow.id, number=self._number, proposals=self._waiting))
+                self._number += 1
+                self._waiting = []
+            follow.state, follow.endings, follow.pieces = state, list(self._endings), self._number

@@ -1,0 +1,74 @@
+"""A follow as pages see it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Literal
+
+from app.edits.documents import Box, Frame
+from app.shapes import Model
+from app.storage.models import Follow
+
+__all__ = ["FollowAnchor", "FollowEnding", "FollowView", "Only", "follow_view"]
+
+Only = Literal["forward", "backward", "between"]
+"""One direction alone, or only the frames between the outermost anchors."""
+
+
+class FollowAnchor(Model):
+    """A box that a person has set."""
+
+    frame: Frame
+    box: Box
+
+
+class FollowEnding(Model):
+    """Why following stopped in one direction; proposals beyond ``frame`` are withdrawn."""
+
+    direction: Literal["backward", "forward"]
+    frame: int
+    reason: str
+    sentence: str
+
+
+class FollowView(Model):
+    """One follow; see ``Follow`` in static/js/types.js."""
+
+    id: str
+    run_id: str
+    key: str
+    anchors: list[FollowAnchor]
+    only: Only | None
+    first: int
+    last: int | None
+    state: str
+    error: str | None
+    proposals: list[tuple[int, float, float, float, float, float, str]]
+    """frame, x1, y1, x2, y2, confidence, source; a later one of a frame replaces the earlier one."""
+    endings: list[FollowEnding]
+    next: int
+    """Ask for what comes after this number next time."""
+
+
+def follow_view(follow: Follow, pieces: Iterable[Sequence[Any]], following: int) -> FollowView:
+    """A follow with some of its proposals.
+
+    Args:
+        follow: the row.
+        pieces: proposals by the piece that they were stored in.
+        following: number of the next piece.
+    """
+    return FollowView(
+        id=follow.id,
+        run_id=follow.run_id,
+        key=follow.key,
+        anchors=follow.request["anchors"],
+        only=follow.request["only"],
+        first=follow.request["first"],
+        last=follow.request["last"],
+        state=follow.state,
+        error=follow.error,
+        proposals=[tuple(row) for piece in pieces for row in piece],
+        endings=follow.endings,
+        next=following,
+    )

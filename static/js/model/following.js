@@ -1,0 +1,238 @@
+// @ts-check
+/**
+ * A sign that is being followed: what the server has proposed so far, and which part of it a person would take. Pure.
+ *
+ * @typedef {import('../types.js').Box} Box
+ * @typedef {import('../types.js').Command} Command
+ * @typedef {import('../types.js').Follow} Follow
+ * @typedef {import('../types.js').FollowAnchor} FollowAnchor
+ * @typedef {import('../types.js').FollowedBox} FollowedBox
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ *
+ * @typedef {{box: Box, confidence: number, source: 'anchor'|'detected'|'matched'|'predicted'}} Proposal
+ *
+ * @typedef {object} Following
+ * @property {string|null} id        null: the server has not answered yet
+ * @property {string} key            the track
+ * @property {FollowAnchor[]} anchors   in order of frames
+ * @property {'forward'|'backward'|'between'|null} only
+ * @property {number} first          no proposal lies before this frame
+ * @property {number|null} last      or behind this one; null: the end of the video
+ * @property {'queued'|'running'|'complete'|'failed'|'cancelled'} state
+ * @property {string|null} error
+ * @property {Record<number, Proposal>} proposals   by frame
+ * @property {import('../types.js').FollowEnding[]} endings
+ * @property {number} next           number of the next piece to ask for
+ * @property {number|null} from      a person cut off what lies before this frame; null: nothing
+ * @property {number|null} to        and what lies behind this one
+ */
+import { keyFramesOf } from './documents.js';
+
+/** Accepted boxes may differ from the proposed ones by this much at each edge, px. */
+export const TOLERANCE = 0.5;
+
+/**
+ * @param {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} asked
+ * @returns {Following}
+ */
+export const newFollowing = (asked) => ({
+  ...asked, id: null, state: 'queued', error: null, endings: [], next: 0, from: null, to: null,
+  proposals: Object.fromEntries(asked.anchors.map(({ frame, box }) => [frame, { box, confidence: 1, source: /** @type {const} */ ('anchor') }])),
+});
+
+/**
+ * What the server has answered, added to what was there.
+ * @param {Following} following
+ * @param {Follow} answer
+ * @returns {Following}
+ */
+export function withAnswer(following, answer) {
+  const proposals = { ...following.proposals };
+  for (const [frame, x1, y1, x2, y2, confidence, source] of answer.proposals) {
+    proposals[frame] = { box: [x1, y1, x2, y2], confidence, source };
+  }
+  for (const { direction, frame: end } of answer.endings) {
+    for (const frame of Object.keys(proposals).map(Number)) {
+      // what lies beyond was a search for a sign that did not come back
+      if (direction === 'forward' ? frame > end : frame < end) delete proposals[frame];
+    }
+  }
+  return { ...following, id: answer.id, state: answer.state, error: answer.error, endings: answer.endings, next: answer.next, proposals };
+}
+
+/** Whether more may come. @param {Following} following */
+export const isUnderWay = ({ state }) => state === 'queued' || state === 'running';
+
+/**
+ * The frames that would be taken: those around the anchors without a gap, as far as they are not cut off.
+ * @param {Following} following
+ * @returns {{first: number, last: number}}
+ */
+export function takenSpan({ anchors, proposals, from, to }) {
+  let first = Math.max(anchors[0].frame, from ?? 0);
+  let last = Math.min(anchors[anchors.length - 1].frame, to ?? Infinity);
+  while (proposals[first - 1] && (from === null || first - 1 >= from)) first -= 1;
+  while (proposals[last + 1] && (to === null || last + 1 <= to)) last += 1;
+  return { first, last };
+}
+
+/** The proposal of a frame that would be taken. @param {Following} following @param {number} frame @returns {Proposal|null} */
+export function proposalAt(following, frame) {
+  const { first, last } = takenSpan(following);
+  return first <= frame && frame <= last ? following.proposals[frame] ?? null : null;
+}
+
+/** How many frames would be taken besides the anchors. @param {Following} following */
+export function framesFollowed(following) {
+  const { first, last } = takenSpan(following);
+  return last - first + 1 - following.anchors.filter(({ frame }) => first <= frame && frame <= last).length;
+}
+
+/**
+ * Cut off what lies before or behind a frame; an anchor always stays.
+ * @param {Following} following
+ * @param {'from'|'to'} side
+ * @param {number} frame
+ * @returns {Following}
+ */
+export function withCut(following, side, frame) {
+  const { anchors } = following;
+  const kept = side === 'from' ? Math.min(frame, anchors[anchors.length - 1].frame) : Math.max(frame, anchors[0].frame);
+  return { ...following, [side]: kept };
+}
+
+/**
+ * Fewest boxes whose connecting lines stay within a tolerance of all; frames that must stay do.
+ * @param {readonly {frame: number, box: Box}[]} boxes   in order of frames
+ * @param {ReadonlySet<number>} must   frames
+ * @param {number} [tolerance]   px at each edge
+ * @returns {{frame: number, box: Box}[]}
+ */
+export function thinned(boxes, must, tolerance = TOLERANCE) {
+  if (boxes.length === 0) return [];
+  const kept = [boxes[0]];
+  let at = 0;
+  while (at < boxes.length - 1) {
+    let reach = at + 1;
+    while (reach + 1 < boxes.length && !must.has(boxes[reach].frame) && isNear(boxes, at, reach + 1, tolerance)) reach += 1;
+    kept.push(boxes[reach]);
+    at = reach;
+  }
+  return kept;
+}
+
+/**
+ * Whether the boxes between two lie on the line between these.
+ * @param {readonly {frame: number, box: Box}[]} boxes
+ * @param {number} a
+ * @param {number} b
+ * @param {number} tolerance
+ */
+function isNear(boxes, a, b, tolerance) {
+  const [first, last] = [boxes[a], boxes[b]];
+  for (let i = a + 1; i < b; i += 1) {
+    const share = (boxes[i].frame - first.frame) / (last.frame - first.frame);
+    if (boxes[i].box.some((edge, k) => Math.abs(first.box[k] + share * (last.box[k] - first.box[k]) - edge) > tolerance)) return false;
+  }
+  return true;
+}
+
+/**
+ * The one operation that takes the proposals.
+ * @param {Following} following
+ * @param {number} frame   the cursor
+ * @returns {Command|null} null: nothing but the anchors is there
+ */
+export function acceptCommand(following, frame) {
+  if (framesFollowed(following) === 0) return null;
+  const { first, last } = takenSpan(following);
+  const must = new Set(following.anchors.map((anchor) => anchor.frame));
+  const dense = [];
+  for (let k = first; k <= last; k += 1) if (following.proposals[k]) dense.push({ frame: k, box: following.proposals[k].box });
+  const boxes = thinned(dense, must).map((kept) => ({ ...kept, anchor: must.has(kept.frame) }));
+  return boxes.some(({ anchor }) => anchor) ? { name: 'follow', frame, key: following.key, boxes } : null;
+}
+
+/**
+ * The nearest boxes before and behind a frame that a person has set by hand: only the stretch between them is followed anew.
+ * @param {TrackDoc|null} doc
+ * @param {number} frame
+ * @returns {{before: FollowAnchor|null, after: FollowAnchor|null}}
+ */
+export function neighbours(doc, frame) {
+  const own = doc === null ? [] : keyFramesOf(doc).filter((k) => doc.keys[k].box !== null && !doc.keys[k].followed && !doc.keys[k].outside);
+  /** @param {number|undefined} k @returns {FollowAnchor|null} */
+  const anchor = (k) => {
+    const box = doc !== null && k !== undefined ? doc.keys[k].box : null;
+    return box && k !== undefined ? { frame: k, box } : null;
+  };
+  return { before: anchor(own.filter((k) => k < frame).at(-1)), after: anchor(own.find((k) => k > frame)) };
+}
+
+/**
+ * How far a track may be followed from a frame: never into frames in which a person says that it is out of sight.
+ * @param {TrackDoc|null} doc
+ * @param {number} frame
+ * @returns {{first: number, last: number|null}}
+ */
+export function reachOf(doc, frame) {
+  let first = 0;
+  /** @type {number|null} */ let last = null;
+  const frames = doc === null ? [] : keyFramesOf(doc);
+  frames.forEach((k, i) => {
+    if (!doc?.keys[k].outside) return;
+    const back = frames[i + 1] ?? Infinity;
+    if (back <= frame) first = Math.max(first, back);
+    else if (k > frame && last === null) last = k - 1;
+  });
+  return { first, last };
+}
+
+/**
+ * What is to be followed from a box.
+ * @param {TrackDoc|null} doc      null: nobody has touched the track
+ * @param {string} key
+ * @param {FollowAnchor} anchor
+ * @param {'forward'|'backward'|null} only
+ * @returns {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>}
+ */
+export function requestFrom(doc, key, anchor, only) {
+  const reach = reachOf(doc, anchor.frame);
+  const { before, after } = neighbours(doc, anchor.frame);
+  const earlier = only === 'forward' || (before && before.frame < reach.first) ? null : before;
+  const later = only === 'backward' || (after && reach.last !== null && after.frame > reach.last) ? null : after;
+  return {
+    key, only,
+    anchors: [earlier, anchor, later].flatMap((one) => (one ? [one] : [])),
+    first: earlier ? earlier.frame : reach.first,
+    last: later ? later.frame : reach.last,
+  };
+}
+
+/**
+ * The same request with one more anchor: a correction of what was proposed.
+ * @param {Following} following
+ * @param {FollowAnchor} anchor
+ * @returns {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>}
+ */
+export function requestWith({ key, anchors, only, first, last }, anchor) {
+  const others = anchors.filter(({ frame }) => frame !== anchor.frame);
+  const all = [...others, anchor].sort((a, b) => a.frame - b.frame);
+  return { key, only, anchors: all, first: Math.min(first, anchor.frame), last: last === null ? null : Math.max(last, anchor.frame) };
+}
+
+/**
+ * What is to be said of it, in one sentence or two.
+ * @param {Following} following
+ * @param {string} name   of the track, as people read it
+ * @returns {string}
+ */
+export function followingWords(following, name) {
+  if (following.state === 'failed' || following.state === 'cancelled') return `Track ${name} could not be followed: ${following.error ?? 'it was stopped.'}`;
+  const { first, last } = takenSpan(following);
+  const frames = framesFollowed(following);
+  const span = frames === 0 ? '' : `frames ${first} to ${last}, ${frames} new`;
+  if (isUnderWay(following)) return `Following track ${name}${span ? `: ${span}` : ''}`;
+  const why = following.endings.map(({ sentence }) => sentence).join(' ');
+  return `${span ? `Proposal for track ${name}: ${span}.` : `Track ${name} is not found in another frame.`}${why ? ` ${why}` : ''}`;
+}

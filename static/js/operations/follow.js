@@ -1,0 +1,138 @@
+// @ts-check
+/** Having a sign followed through the video, and taking what is proposed. */
+
+import { docOf } from '../editing/revisions.js';
+import { framesFollowed, isUnderWay, neighbours, requestFrom, requestWith } from '../model/following.js';
+import { trackEntries } from '../model/track_entries.js';
+import { trackName } from '../model/track_name.js';
+import { knownBox } from '../review/known_box.js';
+import { shownTrack } from '../review/shown_tracks.js';
+import { cutFollowing, seek, setPlaying } from '../store/actions/review.js';
+import { toast } from '../views/toasts.js';
+import { needsBox, needsTrack, onReview, operation } from './helpers.js';
+
+/** @typedef {import('../page-types.js').App} App */
+/** @typedef {import('../state-types.js').State} State */
+
+const GROUP = 'Follow a sign';
+
+/** @param {State} state */
+const isOpen = (state) => onReview(state) && state.review?.following != null && state.review.mode !== 'merge';
+
+/** @param {State} state */
+const needsProposals = (state) => {
+  const following = state.review?.following;
+  if (!following || framesFollowed(following) > 0) return null;
+  return isUnderWay(following) ? 'Nothing is proposed yet.' : 'Nothing is proposed: press Escape.';
+};
+
+/**
+ * Follow the selected track from its box in this frame.
+ * @param {App} app
+ * @param {'forward'|'backward'|null} only
+ */
+function follow(app, only) {
+  const { review } = app.store.get();
+  const shown = review?.selected ? shownTrack(review, review.selected) : null;
+  if (!review?.selected || !shown) return;
+  const anchor = { frame: review.frame, box: shown.box };
+  const open = review.following;
+  if (open?.key === review.selected && only === null) app.following.start(requestWith(open, anchor));
+  else app.following.start(requestFrom(docOf(review, review.selected), review.selected, anchor, only));
+}
+
+/**
+ * A box was drawn: follow it, unless proposals for another track still wait.
+ * @param {App} app
+ * @param {import('../state-types.js').Draft} draft
+ */
+export function followDrawn(app, { key, frame, box }) {
+  const open = app.store.get().review?.following;
+  if (open) toast(`Track ${trackName(open.key, app.store.get().review?.docs[open.key])} is still being followed: take its boxes (Enter) or drop them (Escape). Then T follows the new track.`, { topic: 'follow' });
+  else app.following.start(requestFrom(null, key, { frame, box }, null));
+}
+
+/** The selected track from its first to its last frame. @param {State} state */
+function entryOf({ review }) {
+  return review ? trackEntries(review.tracks, review.docs).find(({ key }) => key === review.selected) ?? null : null;
+}
+
+/** Why the selected track cannot be extended at an end. @param {State} state @param {'first'|'last'} end */
+function cannotExtend(state, end) {
+  const missing = needsTrack(state);
+  const entry = missing ? null : entryOf(state);
+  if (missing || !entry || !state.review) return missing ?? 'Select a track first.';
+  const edge = end === 'first' ? 0 : (state.review.timebase?.frames ?? 1) - 1;
+  if (entry[end] === edge) return `It is there in the ${end} frame of the video.`;
+  return knownBox(state.review, entry.key, entry[end]) ? null : 'The boxes of this track are on their way.';
+}
+
+/** @param {App} app @param {'first'|'last'} end */
+function extend(app, end) {
+  const state = app.store.get();
+  const entry = entryOf(state);
+  const box = entry && state.review ? knownBox(state.review, entry.key, entry[end]) : null;
+  if (!entry || !state.review || !box) return;
+  const anchor = { frame: entry[end], box };
+  app.store.dispatch((now) => seek(setPlaying(now, false), anchor.frame));
+  app.following.start(requestFrom(docOf(state.review, entry.key), entry.key, anchor, end === 'first' ? 'backward' : 'forward'));
+}
+
+/** The boxes by hand around the cursor. @param {State} state */
+function around({ review }) {
+  if (!review?.selected) return null;
+  const doc = docOf(review, review.selected);
+  const { before, after } = neighbours(doc, review.frame + 0.5);
+  return before && after ? [before, after] : null;
+}
+
+/** @param {App} app */
+function between(app) {
+  const state = app.store.get();
+  const anchors = around(state);
+  const key = state.review?.selected;
+  if (anchors && key) app.following.start({ key, anchors, only: 'between', first: anchors[0].frame, last: anchors[1].frame });
+}
+
+/** @type {import('../page-types.js').Operation[]} */
+export const following = [
+  operation({
+    id: 'accept-follow', label: 'Accept the proposed boxes', keys: ['Enter'], icon: 'accept', group: GROUP,
+    available: isOpen, disabled: needsProposals, run: (app) => app.following.accept(),
+  }),
+  operation({
+    id: 'drop-follow', label: 'Drop the proposed boxes', keys: ['Escape'], icon: 'close', group: GROUP,
+    available: (state) => isOpen(state) && state.review?.mode === 'select', run: (app) => app.following.drop(),
+  }),
+  operation({
+    id: 'cut-before', label: 'Propose nothing before this frame', keys: ['['], icon: 'previous', group: GROUP,
+    available: isOpen, run: (app) => app.store.dispatch((state) => cutFollowing(state, 'from')),
+  }),
+  operation({
+    id: 'cut-after', label: 'Propose nothing after this frame', keys: [']'], icon: 'next', group: GROUP,
+    available: isOpen, run: (app) => app.store.dispatch((state) => cutFollowing(state, 'to')),
+  }),
+  operation({
+    id: 'follow', label: 'Follow', keys: ['T'], icon: 'follow', group: GROUP, disabled: needsBox,
+    tooltip: 'Follow the selected box forwards and backwards until the sign is gone (T)', run: (app) => follow(app, null),
+  }),
+  operation({
+    id: 'follow-forward', label: 'Follow forwards', keys: ['Shift+T'], group: GROUP, disabled: needsBox,
+    tooltip: 'Follow the selected box from this frame on (Shift+T)', run: (app) => follow(app, 'forward'),
+  }),
+  operation({
+    id: 'follow-between', label: 'Follow between two key frames', keys: ['Alt+T'], group: GROUP,
+    tooltip: 'Follow between the corrected boxes before and after the cursor (Alt+T)',
+    disabled: (state) => needsTrack(state) ?? (around(state) ? null : 'Correct the box in a frame before and in one after this.'), run: between,
+  }),
+  operation({
+    id: 'extend-first', label: 'Extend to its first sight', keys: [','], icon: 'extend_first', group: GROUP,
+    tooltip: 'Follow the track backwards from its first frame (,)',
+    disabled: (state) => cannotExtend(state, 'first'), run: (app) => extend(app, 'first'),
+  }),
+  operation({
+    id: 'extend-last', label: 'Extend to its last sight', keys: ['.'], icon: 'extend_last', group: GROUP,
+    tooltip: 'Follow the track forwards from its last frame (.)',
+    disabled: (state) => cannotExtend(state, 'last'), run: (app) => extend(app, 'last'),
+  }),
+];

@@ -1,0 +1,21 @@
+// @ts-check
+/** The box of a track in any frame, also where no overlay of that frame is at hand: from its lane. Pure. */
+
+import { docOf } from '../editing/revisions.js';
+import { boxAt } from '../model/effective.js';
+
+/**
+ * @param {import('../state-types.js').ReviewState} review
+ * @param {string} key
+ * @param {number} frame
+ * @returns {import('../types.js').Box|null} null: the track shows nothing there, or its lane is not there yet
+ */
+export function knownBox(review, key, frame) {
+  const doc = docOf(review, key);
+  if (!doc) return null;
+  return boxAt(doc, frame, (track, at) => {
+    const lane = review.laneOf[track];
+    const place = lane ? lane.frame.indexOf(at) : -1;
+    return place < 0 ? review.overlays[at]?.tracks.find(({ id }) => id === track)?.box ?? null : lane.box[place];
+  })?.box ?? null;
+}

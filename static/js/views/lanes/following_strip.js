@@ -1,0 +1,47 @@
+// @ts-check
+/** How sure each proposed box of a followed sign is, on the time axis of the lanes. */
+
+import { takenSpan } from '../../model/following.js';
+import { toX } from '../../model/time_axis.js';
+import { h } from '../dom.js';
+import { prepare } from './palette.js';
+
+/** Boxes below this are worth a look before they are taken. */
+const DOUBTFUL = 0.5;
+
+export function createFollowingStrip() {
+  const canvas = h('canvas', { class: 'lanes-canvas', 'aria-hidden': 'true' });
+  const plot = h('div', { class: 'lanes-plot', title: 'Confidence of each proposed box; what is cut off is pale' }, canvas);
+  const element = h('div', { class: 'lanes-strip lanes-following', hidden: true }, h('div', { class: 'lanes-gutter' }, h('span', { class: 'small muted' }, 'Proposal')), plot);
+  return {
+    element,
+    plot,
+    /**
+     * @param {import('../../model/following.js').Following|null} following
+     * @param {number} width    CSS px
+     * @param {{first: number, last: number}} span   frames that the lanes show
+     * @param {import('./palette.js').Palette} palette
+     */
+    paint(following, width, span, palette) {
+      element.hidden = following === null;
+      if (following === null) return;
+      const height = plot.clientHeight;
+      const ctx = prepare(canvas, width, height, palette.ratio);
+      if (!ctx) return;
+      const taken = takenSpan(following);
+      const wide = Math.max(1, width / (span.last - span.first));
+      for (const [name, { confidence }] of Object.entries(following.proposals)) {
+        const frame = Number(name);
+        const x = toX(span, frame, width);
+        if (x + wide < 0 || x > width) continue;
+        ctx.globalAlpha = taken.first <= frame && frame <= taken.last ? 1 : 0.3;
+        ctx.fillStyle = confidence < DOUBTFUL ? palette.colour.bad : palette.colour.accent;
+        const tall = Math.max(1, confidence * (height - 2));
+        ctx.fillRect(x, height - tall, wide, tall);
+      }
+      ctx.globalAlpha = 1;
+      ctx.fillStyle = palette.colour.lineStrong;
+      for (const { frame } of following.anchors) ctx.fillRect(toX(span, frame + 0.5, width) - 1, 0, 2, height);
+    },
+  };
+}

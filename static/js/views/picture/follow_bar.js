@@ -1,0 +1,43 @@
+// @ts-check
+/** What is proposed for a sign that is followed, with the buttons that take or drop it. */
+
+import { followingWords, isUnderWay } from '../../model/following.js';
+import { trackName } from '../../model/track_name.js';
+import { runOperation } from '../../operations/registry.js';
+import { h, setText } from '../dom.js';
+import { icon, isIcon } from '../icons.js';
+import { toast } from '../toasts.js';
+
+const BUTTONS = /** @type {const} */ ([['accept-follow', 'Accept', 'btn-primary'], ['cut-before', 'Cut before', ''], ['cut-after', 'Cut after', ''], ['drop-follow', 'Drop', '']]);
+
+/**
+ * @param {import('../../page-types.js').App} app
+ */
+export function createFollowBar(app) {
+  const words = h('span', { class: 'grow follow-words', role: 'status' });
+  const buttons = BUTTONS.map(([id, text, tone]) => {
+    const operation = app.operations.find((one) => one.id === id);
+    const picture = operation?.icon && isIcon(operation.icon) ? icon(operation.icon) : null;
+    const button = h('button', { class: `btn btn-small ${tone}`, type: 'button', title: operation?.tooltip ?? text, onclick: () => operation && runOperation(app, operation, (why) => toast(why)) }, picture, h('span', null, text));
+    return { operation, button };
+  });
+  const element = h('div', { class: 'follow-bar', hidden: true, role: 'group', 'aria-label': 'Proposed boxes' }, words, ...buttons.map(({ button }) => button));
+  /** @type {import('../../state-types.js').ReviewState|null} */ let last = null;
+  return {
+    element,
+    /** @param {import('../../state-types.js').State} state */
+    update(state) {
+      const { review } = state;
+      if (review === last) return;
+      last = review;
+      const following = review?.following ?? null;
+      element.hidden = following === null;
+      if (!review || following === null) return;
+      element.classList.toggle('follow-under-way', isUnderWay(following));
+      const text = followingWords(following, trackName(following.key, review.docs[following.key]));
+      setText(words, text);
+      words.title = text;
+      for (const { operation, button } of buttons) button.setAttribute('aria-disabled', String(Boolean(operation?.disabled(state))));
+    },
+  };
+}

@@ -1,0 +1,236 @@
+"""Following over HTTP: started, watched, replaced, dropped, abandoned; nothing is left of what nobody accepted."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+from import_now import work_off
+from sqlalchemy import func, select
+from toy_server import Server
+
+from app.follows import service
+from app.follows.settling import settle_follow
+from app.follows.task import follow_track
+from app.jobs.context import Stopped, TaskContext
+from app.storage.models import Event, Follow, FollowPiece, Job, Run, Video
+
+FRAMES = 75
+LEASE = 600.0
+
+
+@pytest.fixture
+def server(server_of_copy: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
+    """A server that keeps what nobody asks for, however slow the machine is."""
+    monkeypatch.setattr(service, "LEASE", LEASE)
+    return server_of_copy
+
+
+@pytest.fixture
+def run(server: Server) -> str:
+    with server.context.database.read() as session:
+        return str(session.scalars(select(Run.id)).one())
+
+
+def anchor_of(server: Server, run: str) -> dict[str, Any]:
+    """A box of the engine in the middle of its first track."""
+    tracks = server.client.get(f"/api/runs/{run}/tracks").json()
+    frame = (tracks["first"][0] + tracks["last"][0]) // 2
+    overlay = server.client.get(f"/api/runs/{run}/overlays", params={"first": frame, "last": frame}).json()
+    rows = overlay["overlays"]
+    box = next(track["box"] for track in rows[0]["tracks"] if track["id"] == tracks["id"][0])
+    return {"frame": frame, "box": box}
+
+
+def started(server: Server, run: str, anchors: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
+    answer = server.client.post(f"/api/runs/{run}/follows", json={"key": "m1", "anchors": anchors, **more})
+    assert answer.status_code == 202, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def left(server: Server) -> dict[str, int]:
+    """Rows that a follow may leave."""
+    with server.context.database.read() as session:
+        counts = {
+            table.__tablename__: session.scalar(select(func.count()).select_from(table))
+            for table in (Follow, FollowPiece)
+        }
+        jobs = session.scalar(select(func.count()).select_from(Job).where(Job.kind == "follow"))
+        events = session.scalar(select(func.count()).select_from(Event).where(Event.kind == "follow"))
+    return {name: count or 0 for name, count in {**counts, "jobs": jobs, "events": events}.items()}
+
+
+NOTHING = {"follows": 0, "follow_pieces": 0, "jobs": 0, "events": 0}
+
+
+def test_proposals_come_in_pieces_and_each_is_handed_out_once(server: Server, run: str) -> None:
+    anchor = anchor_of(server, run)
+    follow = started(server, run, [anchor])
+    assert (follow["state"], follow["proposals"], follow["next"]) == ("queued", [], 0)
+    work_off(server.context)
+    found = server.client.get(f"/api/follows/{follow['id']}").json()
+    assert found["state"] == "complete"
+    frames = {row[0] for row in found["proposals"]}
+    assert anchor["frame"] in frames
+    assert len(frames) > 5
+    assert frames <= set(range(FRAMES))
+    for _, x1, y1, x2, y2, confidence, source in found["proposals"]:
+        assert x1 < x2
+        assert y1 < y2
+        assert 0 <= confidence <= 1
+        assert source in ("anchor", "detected", "matched", "predicted")
+    assert {ending["direction"] for ending in found["endings"]} == {"backward", "forward"}
+    again = server.client.get(f"/api/follows/{follow['id']}", params={"after": found["next"]}).json()
+    assert (again["proposals"], again["next"]) == ([], found["next"])
+
+
+def test_limits_and_one_direction_are_kept(server: Server, run: str) -> None:
+    anchor = anchor_of(server, run)
+    follow = started(server, run, [anchor], only="forward", last=anchor["frame"] + 3)
+    work_off(server.context)
+    found = server.client.get(f"/api/follows/{follow['id']}").json()
+    frames = {row[0] for row in found["proposals"]}
+    assert min(frames) == anchor["frame"]
+    assert max(frames) <= anchor["frame"] + 3
+
+
+def test_what_is_accepted_is_one_edit_with_one_undo(server: Server, run: str) -> None:
+    anchor = anchor_of(server, run)
+    boxes = [
+        {"frame": k, "box": [10.0 + k, 10, 30.0 + k, 30], "anchor": k == anchor["frame"]}
+        for k in range(anchor["frame"] + 3)
+    ]
+    command = {"name": "follow", "frame": anchor["frame"], "key": "m1", "boxes": boxes}
+    first = server.client.post(
+        f"/api/runs/{run}/edits",
+        headers={"If-Match": '"m1:0"'},
+        json={"op_id": "follow-0001", "author": "ada", "command": command},
+    )
+    assert first.status_code == 200, first.text
+    keys = first.json()["docs"][0]["keys"]
+    assert [key["followed"] for key in keys.values()].count(False) == 1
+    assert keys[str(anchor["frame"])]["followed"] is False
+    undone = server.client.post(
+        f"/api/runs/{run}/edits",
+        json={"op_id": "follow-undo1", "author": "ada", "command": {"name": "undo", "op_id": "follow-0001"}},
+    )
+    assert undone.status_code == 200, undone.text
+    assert undone.json()["docs"][0]["keys"] == {}
+
+
+def test_a_box_beyond_the_video_is_refused(server: Server, run: str) -> None:
+    command = {
+        "name": "follow",
+        "frame": 0,
+        "key": "m1",
+        "boxes": [{"frame": FRAMES, "box": [0, 0, 9, 9], "anchor": True}],
+    }
+    answer = server.client.post(
+        f"/api/runs/{run}/edits",
+        headers={"If-Match": '"m1:0"'},
+        json={"op_id": "follow-0002", "author": "ada", "command": command},
+    )
+    assert (answer.status_code, answer.json()["error"]["code"]) == (422, "no_such_frame")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"anchors": [{"frame": FRAMES, "box": [0, 0, 9, 9]}]}, "frames 0 to 74"),
+        ({"anchors": [{"frame": 3, "box": [0, 0, 9, 9]}, {"frame": 3, "box": [1, 1, 9, 9]}]}, "one frame"),
+        ({"anchors": [{"frame": 3, "box": [0, 0, 9, 9]}], "first": 5}, "5 to 74"),
+        ({"anchors": [{"frame": 3, "box": [0, 0, 9, 9]}], "only": "between"}, "second frame"),
+        ({"anchors": [{"frame": 3, "box": [9, 0, 0, 9]}]}, "x1 < x2"),
+        ({"anchors": []}, "at least 1"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_before_any_work(
+    server: Server, run: str, change: dict[str, Any], words: str
+) -> None:
+    answer = server.client.post(f"/api/runs/{run}/follows", json={"key": "m1", **change})
+    assert answer.status_code == 422
+    assert words in answer.json()["error"]["message"]
+    assert left(server) == NOTHING
+
+
+def test_a_newer_request_of_the_same_person_replaces_the_older_one(server: Server, run: str) -> None:
+    anchor = anchor_of(server, run)
+    follows = [started(server, run, [anchor]) for _ in range(10)]
+    other = started(server, run, [anchor], author="bob")
+    assert [server.client.get(f"/api/follows/{one['id']}").status_code for one in follows] == [404] * 9 + [200]
+    assert left(server) == {"follows": 2, "follow_pieces": 0, "jobs": 2, "events": 0}
+    found = server.client.get(f"/api/runs/{run}/follows").json()["found"]
+    assert found["id"] == follows[-1]["id"]
+    assert server.client.get(f"/api/runs/{run}/follows", params={"author": "bob"}).json()["found"]["id"] == other["id"]
+
+
+def test_dropped_proposals_leave_no_trace(server: Server, run: str) -> None:
+    follow = started(server, run, [anchor_of(server, run)])
+    work_off(server.context)
+    for _ in range(2):
+        assert server.client.delete(f"/api/follows/{follow['id']}").status_code == 204
+    assert left(server) == NOTHING
+    assert server.client.get(f"/api/runs/{run}/annotation").json()["docs"] == []
+
+
+def test_a_follow_that_is_dropped_while_it_runs_ends_without_a_trace(server: Server, run: str) -> None:
+    context = server.context
+    follow = started(server, run, [anchor_of(server, run)])
+    with context.database.read() as session:
+        (waiting,) = context.jobs.waiting(session)
+    with context.database.write() as session:
+        job = context.jobs.claim(session, waiting)
+    assert job is not None
+    server.client.delete(f"/api/follows/{follow['id']}")
+    task = TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: False)
+    with pytest.raises(Stopped):
+        follow_track(task)
+    with context.database.write() as session:
+        context.jobs.finish(session, job.id, job.token, "cancelled")
+        settle_follow(session, context.events, job, "cancelled", None)
+    assert left(server) == NOTHING
+
+
+def test_proposals_that_no_page_asks_for_are_let_go(server: Server, run: str) -> None:
+    follow = started(server, run, [anchor_of(server, run)])
+    work_off(server.context)
+    server.context.follows.sweep()
+    assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
+    with server.context.database.write() as session:
+        session.get_one(Follow, follow["id"]).asked = datetime.now(UTC) - timedelta(seconds=LEASE - 60)
+    # a question keeps them
+    server.client.get(f"/api/follows/{follow['id']}")
+    with server.context.database.read() as session:
+        assert datetime.now(UTC) - session.get_one(Follow, follow["id"]).asked < timedelta(seconds=LEASE / 2)
+    with server.context.database.write() as session:
+        session.get_one(Follow, follow["id"]).asked = datetime.now(UTC) - timedelta(seconds=LEASE + 1)
+    server.context.follows.sweep()
+    assert left(server) == NOTHING
+
+
+@pytest.mark.parametrize("what", ["gone", "replaced"])
+def test_a_file_that_is_gone_or_replaced_meanwhile_is_told(server: Server, run: str, what: str, home: Any) -> None:
+    follow = started(server, run, [anchor_of(server, run)])
+    with server.context.database.write() as session:
+        video = session.scalars(select(Video)).one()
+        other = Path(str(server.settings.home)) / "other.mp4"
+        if what == "replaced":
+            other.write_bytes(home.video.read_bytes() + b"\0")
+        video.path = str(other)
+    work_off(server.context)
+    found = server.client.get(f"/api/follows/{follow['id']}").json()
+    assert found["state"] == "failed"
+    assert ("not there any more" if what == "gone" else "has changed") in found["error"]
+
+
+def test_a_page_that_waits_hears_at_once_of_what_is_there(server: Server, run: str) -> None:
+    follow = started(server, run, [anchor_of(server, run)])
+    began = datetime.now(UTC)
+    server.client.get(f"/api/follows/{follow['id']}", params={"wait": 0.2})
+    assert datetime.now(UTC) - began >= timedelta(seconds=0.2)
+    work_off(server.context)
+    answer = server.client.get(f"/api/follows/{follow['id']}", params={"wait": 10}).json()
+    assert answer["state"] == "complete"

@@ -1,0 +1,153 @@
+"""A person has signs followed in a real browser: drawn, late and corrected ones. Each walk counts its actions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, expect
+
+from sample_videos import SHIPPED
+from tests.e2e.review_desk import (
+    Desk,
+    box_of,
+    choose,
+    choose_label,
+    drag,
+    edited,
+    next_long_track,
+    open_desk,
+    saved,
+    state,
+    wait,
+)
+from tests.e2e.screenshots import CHROMIUM
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+FOLLOWING = "() => window.tsr.store.get().review.following"
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
+        yield desk
+
+
+@pytest.fixture
+def page(desk: Desk) -> Iterator[Page]:
+    """A page that leaves nothing behind: what it edited is undone."""
+    from tests.e2e.review_desk import faultless
+
+    with faultless(desk.page()) as page:
+        yield page
+        while state(page)["undo"]:
+            edited(page, lambda: page.keyboard.press("Control+z"))
+
+
+def proposed(page: Page) -> dict[str, Any]:
+    """The proposals once all have come."""
+    page.wait_for_function(f"() => ['complete', 'failed'].includes(({FOLLOWING})()?.state)", timeout=60_000)
+    found: dict[str, Any] = page.evaluate(FOLLOWING)
+    assert found["state"] == "complete", found["error"]
+    return found
+
+
+def test_a_missed_sign_is_drawn_over_its_whole_life_in_four_actions(desk: Desk, page: Page) -> None:
+    now = next_long_track(page)
+    key = now["selected"]
+    place = now["tracks"]["id"].index(int(key[1:]))
+    life = now["tracks"]["first"][place], now["tracks"]["last"][place]
+    middle = (life[0] + life[1]) // 2
+    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, frame: k}}))", middle)
+    now = wait(page, lambda s: s["shown"] == middle and s["overlay"])
+    box = box_of(now, key)
+    # the engine has missed it
+    edited(page, lambda: page.keyboard.press("Shift+Delete"))
+    page.keyboard.press("n")  # 1
+    drag(page, (box[0], box[1]), (box[2], box[3]))  # 2
+    choose_label(page, "stop")  # 3
+    found = proposed(page)
+    drawn = found["key"]
+    after = edited(page, lambda: page.keyboard.press("Enter"))  # 4
+    assert page.evaluate(FOLLOWING) is None
+    assert after["undo"]["name"] == "follow"
+    frames = sorted(map(int, desk.documents()[drawn]["keys"]))
+    assert frames[0] <= life[0] + 3
+    assert frames[-1] >= life[1] - 3
+    assert len(frames) < (frames[-1] - frames[0]) * 0.8, "thinned to key frames"
+    # one undo takes all of it back
+    edited(page, lambda: page.keyboard.press("Control+z"))
+    assert list(desk.documents()[drawn]["keys"]) == [str(middle)]
+
+
+def test_a_late_track_is_brought_back_to_its_first_sight_in_three_actions(desk: Desk, page: Page) -> None:
+    now = next_long_track(page)
+    key = now["selected"]
+    first = now["frame"]
+    late = first + 20
+    page.evaluate("(k) => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, frame: k}}))", late)
+    wait(page, lambda s: s["shown"] == late and s["overlay"])
+    after = edited(page, lambda: page.keyboard.press("Alt+m"))
+    half = after["selected"]
+    assert half != key
+    choose(page, key)
+    edited(page, lambda: page.keyboard.press("Shift+Delete"))
+    choose(page, half)  # 1: as J or a click does
+    page.keyboard.press(",")  # 2
+    found = proposed(page)
+    assert found["anchors"][0]["frame"] == late
+    edited(page, lambda: page.keyboard.press("Enter"))  # 3
+    doc = desk.documents()[half]
+    frames = sorted(map(int, doc["keys"]))
+    assert frames[0] <= first + 3
+    assert frames[-1] == late
+    assert doc["keys"][str(late)]["interpolate"] is False, "behind the anchor the engine's boxes stand"
+
+
+def test_proposals_outlive_a_reload_and_escape_drops_them(desk: Desk, page: Page) -> None:
+    now = next_long_track(page)
+    stored = desk.documents()
+    page.keyboard.press("t")
+    before = proposed(page)
+    page.reload()
+    wait(page, lambda s: s["tracks"] is not None)
+    after = proposed(page)
+    assert after["id"] == before["id"]
+    assert after["proposals"].keys() == before["proposals"].keys()
+    choose(page, now["selected"])
+    expect(page.locator(".follow-bar")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator(".follow-bar")).to_be_hidden()
+    assert page.evaluate(FOLLOWING) is None
+    assert saved(page)["selected"] == now["selected"], "Escape was about the proposals"
+    assert desk.server.call("GET", f"/runs/{desk.run}/follows")["found"] is None
+    assert desk.documents() == stored
+
+
+def test_a_cut_and_a_corrected_box_change_what_is_proposed(desk: Desk, page: Page) -> None:
+    now = next_long_track(page)
+    key = now["selected"]
+    page.keyboard.press("t")
+    proposed(page)
+    for _ in range(12):
+        page.keyboard.press("f")
+    now = wait(page, lambda s: s["frame"] == s["shown"] and s["overlay"])
+    cut = now["frame"]
+    page.keyboard.press("]")
+    assert page.evaluate(FOLLOWING)["to"] == cut
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function(f"() => ({FOLLOWING})()?.anchors.length === 2")
+    found = proposed(page)
+    assert [anchor["frame"] for anchor in found["anchors"]] == [cut - 12, cut]
+    edited(page, lambda: page.keyboard.press("Enter"))
+    keys = desk.documents()[key]["keys"]
+    assert max(map(int, keys)) == cut
+    assert [frame for frame, one in keys.items() if not one["followed"]] == [str(cut - 12), str(cut)]

@@ -1,0 +1,114 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { ApiError } from '../../../static/js/api/errors.js';
+import { createFollowing } from '../../../static/js/review/following.js';
+import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
+import { initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+
+/** @typedef {import('../../../static/js/types.js').Box} Box */
+const BOX = /** @type {Box} */ ([10, 10, 30, 30]);
+const ASKED = { key: 'm1', anchors: [{ frame: 5, box: BOX }], only: null, first: 0, last: null };
+const BLANK = { run_id: 'r', key: 'm1', anchors: ASKED.anchors, only: null, first: 0, last: null, error: null, endings: [] };
+
+/** A server that answers from a script, and a page on a run. @param {object} [api] @param {boolean} [edits] */
+function world(api = {}, edits = true) {
+  const store = createStore(initialState());
+  store.dispatch((state) => openReview(state, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 })));
+  store.dispatch((state) => changeReview(state, { run: /** @type {any} */ ({ id: 'r' }) }));
+  /** @type {any[]} */ const log = [];
+  /** @type {any[]} */ const commands = [];
+  /** @type {string[]} */ const said = [];
+  let made = 0;
+  const server = {
+    startFollow: async (/** @type {string} */ _run, /** @type {any} */ wanted) => {
+      log.push(['start', wanted.anchors.map((/** @type {any} */ one) => one.frame)]);
+      return { ...BLANK, id: `f${++made}`, anchors: wanted.anchors, state: 'queued', proposals: [], next: 0 };
+    },
+    follow: async (/** @type {string} */ id, /** @type {number} */ after) => {
+      log.push(['ask', id, after]);
+      return after > 0 ? { ...BLANK, id, state: 'complete', proposals: [], next: after } : { ...BLANK, id, state: 'running', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 1 };
+    },
+    findFollow: async () => null,
+    dropFollow: async (/** @type {string} */ id) => void log.push(['drop', id]),
+    ...api,
+  };
+  const ended = new AbortController();
+  const control = createFollowing({
+    store, api: /** @type {any} */ (server), signal: ended.signal, author: () => 'ann', toast: (text) => said.push(text),
+    edit: (command) => edits && commands.push(command) > 0,
+    sleep: (ms, signal) => (ms > 1000 ? new Promise((resolve) => signal.addEventListener('abort', () => resolve(undefined))) : Promise.resolve()),
+  });
+  const now = () => store.get().review?.following ?? null;
+  return { control, store, log, commands, said, now, end: () => ended.abort() };
+}
+const settle = async () => { for (let i = 0; i < 60; i += 1) await Promise.resolve(); };
+
+test('proposals come in, and are taken by one operation', async () => {
+  const { control, log, commands, now, end } = world();
+  control.start(ASKED);
+  assert.equal(now()?.state, 'queued');
+  await settle();
+  assert.equal(now()?.state, 'complete');
+  assert.deepEqual(now()?.proposals[6], { box: [11, 10, 31, 30], confidence: 0.9, source: 'matched' });
+  assert.ok(control.accept());
+  assert.deepEqual(commands.map(({ name, boxes }) => [name, boxes.map((/** @type {any} */ one) => [one.frame, one.anchor])]), [['follow', [[5, true], [6, false]]]]);
+  assert.equal(now(), null);
+  await settle();
+  assert.deepEqual(log.at(-1), ['drop', 'f1']);
+  end();
+});
+
+test('what the page refuses to store stays proposed', async () => {
+  const { control, now, end } = world({}, false);
+  control.start(ASKED);
+  await settle();
+  assert.equal(control.accept(), false);
+  assert.ok(now());
+  end();
+});
+
+test('Escape drops, here and on the server; leaving the run too', async () => {
+  const { control, log, now, end } = world();
+  control.start(ASKED);
+  await settle();
+  control.drop();
+  await settle();
+  assert.deepEqual([now(), log.at(-1)], [null, ['drop', 'f1']]);
+  control.start(ASKED);
+  await settle();
+  control.close();
+  await settle();
+  assert.deepEqual(log.at(-1), ['drop', 'f2']);
+  end();
+});
+
+test('a correction is one more anchor, and what was cut off stays so', async () => {
+  const { control, store, log, now, end } = world();
+  control.start(ASKED);
+  await settle();
+  store.dispatch((state) => changeReview(state, ({ following }) => ({ following: following && { ...following, to: 20 } })));
+  control.correct({ frame: 9, box: BOX });
+  await settle();
+  assert.deepEqual(log.filter(([what]) => what === 'start'), [['start', [5]], ['start', [5, 9]]]);
+  assert.deepEqual([now()?.id, now()?.to, now()?.anchors.length], ['f2', 20, 2]);
+  end();
+});
+
+test('what cannot be followed is told, and nothing is left on the page', async () => {
+  const { control, said, now, end } = world({ startFollow: async () => { throw new ApiError(422, 'no_such_frame', 'The video has frames 0 to 9. Got 50.'); } });
+  control.start(ASKED);
+  await settle();
+  assert.deepEqual([now(), said], [null, ['The video has frames 0 to 9. Got 50.']]);
+  end();
+});
+
+test('proposals that waited before a reload are there again', async () => {
+  const { control, now, end } = world({ findFollow: async () => ({ ...BLANK, id: 'f9', state: 'complete', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 3 }) });
+  control.open('r');
+  await settle();
+  assert.deepEqual([now()?.id, now()?.proposals[6]?.confidence], ['f9', 0.9]);
+  end();
+});

@@ -1,0 +1,66 @@
+"""What the whole picture says from one frame to the next: how the camera turned, and whether the film was cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import cv2
+
+from tsr_engine.records import Picture
+from tsr_engine.tracking.camera_shift import CameraShift
+
+__all__ = ["Camera", "Turn"]
+
+_FLOW_WIDTH: Final = 240
+"""px: the flow is looked for in pictures of about this width."""
+_SMALL: Final = (48, 27)
+_CUT: Final = 0.3
+"""Two pictures whose correlation, made small, is below this are of two scenes."""
+_BLANK: Final = 3.0
+"""Grey levels: a picture whose standard deviation is below this is of no scene."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """From one frame to the next.
+
+    Attributes:
+        shift: of the picture by the camera's turning, px.
+        repeated: the picture is the one before once more.
+        cut: the two pictures are of two scenes.
+    """
+
+    shift: tuple[float, float]
+    repeated: bool
+    cut: bool
+
+
+class Camera:
+    """Compares each picture with the one before.
+
+    Args:
+        picture: the first, BGR, uint8.
+    """
+
+    def __init__(self, picture: Picture) -> None:
+        self._flow = CameraShift(max(1, round(picture.shape[1] / _FLOW_WIDTH)))
+        self._flow.step(picture)
+        self._before = _small(picture)
+
+    def step(self, picture: Picture) -> Turn:
+        """Take the next picture."""
+        now, before = _small(picture), self._before
+        self._before = now
+        shift = self._flow.step(picture)
+        if self._flow.repeated:
+            return Turn((0.0, 0.0), True, False)
+        blank = min(float(now.std()), float(before.std())) < _BLANK
+        alike = float(cv2.matchTemplate(now, before, cv2.TM_CCOEFF_NORMED)[0, 0])
+        if not blank and alike < _CUT:
+            return Turn((0.0, 0.0), False, True)
+        return Turn(shift, False, False)
+
+
+def _small(picture: Picture) -> Any:
+    return cv2.cvtColor(cv2.resize(picture, _SMALL, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY)

@@ -1,0 +1,80 @@
+"""How sure it is that a box lies on the sign: one logistic over everything that was seen of it.
+
+The weights come from ``python -m benchmarks.follow_confidence``, which follows the signs of clips and approaches that
+values are chosen on, as they are and with the sign painted over from some frame on.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+__all__ = ["KEPT", "LEARNED", "REGAINED", "WEIGHTS", "Evidence"]
+
+KEPT: Final = 0.5
+"""A sign that is less sure is hidden."""
+REGAINED: Final = 0.8
+"""One that was hidden is seen again from here on."""
+LEARNED: Final = 0.9
+"""... and its look is learned from here on."""
+
+WEIGHTS: Final = {
+    "constant": 2.93,
+    "likeness": 1.06,
+    "anchor_likeness": 0.72,
+    "coarse": 0.13,
+    "away": -0.5,
+    "grown": -0.16,
+    "hidden": -1.5,
+    "score": 4.74,
+    "known": 1.09,
+    "decision": 3.81,
+}
+"""Of the terms of :meth:`Evidence.terms`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What was seen of a sign in one frame.
+
+    Attributes:
+        likeness: largest correlation with a template.
+        anchor_likeness: correlation with an anchor's template.
+        coarse: correlation before alignment.
+        away: distance from the predicted place, in standard deviations.
+        grown: distance from the predicted size, likewise.
+        hidden: frames since the sign was seen.
+        decision: of the track's own SVM; None: it has none.
+        score: log-odds of the detector; None: it does not know the shape, or cannot look.
+    """
+
+    likeness: float
+    anchor_likeness: float
+    coarse: float
+    away: float
+    grown: float
+    hidden: int
+    decision: float | None
+    score: float | None
+
+    def terms(self) -> dict[str, float]:
+        """The terms of the logistic by name, each of the order of one."""
+        return {
+            "constant": 1.0,
+            "likeness": self.likeness,
+            "anchor_likeness": self.anchor_likeness,
+            "coarse": self.coarse,
+            "away": min(self.away, 6.0),
+            "grown": min(self.grown, 6.0),
+            "hidden": min(self.hidden, 8) / 8.0,
+            "score": 0.0 if self.score is None else min(max(self.score, -4.0), 8.0) / 8.0,
+            "known": float(self.score is not None),
+            "decision": 0.0 if self.decision is None else min(max(self.decision, -2.0), 2.0),
+        }
+
+    @property
+    def confidence(self) -> float:
+        """Probability that the box lies on the sign, in (0, 1)."""
+        value = sum(WEIGHTS[name] * term for name, term in self.terms().items())
+        return 1.0 / (1.0 + math.exp(-value))

@@ -1,0 +1,143 @@
+"""Follow a sign from the boxes that a person has drawn: outwards in both directions, and between them. No input/output.
+
+::
+
+    for event in follow(pictures, [Anchor(120, box)], parts):
+        ...
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from tsr_engine.errors import UsageError
+from tsr_engine.follow.camera import Camera
+from tsr_engine.follow.joining import join
+from tsr_engine.follow.one_way import OneWay, Step
+from tsr_engine.follow.outwards import Outwards
+from tsr_engine.follow.placing import Placed, place
+from tsr_engine.follow.records import Anchor, Direction, Event, FollowerParts, Pictures, Proposal
+from tsr_engine.geometry.boxes import clip
+
+__all__ = ["follow"]
+
+
+def follow(
+    pictures: Pictures,
+    anchors: Sequence[Anchor],
+    parts: FollowerParts,
+    *,
+    direction: Direction | None = None,
+    first: int = 0,
+    last: int | None = None,
+    between: bool = False,
+    cancelled: Callable[[], bool] = lambda: False,
+) -> Iterator[Event]:
+    """Follow one sign.
+
+    The frames between anchors come first: the pass from the left while it runs, then both passes joined. Then the
+    frames beyond the outermost anchors come, outwards, in both directions by turns.
+
+    Args:
+        pictures: gives frames by ordinal; asked for neighbours in turn, in both directions.
+        anchors: one or more, of different frames.
+        parts: the trained parts.
+        direction: the only one to follow beyond the anchors; unset: both.
+        first: no frame before this one is looked at.
+        last: no frame after this one is looked at; unset: to the end of the video.
+        between: only the frames between the outermost anchors.
+        cancelled: asked before each frame; true ends it.
+
+    Yields:
+        Proposals, the anchors' own among them; for each direction beyond the anchors one ending, its last event.
+
+    Raises:
+        UsageError: an anchor cannot be followed, or lies outside ``first`` to ``last``. Raised before any proposal.
+    """
+    for anchor in anchors:
+        if anchor.frame < first or (last is not None and anchor.frame > last):
+            end = "the end" if last is None else last
+            raise UsageError(
+                f"The box of frame {anchor.frame} lies outside frames {first} to {end}, which may be looked at. Choose "
+                "another box."
+            )
+    if between and len(anchors) < 2:
+        raise UsageError("Following between boxes needs two of them. Name another one.")
+    placed = place(pictures, anchors)
+    for start in placed:
+        yield Proposal(start.frame, start.shown, 1.0, "anchor")
+    for left, right in pairwise(placed):
+        yield from _gap(pictures, left, right, placed, parts, cancelled)
+    if between:
+        return
+    ways = []
+    if direction != "backward":
+        ways.append(Outwards(pictures, placed[-1], placed, parts, "forward", last, cancelled).events())
+    if direction != "forward":
+        ways.append(Outwards(pictures, placed[0], placed, parts, "backward", first, cancelled).events())
+    while ways:
+        for way in list(ways):
+            event = next(way, None)
+            if event is None:
+                ways.remove(way)
+            else:
+                yield event
+
+
+def _gap(
+    pictures: Pictures,
+    left: Placed,
+    right: Placed,
+    placed: Sequence[Placed],
+    parts: FollowerParts,
+    cancelled: Callable[[], bool],
+) -> Iterator[Proposal]:
+    """The frames between two anchors; nothing is joined where it was cancelled."""
+    ahead: dict[int, Step] = {}
+    back: dict[int, Step] = {}
+    size = (1, 1)
+    for frame, step, size in _pass(pictures, left, right, placed, parts, cancelled):
+        ahead[frame] = step
+        yield Proposal(frame, clip(step.box, *size), step.confidence, step.source)
+    for frame, step, _ in _pass(pictures, right, left, placed, parts, cancelled):
+        back[frame] = step
+    if cancelled():
+        return
+    joined = join((left.frame, left.shown), (right.frame, right.shown), ahead, back)
+    for frame in sorted(joined):
+        step = joined[frame]
+        yield Proposal(frame, clip(step.box, *size), step.confidence, step.source)
+
+
+def _pass(
+    pictures: Pictures,
+    start: Placed,
+    goal: Placed,
+    placed: Sequence[Placed],
+    parts: FollowerParts,
+    cancelled: Callable[[], bool],
+) -> Iterator[tuple[int, Step, tuple[int, int]]]:
+    """The frames from one anchor to another, up to a cut of the film."""
+    sign = 1 if goal.frame > start.frame else -1
+    shown = pictures(start.frame)
+    assert shown is not None, "anchors are of frames that the video has"
+    camera = Camera(shown.picture)
+    height, width = shown.picture.shape[:2]
+    looks = [anchor.look for anchor in placed]
+    way = OneWay(shown.picture, start.box, looks, "forward" if sign > 0 else "backward", parts)
+    for frame in range(start.frame + sign, goal.frame, sign):
+        if cancelled():
+            return
+        shown = pictures(frame)
+        if shown is None:
+            return
+        turn = camera.step(shown.picture)
+        step = way.step(shown.picture, turn.shift, turn.repeated, not shown.corrupt)
+        if turn.cut and way.hidden:
+            return
+        if not np.isfinite(step.box).all():
+            return
+        yield frame, step, (width, height)

@@ -1,0 +1,95 @@
+"""Two passes over the frames between two anchors, made one: each frame by what both filters know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from tsr_engine.follow.one_way import Step
+from tsr_engine.geometry.boxes import iou_each, to_cxcywh, to_xyxy
+from tsr_engine.records import FloatArray
+
+__all__ = ["between", "join"]
+
+_APART = 0.3
+"""Boxes with a lower IoU lie on two things: the surer one counts, not their mean."""
+
+
+def join(
+    left: tuple[int, FloatArray], right: tuple[int, FloatArray], ahead: Mapping[int, Step], back: Mapping[int, Step]
+) -> dict[int, Step]:
+    """The frames between two anchors.
+
+    Where both passes see the sign, the box is the mean of both by the inverse of their variances: the two-filter form
+    of Kalman smoothing (Fraser & Potter 1969). Where one sees it, its box counts. Where none does, the box is carried
+    over from the nearest frames that are known.
+
+    Args:
+        left: frame and box, shape (4,), of the earlier anchor.
+        right: ... of the later one.
+        ahead: steps of the pass from the left anchor, by frame; it may end early.
+        back: steps of the pass from the right anchor.
+    """
+    known: dict[int, Step] = {}
+    for frame in range(left[0] + 1, right[0]):
+        seen = [s for s in (ahead.get(frame), back.get(frame)) if s is not None and s.source != "predicted"]
+        if seen:
+            known[frame] = seen[0] if len(seen) == 1 else _mean(*seen)
+    places = {left[0]: left[1], **{frame: step.box for frame, step in known.items()}, right[0]: right[1]}
+    ordered = sorted(places)
+    joined = dict(known)
+    for before, after in pairwise(ordered):
+        for frame in range(before + 1, after):
+            hidden = [s for s in (ahead.get(frame), back.get(frame)) if s is not None]
+            if not hidden:  # beyond a cut of the film, seen from either side
+                continue
+            doubt = max(s.confidence for s in hidden)
+            box = between((before, places[before]), (after, places[after]), frame)
+            joined[frame] = Step(box, doubt, "predicted", hidden[0].place_error, hidden[0].size_error, None)
+    return joined
+
+
+def between(before: tuple[int, FloatArray], after: tuple[int, FloatArray], frame: int) -> FloatArray:
+    """A box between two others of a sign that is neared at constant speed: its inverse size is linear in time.
+
+    The centre then moves in proportion to the size, as it does along the ray from the focus of expansion.
+    """
+    share = (frame - before[0]) / (after[0] - before[0])
+    a, b = to_cxcywh(before[1]), to_cxcywh(after[1])
+    size = 1.0 / ((1.0 - share) / a[2:] + share / b[2:])
+    grown = float(np.sqrt(b[2] * b[3] / (a[2] * a[3])))
+    now = float(np.sqrt(size[0] * size[1] / (a[2] * a[3])))
+    along = share if abs(grown - 1.0) < 1e-3 else (now - 1.0) / (grown - 1.0)
+    return to_xyxy(np.concatenate([a[:2] + along * (b - a)[:2], size]))
+
+
+def _mean(one: Step, other: Step) -> Step:
+    agree = float(iou_each(one.box, other.box)[0])
+    surer = max((one, other), key=lambda step: step.confidence)
+    if agree < _APART:
+        return Step(
+            surer.box, surer.confidence * 0.5, surer.source, surer.place_error, surer.size_error, surer.evidence
+        )
+    a, b = to_cxcywh(one.box), to_cxcywh(other.box)
+    place = _weight([one.place_error, other.place_error])
+    size = _weight([one.size_error, other.size_error])
+    centre = a[:2] + place * (b - a)[:2]
+    sides = np.exp(np.log(a[2:]) + size * np.log(b[2:] / a[2:]))
+    doubt = (1.0 - one.confidence) * (1.0 - other.confidence)
+    confidence = agree * (1.0 - doubt) + (1.0 - agree) * surer.confidence
+    return Step(
+        to_xyxy(np.concatenate([centre, sides])),
+        confidence,
+        surer.source,
+        min(one.place_error, other.place_error),
+        min(one.size_error, other.size_error),
+        surer.evidence,
+    )
+
+
+def _weight(errors: Sequence[float]) -> float:
+    """Share of the second of two values in their mean."""
+    first, second = (max(error, 1e-9) ** -2 for error in errors)
+    return float(second / (first + second))

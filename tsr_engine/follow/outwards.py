@@ -1,0 +1,130 @@
+"""Away from the outermost anchor, until there is a reason to stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+from tsr_engine.follow.camera import Camera
+from tsr_engine.follow.joining import between
+from tsr_engine.follow.one_way import OneWay, visible_share
+from tsr_engine.follow.placing import Placed
+from tsr_engine.follow.records import NARROWEST, Direction, Ending, Event, FollowerParts, Pictures, Proposal, Reason
+from tsr_engine.geometry.boxes import LEAST_SIDE, clip
+from tsr_engine.records import FloatArray
+
+__all__ = ["HIDDEN_LIMIT", "Outwards"]
+
+HIDDEN_LIMIT: Final = 15
+"""Frames without a sight of the sign after which it is gone."""
+_LEAST_SEEN: Final = 0.48
+"""Share of the box that lies in the picture below which the sign has left it."""
+_LET_PASS: Final = 3
+"""Frames without a sight that still count where the sign leaves the picture, or the video ends."""
+
+
+class Outwards:
+    """Follows in one direction.
+
+    Args:
+        pictures: gives frames by ordinal.
+        start: the outermost anchor.
+        placed: all anchors; their looks are known from the start.
+        parts: the trained parts.
+        direction: of time.
+        limit: the last frame that may be looked at; unset: the video's last.
+        cancelled: asked before each frame.
+    """
+
+    def __init__(
+        self,
+        pictures: Pictures,
+        start: Placed,
+        placed: Sequence[Placed],
+        parts: FollowerParts,
+        direction: Direction,
+        limit: int | None,
+        cancelled: Callable[[], bool],
+    ) -> None:
+        self._pictures, self._start, self._parts = pictures, start, parts
+        self._looks = [anchor.look for anchor in placed]
+        self._direction, self._limit, self._cancelled = direction, limit, cancelled
+        self._sign = 1 if direction == "forward" else -1
+
+    def events(self) -> Iterator[Event]:
+        """Proposals outwards, and the ending."""
+        shown = self._pictures(self._start.frame)
+        assert shown is not None, "anchors are of frames that the video has"
+        height, width = shown.picture.shape[:2]
+        camera = Camera(shown.picture)
+        way = OneWay(shown.picture, self._start.box, self._looks, self._direction, self._parts)
+        seen, sight = self._start.frame, self._start.box
+        hidden: list[Proposal] = []
+        frame = seen
+        while True:
+            before, frame = frame, frame + self._sign
+            reason = self._bound(frame)
+            shown = None if reason is not None else self._pictures(frame)
+            if shown is None:
+                yield self._end(reason or "video", before, seen)
+                return
+            turn = camera.step(shown.picture)
+            step = way.step(shown.picture, turn.shift, turn.repeated, not shown.corrupt)
+            reason = self._stop(step.box, turn.cut and way.hidden > 0, way.hidden, width, height)
+            if reason is not None:
+                yield self._end(reason, before, seen)
+                return
+            proposal = Proposal(frame, clip(step.box, width, height), step.confidence, step.source)
+            if step.source == "predicted":
+                hidden.append(proposal)
+            else:
+                # Now that it is seen on both sides of where it was hidden, what was predicted there is set right.
+                for late in hidden:
+                    box = between((seen, sight), (frame, step.box), late.frame)
+                    yield replace(late, box=clip(box, width, height))
+                hidden = []
+                seen, sight = frame, step.box
+            yield proposal
+
+    def _bound(self, frame: int) -> Reason | None:
+        """Why a frame may not be looked at."""
+        if self._cancelled():
+            return "cancelled"
+        if frame < 0:
+            return "video"
+        if self._limit is not None and (frame - self._limit) * self._sign > 0:
+            return "limit"
+        return None
+
+    def _stop(self, box: FloatArray, cut: bool, hidden: int, width: int, height: int) -> Reason | None:
+        """Why a box is no proposal any more."""
+        if cut:
+            return "cut"
+        if visible_share(box, width, height) < _LEAST_SEEN:
+            return "picture edge"
+        if box[2] - box[0] < NARROWEST or box[3] - box[1] < LEAST_SIDE:
+            return "small"
+        return "gone" if hidden > HIDDEN_LIMIT else None
+
+    def _end(self, reason: Reason, before: int, seen: int) -> Ending:
+        """The ending after frame ``before``, where the sign was seen in frame ``seen`` last.
+
+        What was predicted after that stays where the sign leaves the picture, or the video ends, a few frames on.
+        """
+        few = abs(before - seen) <= _LET_PASS
+        if reason in ("video", "limit", "small") and not few:
+            reason = "gone"
+        frame = before if few and reason not in ("gone", "cut", "small") else seen
+        ahead = self._direction == "forward"
+        beyond = "after" if ahead else "before"
+        sentences: dict[Reason, str] = {
+            "video": f"The video {'ends' if ahead else 'begins'} with frame {before}.",
+            "limit": f"Frame {before} is the {'last' if ahead else 'first'} that may be looked at.",
+            "picture edge": f"The sign leaves the picture {beyond} frame {frame}.",
+            "small": f"The sign is narrower than {NARROWEST:g} px {beyond} frame {frame}.",
+            "gone": f"Nothing looks like the sign {beyond} frame {frame}, as far as frame {before}.",
+            "cut": f"The film is cut {beyond} frame {before}, and the sign is not on the other side.",
+            "cancelled": f"Following was cancelled {beyond} frame {frame}.",
+        }
+        return Ending(self._direction, frame, reason, sentences[reason])

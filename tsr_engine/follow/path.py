@@ -1,0 +1,72 @@
+"""The path of a sign through the picture: the looming filter, told by an exact box, in either direction of time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+from tsr_engine.follow.records import Direction
+from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
+from tsr_engine.protocols import MotionState, Sight
+from tsr_engine.records import FloatArray
+from tsr_engine.tracking.motion_looming import ASPECT, CX, CY, LoomingMotion, LoomingNoise, Q
+from tsr_engine.tracking.noise import MeasurementNoise
+
+__all__ = ["SignPath"]
+
+_START: Final = 0.015
+"""Growth per frame that is assumed at first, as in tracking; backwards a sign shrinks by it."""
+_SPREAD: Final = 0.08
+_PROCESS: Final = LoomingNoise(
+    growth=0.002, aspect=0.001, centre=0.03, centre_px=1.0, drift_px=0.5, foe_spread=0.06, growth_spread=_SPREAD
+)
+_NOISE: Final = MeasurementNoise(centre=0.5, size=1.0)
+"""Per unit of a match's own error: centres are known twice as well as sizes."""
+_ANCHOR_PX: Final = 0.5
+_ANCHOR_SIZE: Final = 0.01
+_ANCHOR_SHAPE: Final = 0.02
+"""How exact a person's box is: px of its centre, shares of its size and of its shape."""
+
+
+class SignPath:
+    """A filter that starts on an anchor.
+
+    Args:
+        box: shape (4,), px, the anchor's.
+        size: width and height of the pictures, px.
+        direction: of time.
+    """
+
+    def __init__(self, box: FloatArray, size: tuple[int, int], direction: Direction) -> None:
+        sign = 1.0 if direction == "forward" else -1.0
+        self._model = LoomingMotion(_NOISE, replace(_PROCESS, growth_start=sign * _START))
+        state = self._model.initiate(to_cxcywh(box), *size)
+        covariance = state.covariance.copy()
+        covariance[CX, CX] = covariance[CY, CY] = _ANCHOR_PX**2
+        covariance[Q, Q] = (_ANCHOR_SIZE * state.mean[Q]) ** 2
+        covariance[ASPECT, ASPECT] = (_ANCHOR_SHAPE * state.mean[ASPECT]) ** 2
+        self._state = MotionState(state.mean, covariance)
+
+    def predict(self, frames: float, shift: tuple[float, float]) -> None:
+        """Go on by some frames, through which the camera's turning shifted the picture by ``shift`` px."""
+        self._state = self._model.predict(self._state, frames, shift)
+
+    def correct(self, box: FloatArray, error: float) -> None:
+        """Take a measured box, shape (4,), with the standard error of the natural logarithm of its size."""
+        self._state = self._model.update(self._state, to_cxcywh(box), Sight(error, error))
+
+    @property
+    def box(self) -> FloatArray:
+        """Shape (4,), px; may reach beyond the picture."""
+        return to_xyxy(self._model.box_of(self._state))
+
+    @property
+    def place_error(self) -> float:
+        """Standard deviation of the centre, px: of the axis that is known worse."""
+        return math.sqrt(max(self._state.covariance[CX, CX], self._state.covariance[CY, CY], 0.0))
+
+    @property
+    def size_error(self) -> float:
+        """Standard deviation of the natural logarithm of the size."""
+        return math.sqrt(max(self._state.covariance[Q, Q], 0.0)) / float(self._state.mean[Q])

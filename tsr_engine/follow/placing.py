@@ -1,0 +1,126 @@
+"""Anchors as they are given, and as they can be followed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.errors import UsageError
+from tsr_engine.follow.records import Anchor, Pictures
+from tsr_engine.follow.template import Template
+from tsr_engine.geometry.boxes import LEAST_SIDE, clip
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["Placed", "opened", "place"]
+
+_TOUCHES: Final = 1.0
+"""px: a box that is so near the picture's edge ends there because the picture does."""
+_FLAT: Final = 2.0
+"""Grey levels: pixels whose standard deviation is below this show nothing that could be found again."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """An anchor that can be followed.
+
+    Attributes:
+        frame: ordinal.
+        shown: the person's box, cut to the picture, shape (4,).
+        box: the whole sign's box, which may reach beyond the picture.
+        look: how the sign looks.
+    """
+
+    frame: int
+    shown: FloatArray
+    box: FloatArray
+    look: Template
+
+
+def place(pictures: Pictures, anchors: Sequence[Anchor]) -> list[Placed]:
+    """Check anchors, and take their looks.
+
+    Returns:
+        In the order of their frames.
+
+    Raises:
+        UsageError: there is none, or one cannot be followed.
+    """
+    if not anchors:
+        raise UsageError("Following needs a box to start from. Name at least one.")
+    ordered = sorted(anchors, key=lambda anchor: anchor.frame)
+    for before, after in pairwise(ordered):
+        if before.frame == after.frame:
+            raise UsageError(f"Frame {after.frame} has two boxes. Keep the right one.")
+    return [_placed(pictures, anchor) for anchor in ordered]
+
+
+def _placed(pictures: Pictures, anchor: Anchor) -> Placed:
+    frame = anchor.frame
+    box = np.asarray(anchor.box, dtype=np.float64)
+    if box.shape != (4,) or not np.isfinite(box).all():
+        raise UsageError(f"The box of frame {frame} must be four finite numbers x1,y1,x2,y2. Got {_told(anchor.box)}.")
+    if box[2] <= box[0] or box[3] <= box[1]:
+        raise UsageError(f"The box of frame {frame} must have x1 < x2 and y1 < y2. Got {_told(box)}.")
+    shown = pictures(frame) if frame >= 0 else None
+    if shown is None:
+        raise UsageError(f"The video has no frame {frame}. Choose a box of one that it has.")
+    height, width = shown.picture.shape[:2]
+    inside = clip(box, width, height)
+    if (inside[2:] <= inside[:2]).any():
+        raise UsageError(
+            f"The box of frame {frame} lies outside the picture of {width}x{height} px. Got {_told(box)}; draw it on "
+            "the sign."
+        )
+    if (inside[2:] - inside[:2] < LEAST_SIDE).any():
+        raise UsageError(
+            f"The box of frame {frame} is too small to be followed: expected at least {LEAST_SIDE:g} px each way in "
+            f"the picture. Got {_told(box)}; draw it where the sign is larger."
+        )
+    if shown.corrupt:
+        raise UsageError(
+            f"Frame {frame} is damaged in the file, so its pixels are not the sign's. Draw the box in another frame."
+        )
+    if _contrast(shown.picture, inside) < _FLAT:
+        raise UsageError(
+            f"The box of frame {frame} shows one colour only, so there is nothing to find again. Draw it where the "
+            "sign can be seen."
+        )
+    whole = opened(box, width, height)
+    return Placed(frame, inside, whole, Template.cut(shown.picture, whole, 0.0, True))
+
+
+def opened(box: FloatArray, width: int, height: int) -> FloatArray:
+    """The whole sign's box, where the picture's edge cuts it: most signs are as wide as they are high.
+
+    Args:
+        box: shape (4,), px.
+        width: of the picture, px.
+        height: of the picture, px.
+    """
+    x1, y1, x2, y2 = (float(v) for v in box)
+    across, down = x2 - x1, y2 - y1
+    if across < down:
+        if x1 <= _TOUCHES:
+            x1 = x2 - down
+        elif x2 >= width - _TOUCHES:
+            x2 = x1 + down
+    elif y1 <= _TOUCHES:
+        y1 = y2 - across
+    elif y2 >= height - _TOUCHES:
+        y2 = y1 + across
+    return np.array([x1, y1, x2, y2])
+
+
+def _contrast(picture: Picture, box: FloatArray) -> float:
+    """Largest standard deviation of a channel in a box."""
+    x1, y1 = np.floor(box[:2]).astype(int)
+    x2, y2 = np.ceil(box[2:]).astype(int)
+    return float(picture[y1:y2, x1:x2].reshape(-1, 3).std(axis=0).max())
+
+
+def _told(box: object) -> str:
+    return ",".join(f"{float(v):g}" for v in np.asarray(box, dtype=np.float64).ravel())

@@ -1,0 +1,159 @@
+"""Search of a picture for what a template shows: by correlation over place and scale, then by alignment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.follow.alignment import align
+from tsr_engine.follow.template import Template, View, level_below, size_of, view
+from tsr_engine.geometry.boxes import to_xyxy
+from tsr_engine.online.relocalisation import vertex
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["Match", "search"]
+
+_COARSE: Final = 16.0
+"""Largest size of the box in the search by correlation, px."""
+_SCALE_STEP: Final = 0.09
+"""Distance of neighbouring scales of the search at most, natural logarithm: alignment bridges half of it."""
+_ONE_SCALE: Final = 0.035
+"""A spread of the size below this needs no other scales."""
+_PENALTY: Final = 0.1
+"""What a place at the search's edge loses against one in its middle."""
+_WIDEST: Final = 2.0
+"""Sides of the box on each side of it that are searched at most."""
+_ENLARGED: Final = 1.4
+"""A template is compared at this multiple of its own size at most: beyond, it holds nothing more to compare."""
+_FAR: Final = 0.4
+"""Alignment that moves by more than this share of the box has left its valley."""
+_GROWN: Final = 0.3
+"""... and so has one that changes the size by more than this, natural logarithm."""
+_PIXEL: Final = 0.12
+"""What is left of an alignment's error whatever the pixels say, px of the comparison."""
+_UNLIKE: Final = 0.12
+"""Error of the size that a missing correlation of 1 stands for, natural logarithm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Where templates were found.
+
+    Attributes:
+        box: shape (4,), px.
+        variance: of the natural logarithm of its size.
+        likeness: largest correlation with a template, in [-1, 1].
+        anchor_likeness: the same with an anchor's.
+        coarse: correlation of the search before alignment.
+    """
+
+    box: FloatArray
+    variance: float
+    likeness: float
+    anchor_likeness: float
+    coarse: float
+
+
+def search(
+    picture: Picture, templates: Sequence[Template], box: FloatArray, stretch: float, radius: float, spread: float
+) -> Match | None:
+    """Look for templates around a box.
+
+    Args:
+        picture: BGR, uint8.
+        templates: the best comparable first.
+        box: shape (4,), px, where the sign is expected.
+        stretch: root of width / height of the sign.
+        radius: px around the box's centre that are searched.
+        spread: how far the size may differ, natural logarithm.
+
+    Returns:
+        None where nothing could be aligned.
+    """
+    coarse, start = _coarse(picture, templates[:2], box, stretch, radius, spread)
+    found: list[tuple[float, FloatArray, float, float, bool]] = []
+    size = size_of(start)
+    for template in templates:
+        level = min(level_below(size), level_below(template.size * _ENLARGED))
+        pixels, weights = template.at(level)
+        region = view(picture, start, level, 0.35 * level + 3.0)
+        middle = region.middle
+        x, y, scale, likeness, _, error = align(
+            region.pixels, pixels, _inside(weights, region, picture), np.array([middle, middle, 1.0])
+        )
+        moved = np.array([x - middle, y - middle])
+        if not (np.isfinite(scale) and abs(math.log(max(scale, 1e-3))) < _GROWN):
+            continue
+        if np.abs(moved).max() > _FAR * level + 3.0:
+            continue
+        unlike = _UNLIKE * max(0.0, 1.0 - likeness)
+        variance = template.variance + (_PIXEL / level) ** 2 + error**2 + unlike**2
+        centre = region.centre + moved / region.scale
+        found.append((variance, centre, math.log(size * scale), likeness, template.anchor))
+    if not found:
+        return None
+    trust = 1.0 / np.array([row[0] for row in found])
+    centre = trust @ np.array([row[1] for row in found]) / trust.sum()
+    grown = math.exp(float(trust @ np.array([row[2] for row in found]) / trust.sum()))
+    return Match(
+        to_xyxy(np.array([*centre, grown * stretch, grown / stretch])),
+        # templates err together: several are hardly better than the best of them
+        max(1.0 / trust.sum(), 0.6 * min(row[0] for row in found)),
+        max(row[3] for row in found),
+        max((row[3] for row in found if row[4]), default=0.0),
+        coarse,
+    )
+
+
+def _coarse(
+    picture: Picture, templates: Sequence[Template], box: FloatArray, stretch: float, radius: float, spread: float
+) -> tuple[float, FloatArray]:
+    """The best place and scale by correlation; the box as it was where nothing can be compared."""
+    size = size_of(box)
+    level = min(_COARSE, max(size, 8.0))
+    reach = min(radius * level / size, _WIDEST * level)
+    region = view(picture, box, level, reach)
+    best, at = -2.0, box
+    likeness = 0.0
+    for template in templates:
+        for scale in _scales(spread):
+            look, weights = template.at(level * scale)
+            h, w = weights.shape
+            if max(h, w) > len(region.pixels):
+                continue
+            response = cv2.matchTemplate(
+                region.pixels, look, cv2.TM_CCOEFF_NORMED, mask=np.repeat(weights[..., None], 3, axis=2)
+            )
+            response[~(np.abs(response) <= 1.01)] = -1.0  # what is of one colour has no correlation
+            across = np.arange(response.shape[1]) + (w - 1) / 2.0 - region.middle
+            down = np.arange(response.shape[0]) + (h - 1) / 2.0 - region.middle
+            score = response - _PENALTY * ((across / reach) ** 2 + (down / reach)[:, None] ** 2)
+            i, j = np.unravel_index(int(score.argmax()), score.shape)
+            if score[i, j] > best:
+                best, likeness = float(score[i, j]), float(response[i, j])
+                x, y = across[j] + vertex(score[i], int(j)), down[i] + vertex(score[:, j], int(i))
+                centre = region.centre + np.array([x, y]) / region.scale
+                at = to_xyxy(np.array([*centre, size * scale * stretch, size * scale / stretch]))
+    return likeness, at
+
+
+def _scales(spread: float) -> list[float]:
+    """Scales to try, evenly spaced in their logarithm."""
+    steps = math.ceil(spread / _SCALE_STEP) if spread > _ONE_SCALE else 0
+    return [math.exp(spread * i / max(steps, 1)) for i in range(-steps, steps + 1)]
+
+
+def _inside(weights: NDArray[np.float32], region: View, picture: Picture) -> NDArray[np.float32]:
+    """Weights without the pixels that would lie beyond the picture."""
+    height, width = picture.shape[:2]
+    h, w = weights.shape
+    x = region.centre[0] + (np.arange(w) - (w - 1) / 2.0) / region.scale
+    y = region.centre[1] + (np.arange(h) - (h - 1) / 2.0) / region.scale
+    seen = ((x > 1.0) & (x < width - 1.0))[None, :] & ((y > 1.0) & (y < height - 1.0))[:, None]
+    return weights if seen.all() else (weights * seen).astype(np.float32)

@@ -1,0 +1,142 @@
+"""The look of a sign in one frame, at any size up to its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.detection.patch import cut_patch
+from tsr_engine.geometry.boxes import to_cxcywh
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["LEVELS", "Template", "View", "level_below", "size_of", "view"]
+
+LEVELS: Final = (8.0, 9.5, 11.3, 13.5, 16.0, 19.0, 22.6, 27.0, 32.0)
+"""Sizes at which pictures are compared, px: the root of a box's area."""
+_RIM: Final = 0.08
+"""Share of the box's size around it that is compared as well: a sign's edge is seen against what is behind."""
+_CORNER_WEIGHT: Final = 0.1
+_STORED: Final = 2.0
+"""A template keeps pixels at this multiple of the largest level at most."""
+
+
+def size_of(box: FloatArray) -> float:
+    """Root of a box's area, px."""
+    return math.sqrt(max((box[2] - box[0]) * (box[3] - box[1]), 1e-6))
+
+
+def level_below(size: float) -> float:
+    """The largest level that is not above a size; the smallest if all are."""
+    return max((level for level in LEVELS if level <= size * 1.02), default=LEVELS[0])
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A square cut-out of a picture in which a box has a given size.
+
+    Attributes:
+        pixels: shape (side, side, 3), float32; the box's middle is the middle of it.
+        centre: of the box in the picture, shape (2,), px.
+        scale: px of the cut-out per px of the picture.
+    """
+
+    pixels: NDArray[np.float32]
+    centre: FloatArray
+    scale: float
+
+    @property
+    def middle(self) -> float:
+        """Place of the box's centre in the cut-out, counted in pixel centres."""
+        return (len(self.pixels) - 1) / 2.0
+
+
+def view(picture: Picture, box: FloatArray, level: float, reach: float) -> View:
+    """Cut out a box and its surroundings.
+
+    Args:
+        picture: BGR, uint8.
+        box: shape (4,), px.
+        level: size of the box in the cut-out, px.
+        reach: px of the cut-out on each side of the box's longer side.
+    """
+    centre = to_cxcywh(box)
+    size = size_of(box)
+    side = 2 * math.ceil(reach + 0.5 * level / size * max(centre[2], centre[3]))
+    pixels = cut_patch(picture, box, level, side).astype(np.float32)
+    return View(pixels, centre[:2], level / size)
+
+
+@dataclass(slots=True, eq=False)
+class Template:
+    """How the sign looked in one frame.
+
+    Attributes:
+        box: shape (4,), px, where it was.
+        variance: of the natural logarithm of the box's size, of what is known of its error; 0 for an anchor.
+        anchor: whether a person drew the box.
+    """
+
+    box: FloatArray
+    variance: float
+    anchor: bool
+    size: float
+    _picture: Picture
+    _own: FloatArray
+    _edges: FloatArray
+    _looks: dict[float, tuple[NDArray[np.float32], NDArray[np.float32]]] = field(default_factory=dict)
+
+    @classmethod
+    def cut(cls, picture: Picture, box: FloatArray, variance: float, anchor: bool) -> Template:
+        """From a picture and a box in it, shape (4,); pixels beyond the picture's edge count nothing later."""
+        size = size_of(box)
+        level = min(size, _STORED * LEVELS[-1])
+        longer = max(box[2] - box[0], box[3] - box[1]) * level / size
+        side = 2 * math.ceil(0.5 * longer + 0.3 * level + 2)
+        kept = cut_patch(picture, box, level, side)
+        # The box in the pixels that are kept; the picture's edges in the same coordinates follow from it.
+        half = (box[2:] - box[:2]) * level / size / 2.0
+        own = np.concatenate([side / 2.0 - half, side / 2.0 + half])
+        height, width = picture.shape[:2]
+        edges = (np.array([0.0, 0.0, width, height]) - np.tile(to_cxcywh(box)[:2], 2)) * level / size
+        return cls(box.copy(), variance, anchor, size, kept, own, edges)
+
+    def at(self, level: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Pixels (h, w, 3) and weights (h, w) at a level; the box's middle is the middle of both."""
+        look = self._looks.get(level)
+        if look is None:
+            look = self._looks[level] = self._look(level)
+        return look
+
+    def plain(self, level: float) -> NDArray[np.float32]:
+        """Pixels of the box alone at any size, shape (h, w, 3): for a search by correlation."""
+        width, height = self._sides(level)
+        return self._cut(level, max(3, round(width)), max(3, round(height)))
+
+    def _sides(self, level: float) -> FloatArray:
+        sides: FloatArray = (self._own[2:] - self._own[:2]) / size_of(self._own) * level
+        return sides
+
+    def _look(self, level: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        width, height = self._sides(level)
+        rim = max(_RIM * level, 1.0)
+        pixels = self._cut(level, math.ceil(width + 2.0 * rim), math.ceil(height + 2.0 * rim))
+        h, w = pixels.shape[:2]
+        x = (np.arange(w) - (w - 1) / 2.0)[None, :] / (width / 2.0 + 0.5 * rim)
+        y = (np.arange(h) - (h - 1) / 2.0)[:, None] / (height / 2.0 + 0.5 * rim)
+        weights = np.where(x**2 + y**2 < 1.0, 1.0, _CORNER_WEIGHT)
+        left, top, right, bottom = self._edges * level / size_of(self._own)
+        across, down = np.arange(w) - (w - 1) / 2.0, np.arange(h) - (h - 1) / 2.0
+        weights *= ((across > left) & (across < right))[None, :] & ((down > top) & (down < bottom))[:, None]
+        return pixels, weights.astype(np.float32)
+
+    def _cut(self, level: float, w: int, h: int) -> NDArray[np.float32]:
+        # Both sides odd or both even: only then their middle is that of one square cut-out.
+        h += (w - h) % 2
+        side = max(w, h)
+        square = cut_patch(self._picture, self._own, level, side)
+        top, left = (side - h) // 2, (side - w) // 2
+        return np.ascontiguousarray(square[top : top + h, left : left + w], dtype=np.float32)

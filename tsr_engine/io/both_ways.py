@@ -1,0 +1,115 @@
+"""Frames of a video in both directions: onwards as they are decoded, backwards by whole groups of pictures.
+
+Going back frame by frame would decode a group of pictures from its key frame for each of them. Here the frames before
+the wanted one are decoded together and kept, as far as there is room; the memory does not grow with the video.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from tsr_engine.errors import UsageError
+from tsr_engine.io.frame_table import BoolArray
+from tsr_engine.io.video import Frame, Video
+
+__all__ = ["ROOM", "BothWays"]
+
+ROOM: Final = 128 * 2**20
+"""Bytes of pictures that are kept for going back."""
+_LEAST: Final = 4
+"""Frames that are kept even if they need more."""
+_FIRST: Final = 8
+"""Frames that are decoded together at first, so that the first comes soon; then twice as many each time."""
+_NEAR: Final = 24
+"""A frame so little beyond the last one is reached by decoding on."""
+_RECENT: Final = 3
+"""Frames given last that are kept besides: an anchor is asked for by each direction."""
+_AHEAD: Final = 3
+"""Frames that are decoded in the background."""
+
+
+class BothWays:
+    """Gives frames by ordinal; cheap where these run on, or back, or both by turns. A context manager.
+
+    Args:
+        video: an open video; it stays open.
+        room: bytes of pictures to keep for going back.
+    """
+
+    def __init__(self, video: Video, room: int = ROOM) -> None:
+        self._video = video
+        self._most = max(_LEAST, room // (video.width * video.height * 3))
+        self._together = min(_FIRST, self._most)
+        self._block: dict[int, Frame] = {}
+        self._recent: OrderedDict[int, Frame] = OrderedDict()
+        self._onwards: Iterator[Frame] | None = None
+        self._next = 0
+        self._keys: BoolArray | None = None
+
+    def __enter__(self) -> BothWays:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of all frames and of the decoder."""
+        self._leave()
+        self._block.clear()
+        self._recent.clear()
+
+    def __call__(self, ordinal: int) -> Frame | None:
+        """Frame ``ordinal``; None: the video has none of that number.
+
+        Raises:
+            VideoError: the frame cannot be decoded, or is not that of the video's table.
+        """
+        if ordinal < 0:
+            return None
+        frame = self._recent.get(ordinal) or self._block.get(ordinal)
+        if frame is None:
+            backwards = ordinal + 1 in self._block or ordinal + 1 in self._recent
+            frame = self._before(ordinal) if backwards else self._after(ordinal)
+        if frame is not None:
+            self._recent[ordinal] = frame
+            self._recent.move_to_end(ordinal)
+            if len(self._recent) > _RECENT:
+                self._recent.popitem(last=False)
+        return frame
+
+    def _after(self, ordinal: int) -> Frame | None:
+        if self._onwards is None or not self._next <= ordinal < self._next + _NEAR:
+            self._leave()
+            self._onwards, self._next = self._video.frames(ordinal, ahead=_AHEAD), ordinal
+        try:
+            for frame in self._onwards:
+                self._next = frame.ordinal + 1
+                if frame.ordinal == ordinal:
+                    return frame
+        except UsageError:  # a range that begins beyond the end
+            self._leave()
+        return None
+
+    def _before(self, ordinal: int) -> Frame | None:
+        """Frame ``ordinal``, decoded together with those before it."""
+        start = max(0, ordinal + 1 - self._together)
+        self._together = min(2 * self._together, self._most)
+        if self._keys is None:
+            self._keys = self._video.table.key
+        # Begin with a whole group: what lies between a key frame and the first wanted frame is decoded for nothing.
+        keys = np.flatnonzero(self._keys[start : ordinal + 1])
+        if len(keys):
+            start += int(keys[0])
+        self._block.clear()
+        self._block.update((frame.ordinal, frame) for frame in self._video.frames(start, ordinal + 1))
+        return self._block.get(ordinal)
+
+    def _leave(self) -> None:
+        close = getattr(self._onwards, "close", None)
+        if close is not None:
+            close()
+        self._onwards = None
