@@ -18,8 +18,7 @@ from app.videos.same_file import require_same
 from app.videos.table import unpack
 
 if TYPE_CHECKING:
-    from tsr_engine.follow import Proposal
-    from tsr_engine.following import Follower
+    from tsr_engine.follow import FollowerParts, Proposal
 
 __all__ = ["follow_track", "warm"]
 
@@ -67,7 +66,7 @@ def follow_track(task: TaskContext) -> None:
 
 
 @lru_cache(maxsize=2)
-def _parts(models: Path | None) -> Follower:
+def _parts(models: Path | None) -> FollowerParts:
     """What following needs of the models, kept for the next one: a version's folder never changes."""
     from tsr_engine.following import load_follower
 
