@@ -29,7 +29,7 @@ from app.space.ordering import SceneService
 from app.space.prior import find_prior
 from app.space.service import SpaceService
 from app.storage.database import Database
-from app.storage.identity import server_id
+from app.storage.identity import server_of
 from app.storage.misplaced import fetch_misplaced
 from app.storage.places import Servers
 from app.training.service import TrainingService
@@ -91,7 +91,7 @@ def build_context(settings: Settings) -> Context:
     settings.home.mkdir(parents=True, exist_ok=True)
     fetch_misplaced(settings)
     tokens = Tokens(settings.token or home_token(settings.home))
-    database = Database(settings.database, server_id(settings.home))
+    database = Database(settings.database, server_of(settings))
     database.migrate(settings.home / "backups")
     events = EventBus()
     jobs = JobQueue(events, KINDS)

@@ -94,13 +94,13 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
     from app.kinds import KINDS
     from app.settings import DATABASE_FILE, load_settings, no_home
     from app.storage.database import Database
-    from app.storage.identity import server_id
+    from app.storage.identity import server_of
     from app.training.service import TrainingService
 
     settings = load_settings(home=home)
     if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
         raise UsageError(no_home(settings.home))
-    database = Database(settings.database, server_id(settings.home))
+    database = Database(settings.database, server_of(settings))
     try:
         database.migrate(settings.home / "backups")
         events = EventBus()

@@ -134,7 +134,7 @@ class EvidenceService:
     def tracks(self, run_id: str) -> bytes:
         """``TrackColumns`` as JSON; empty columns while the run has nothing."""
         place = self.place(run_id)
-        if not (place.folder / RUN_FILE).is_file():
+        if not _has_begun(place):
             return _json(no_tracks(_tau(place)))
         others = self._others.version(place.id, place.video_id)
         return self._cached(("tracks", place.id, *others), place, lambda: self._tracks(place))
@@ -142,7 +142,7 @@ class EvidenceService:
     def lanes(self, run_id: str) -> bytes:
         """``LaneColumns`` as JSON."""
         place = self.place(run_id)
-        if not (place.folder / RUN_FILE).is_file():
+        if not _has_begun(place):
             return _json(LaneColumns(track=[], first=[], last=[], source=[]))
         return self._cached(("lanes", place.id), place, lambda: self._ask(place, lane_columns))
 
@@ -191,7 +191,7 @@ class EvidenceService:
         if not first <= last < first + MOST_FRAMES:
             raise Invalid(f"Ask for 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
         place = self.place(run_id)
-        if not (place.folder / RUN_FILE).is_file():
+        if not _has_begun(place):
             return []
         with self.reading(place) as reader:
             return overlays(reader, first, last)
@@ -323,6 +323,21 @@ class EvidenceService:
             while len(self._answers) > 1 and sum(map(len, self._answers.values())) > CACHE_BYTES:
                 self._answers.popitem(last=False)
         return answer
+
+
+def _has_begun(place: RunPlace) -> bool:
+    """Whether a run has stored anything yet.
+
+    Raises:
+        Conflict: it has stored all of it, and that is gone.
+    """
+    begun = (place.folder / RUN_FILE).is_file()
+    if place.complete and not begun:
+        raise Conflict(
+            f"The run is complete, but its evidence is not in the data folder. Put {place.folder} back.",
+            code="evidence_gone",
+        )
+    return begun
 
 
 def _json(answer: Model) -> bytes:

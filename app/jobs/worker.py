@@ -31,7 +31,7 @@ from app.jobs.queue import Fenced, JobQueue
 from app.jobs.readiness import STAY, preparations
 from app.settings import Settings, load_settings
 from app.storage.database import Database, storage_failure
-from app.storage.identity import place_of, server_id
+from app.storage.identity import place_of, server_of
 from app.trouble import Trouble
 from tsr_engine.errors import TsrError
 
@@ -100,7 +100,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     limit = settings.worker_memory_mb * 2**20
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     os.nice(10)
-    database = Database(settings.database, server_id(settings.home))
+    database = Database(settings.database, server_of(settings))
     events = EventBus()
     jobs = JobQueue(events, kinds)
     _work(lambda: _one_job(settings, database, events, jobs, leaving, lane), kinds, leaving, stays)

@@ -7,9 +7,10 @@ import re
 import uuid
 from pathlib import Path
 
+from app.settings import Settings
 from tsr_engine.errors import StorageError
 
-__all__ = ["place_of", "server_id"]
+__all__ = ["place_of", "server_id", "server_of"]
 
 _FILE = "server.id"
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
@@ -39,6 +40,11 @@ def server_id(home: Path) -> str:
     if not re.fullmatch("[0-9a-f]{32}", found):
         raise StorageError(f"{path} holds no number of 32 hexadecimal digits. Put it back as it was, or delete it.")
     return found
+
+
+def server_of(settings: Settings) -> str | None:
+    """Whose files the rows of a database are about; None: SQLite in the data folder, which nobody shares."""
+    return None if settings.database_url is None else server_id(settings.home)
 
 
 def place_of(home: Path) -> str | None:

@@ -113,7 +113,9 @@ def test_what_keeps_dying_is_settled_by_the_supervisor(bakery: Bakery) -> None:
     job = bakery.submit()
     for _ in range(MOST_CRASHES):
         task = bakery.claim(job)
-        Supervisor(task.settings, bakery.database, bakery.jobs)._bury(task.job)
+        supervisor = Supervisor(task.settings, bakery.database, bakery.jobs)
+        supervisor._cause = lambda _: "crashed"  # type: ignore[method-assign]
+        supervisor._bury(task.job)
     assert [state for state, _ in bakery.told] == ["queued"] * (MOST_CRASHES - 1) + ["failed"]
     assert "died 3 times before its first frame" in (bakery.told[-1][1] or "")
     assert bakery.cleared == [(bakery.home, SUBJECT)]
