@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 
 from sqlalchemy import func, select
@@ -76,5 +77,6 @@ def video_facts(video: Video, settings: Settings) -> VideoFacts:
         path=path if path.is_file() else None,
         limits=settings.video_limits,
         table=table,
+        pixel_ratio=Fraction(video.pixel_ratio).limit_denominator(10_000),
         known=is_untouched(video, path),
     )

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.errors import Invalid, NotFound, Refused
+from tsr_engine.io.video_kinds import SUFFIXES
 
-__all__ = ["MOST_ENTRIES", "SUFFIXES", "Listing", "allowed_path", "list_folder"]
+__all__ = ["MOST_ENTRIES", "Listing", "allowed_path", "list_folder"]
 
-SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
 MOST_ENTRIES = 2000
 """Folders and videos of one folder that are listed at most."""
 _OUTSIDE = "That path lies outside the folders that this server may read. Start it with --root FOLDER to allow another."

@@ -44,6 +44,7 @@ class VideoView(Model):
     sample: bool
     width: int | None
     height: int | None
+    pixel_ratio: float
     frames: int | None
     duration: float | None
     rate: float | None
@@ -104,6 +105,7 @@ def _view(video: Video, runs: int, latest: tuple[str, int] | None, edited: Mappi
         sample=video.sample,
         width=video.width,
         height=video.height,
+        pixel_ratio=video.pixel_ratio,
         frames=video.frames,
         duration=video.duration,
         rate=video.rate,
