@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.io.video import open_video
+from tsr_engine.io.video_decoder import Decoder
 
 Get = Callable[[str], Any]
 
@@ -116,6 +117,32 @@ def test_times_that_begin_anew_go_on(corpus: Any, made: Get, tmp_path: Path, kin
         table = video.confirm()
         assert (np.diff(table.pts) > 0).all()
         assert not video.timed
+
+
+def test_a_later_part_of_a_joined_file_is_reached_without_decoding_all_before(
+    corpus: Any, made: Get, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    part = made("matroska_variable")
+    both = corpus.joined(tmp_path / "both.mkv", part, part)
+    with open_video(both.path) as video:
+        table = video.confirm()
+    decoded = []
+    plain = Decoder._decode
+    monkeypatch.setattr(Decoder, "_decode", lambda self, packet: decoded.append(packet) or plain(self, packet))
+    with open_video(both.path, table=table) as video:
+        for k in (99, 70, 60, 3, 51):
+            decoded.clear()
+            assert corpus.read_code(video.read(k).picture) == both.codes[k]
+            assert len(decoded) < 25
+
+
+def test_a_third_matroska_video_is_not_read(corpus: Any, made: Get, tmp_path: Path) -> None:
+    """FFmpeg goes on to a second one only."""
+    part = made("matroska_variable")
+    three = corpus.joined(tmp_path / "three.mkv", part, part, part)
+    first, second = told(corpus, three.path, three.codes[:100])
+    assert "holds 3 videos joined end to end, of which only the first 2 are read (100 frames)." in first
+    assert "has times that run back at frame 50" in second
 
 
 @pytest.mark.parametrize("kind", ["constant", "flv", "wmv"])

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.errors import UsageError, VideoError
-from tsr_engine.io.frame_table import BoolArray, FrameLedger, FrameTable, IntArray
+from tsr_engine.io.frame_table import APART, BoolArray, FrameLedger, FrameTable, IntArray
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video_cursor import Cursor
 from tsr_engine.io.video_decoder import Decoded, Decoder, Orientation
@@ -197,6 +197,7 @@ class Video:
                 return ()
             facts = Facts(
                 path=self.path,
+                kind=self._cursor.decoder.kind,
                 announced=self._announced,
                 parts=Parts.of(self.path, self._cursor.decoder.kind),
                 found=self._found,
@@ -261,7 +262,7 @@ class Video:
         """
         with self._lock:
             inside = ordinal >= 0 and not (self._ledger.complete and ordinal >= len(self._ledger))
-            decoded = self._cursor.goto(ordinal) if inside else None
+            decoded = self._goto(self._cursor, ordinal) if inside else None
             if decoded is None:
                 raise self._no_frame(ordinal)
             return self._frame(self._cursor.decoder, ordinal, decoded, self._size)
@@ -280,7 +281,7 @@ class Video:
             return
         cursor = Cursor(self.path, self.limits, self._ledger, self._search, Decoder(self.path, self.limits))
         try:
-            decoded = cursor.goto(start)
+            decoded = self._goto(cursor, start)
             if decoded is None:
                 raise self._no_frame(start)
             while decoded is not None:
@@ -298,6 +299,11 @@ class Video:
         time = self._timeline.tick(k) * self._ledger.time_base
         return Frame(k, time, picture, decoded.key, decoded.corrupt)
 
+    def _goto(self, cursor: Cursor, k: int) -> Decoded | None:
+        if k < len(self._ledger):
+            self._timeline.tick(k)  # which tells whether times begin anew before that
+        return cursor.goto(k)
+
     def _search(self, decoder: Decoder, k: int) -> bool:
         """Send a decoder to the key frame k."""
         stamp = self._ledger.stamp(k)
@@ -306,9 +312,13 @@ class Video:
         if decoder.kind.address == "position":
             return decoder.seek(self._timeline.tick(k))
         # A search for a time may lead to another part of a file whose times begin anew; an MP4 has one index.
-        if decoder.kind.demuxer != "mov" and not self._ledger.complete and not self._timeline.plain:
+        if not self._ledger.joined and (self._ledger.complete or decoder.kind.demuxer == "mov" or self._timeline.plain):
+            return decoder.seek(stamp)
+        earlier = int(np.count_nonzero(self._ledger.confirmed_stamps()[:k] == stamp))
+        places = np.flatnonzero(self._packet_scan().stamps == stamp)
+        if earlier >= len(places) or (np.diff(places) < APART).any():
             return False
-        return decoder.seek(stamp)
+        return decoder.skip(int(places[earlier]))
 
     def _packet_scan(self) -> Scan:
         """All packets of the file, without decoding."""

@@ -135,11 +135,15 @@ class Decoder:
     def __init__(self, path: Path, limits: VideoLimits) -> None:
         self.path = path
         self.sizes: dict[tuple[int, int], int] = {}
+        self._limits = limits
         self._stack = ExitStack()
-        self.container, self.stream, self.kind = self._stack.enter_context(open_container(path, limits))
+        self._reformatter = VideoReformatter()
+        self._open()
+
+    def _open(self) -> None:
+        self.container, self.stream, self.kind = self._stack.enter_context(open_container(self.path, self._limits))
         self.time_base = Fraction(self.stream.time_base)
         self.tainted = False
-        self._reformatter = VideoReformatter()
         self._begin()
 
     def _begin(self, count: int = 0) -> None:
@@ -159,6 +163,18 @@ class Decoder:
         except (av.FFmpegError, OSError, OverflowError):
             return False
         return True
+
+    def skip(self, number: int) -> bool:
+        """Go to a packet by its place in the scan, without decoding those before; false where there are not so many."""
+        self.close()
+        self._open()
+        for packet in self._packets():
+            if packet.size and not packet.is_discard and self._stamp(packet) is not None:
+                if not number:
+                    self._held = packet
+                    return True
+                number -= 1
+        return False
 
     def seek_packet(self, number: int, scan: Scan) -> bool:
         """Go to a packet by its number; false where the packets from there on are not those of the scan.

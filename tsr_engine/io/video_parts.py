@@ -22,11 +22,11 @@ class Parts:
     """What the outermost boxes of a file say.
 
     Attributes:
-        videos: videos that lie one behind the other; 1 where the container has no such boxes.
+        starts: where each of the videos begins that lie one behind the other, in bytes; the first one at 0.
         whole: the boxes end within the file; None where the container has none, or does not say their sizes.
     """
 
-    videos: int = 1
+    starts: tuple[int, ...] = (0,)
     whole: bool | None = None
 
     @classmethod
@@ -38,9 +38,10 @@ class Parts:
         with path.open("rb") as file:
             end = os.fstat(file.fileno()).st_size
             boxes = [(b"", end), *walk(file, end)]
-        videos = max(1, sum(name == head for name, _ in boxes))
+        ends = [0, *(stop for _, stop in boxes[1:])]
+        later = [start for start, (name, _) in zip(ends, boxes[1:], strict=False) if name == head and start is not None]
         name, stop = boxes[-1]
-        return cls(videos, None if stop is None else stop <= end and tail in (None, name))
+        return cls((0, *later[1:]), None if stop is None else stop <= end and tail in (None, name))
 
 
 def _iso_boxes(file: BinaryIO, end: int) -> Boxes:
@@ -58,6 +59,25 @@ def _iso_boxes(file: BinaryIO, end: int) -> Boxes:
             return
         at += size
         yield name, at
+
+
+def _ebml_elements(file: BinaryIO, end: int) -> Boxes:
+    """Top-level elements (RFC 8794): a header and a segment for each video."""
+    at = 0
+    while at + 2 <= end:
+        file.seek(at)
+        head = file.read(12)
+        name = head[: 9 - head[0].bit_length()]
+        first = head[len(name)] if len(name) < len(head) else 0
+        length = 9 - first.bit_length()
+        if len(name) > 4 or length > 8:
+            return
+        size = int.from_bytes(head[len(name) : len(name) + length], "big") - (1 << 7 * length)
+        known = size < (1 << 7 * length) - 1  # others stand in recordings that were never finished
+        at += len(name) + length + size
+        yield name, at if known else None
+        if not known:
+            return
 
 
 def _riff_boxes(file: BinaryIO, end: int) -> Boxes:
@@ -124,6 +144,7 @@ def _gif_end(file: BinaryIO, end: int) -> Boxes:
 _WALKS: Final[dict[str, tuple[Callable[[BinaryIO, int], Boxes], bytes | None, bytes | None]]] = {
     "mov": (_iso_boxes, b"moov", None),
     "avi": (_riff_boxes, b"AVI ", None),
+    "matroska": (_ebml_elements, b"\x1aE\xdf\xa3", None),
     "flv": (_flv_tags, b"FLV", None),
     "asf": (_asf_objects, ASF_HEADER, None),
     "apng": (_png_chunks, None, b"IEND"),

@@ -189,6 +189,7 @@ class Timeline:
             self.filled += 1
         else:
             self.turns.append((k, before, own))
+            self._ledger.joined |= self.address == "time"
 
     def _next(self, state: _State, stamp: int, tell: Callable[[int, float, float | None], None]) -> int:
         """The time of the frame after those of ``state``, which goes on to it."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_decoder import Decoder
+from tsr_engine.io.video_kinds import Kind
 from tsr_engine.io.video_parts import Parts
 from tsr_engine.io.video_probe import video_streams
 from tsr_engine.io.video_times import Scan, Timeline
@@ -106,6 +107,7 @@ class Facts:
 
     Attributes:
         path: the file.
+        kind: what kind of file it is.
         announced: what its header promises.
         parts: what its outermost boxes say.
         found: what a whole pass found.
@@ -118,6 +120,7 @@ class Facts:
     """
 
     path: Path
+    kind: Kind
     announced: Announced
     parts: Parts
     found: Found
@@ -137,16 +140,22 @@ class Facts:
         return tuple(f"{self.path.name} {sentence}" for kind in kinds if (sentence := kind()))
 
     def _joined(self) -> str | None:
-        videos, announced, count = self.parts.videos, self.announced.frames, len(self.table)
-        if videos == 1:
+        starts, announced, count = self.parts.starts, self.announced.frames, len(self.table)
+        if len(starts) == 1:
             return None
-        joined = f"holds {videos} videos joined end to end"
+        joined = f"holds {len(starts)} videos joined end to end"
+        last = int(self.scan.positions.max(initial=0))
+        # an MP4 is read by its first index; its videos begin with their data or with their index
+        read = 1 if self.kind.demuxer == "mov" else sum(start <= last for start in starts)
+        if read < len(starts):
+            which = "the first is" if read == 1 else f"the first {read} are"
+            return (
+                f"{joined}, of which only {which} read ({_some(count, 'frame')}). Split it, or join the videos with a "
+                "tool that writes one index."
+            )
         if announced is not None and count > announced:
             return f"{joined}: all {count} frames are read, though it announces {announced}."
-        return (
-            f"{joined}, of which only the first is read ({_some(count, 'frame')}). Split it, or join the videos with a "
-            "tool that writes one index."
-        )
+        return None
 
     def _short(self) -> str | None:
         announced, found, count = self.announced, self.found, len(self.table)
