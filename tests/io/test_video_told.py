@@ -171,10 +171,17 @@ def test_empty_chunks_are_repeats(corpus: Any, made: Get, tmp_path: Path) -> Non
     truth = made("avi_repeats")
     (warning,) = told(corpus, truth.path, truth.codes, truth.times)
     assert "announces 20 frames, of which 8 are repeats of the picture before" in warning
-    path = corpus.cut(truth, tmp_path / "cut.avi", 0.6)
+    path = corpus.cut(truth, tmp_path / "cut.avi", 0.8)
     with open_video(path) as video:
         video.confirm()
         assert video.warnings[0].endswith("the file is cut short.")
+        assert any("8 are repeats" in warning for warning in video.warnings)
+    content = bytearray(truth.path.read_bytes())
+    struct.pack_into("<I", content, content.index(b"strh") + 8 + 32, 25)
+    (path := tmp_path / "boast.avi").write_bytes(content)
+    with open_video(path) as video:
+        video.confirm()
+        assert "announces 25 frames, 12 decode though the file is whole: its header is wrong" in video.warnings[0]
 
 
 @pytest.mark.parametrize(

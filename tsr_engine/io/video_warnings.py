@@ -14,7 +14,7 @@ from tsr_engine.io.video_decoder import Decoder
 from tsr_engine.io.video_kinds import Kind
 from tsr_engine.io.video_parts import Parts
 from tsr_engine.io.video_probe import video_streams
-from tsr_engine.io.video_times import Scan, Timeline
+from tsr_engine.io.video_times import NO_TIME, Scan, Timeline
 
 # Containers without a frame count announce a duration, which muxers round and sound tracks stretch.
 _TOLERANCE = Fraction(1, 2)
@@ -161,7 +161,9 @@ class Facts:
         announced, found, count = self.announced, self.found, len(self.table)
         if announced.frames is not None and announced.shown is not None and count < announced.frames:
             promise = f"announces {announced.frames} frames, {count} decode"
-            if found.packets < announced.shown and not self._repeats():
+            if found.packets + self._repeats() < announced.shown:
+                if self.kind.address == "position" and self.parts.whole:
+                    return f"{promise} though the file is whole: its header is wrong, or the last ones are repeats."
                 return f"{promise}: the file is cut short."
             if hidden := announced.frames - announced.shown + found.discarded:
                 return f"{promise}: its edit list hides {hidden}."
@@ -182,7 +184,7 @@ class Facts:
         keys = [*np.flatnonzero(scan.keys)[:2].tolist(), len(number)]
         if len(keys) == 1:
             return 0
-        early = (number < keys[0]) | ((number < keys[1]) & (scan.ticks < scan.ticks[keys[0]]))
+        early = (number < keys[0]) | ((number < keys[1]) & (scan.ticks < scan.ticks[keys[0]]) & (scan.ticks != NO_TIME))
         return int(np.count_nonzero(early & ~np.isin(scan.stamps, self.table.stamps)))
 
     def _leading(self) -> str | None:
@@ -201,11 +203,14 @@ class Facts:
         return f"has {_some(damaged, 'frame')} with damage, or predicted from damage." if damaged else None
 
     def _repeats(self) -> int:
-        """Empty chunks of an AVI file, each of which shows the picture before it once more."""
-        announced = self.announced
-        if self.timeline.address != "position" or not self.parts.whole or announced.frames is None:
+        """Empty chunks between the pictures of an AVI file, each of which shows the one before it once more.
+
+        They are counted by the decoding times, which go up by one with each chunk.
+        """
+        ticks = self.scan.ticks
+        if self.kind.address != "position" or not len(ticks):
             return 0
-        return max(0, announced.frames - self.found.packets)
+        return max(0, int(ticks.max() - ticks.min()) + 1 - len(ticks))
 
     def _repeated(self) -> str | None:
         repeats = self._repeats()
