@@ -68,7 +68,9 @@ class RunOutputs:
             self._rows.write(RESULT_HEADER + "\n")
         if self._request.annotated is not None:
             place = output_place(self._request.annotated)
-            self._annotated = VideoWriter(place, self._video.width, self._video.height, self._video.rate)
+            self._annotated = VideoWriter(
+                place, self._video.width, self._video.height, self._video.rate, pixel_ratio=self._video.pixel_ratio
+            )
             stack.callback(self._annotated.abort)
 
     @property

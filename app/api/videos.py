@@ -17,11 +17,11 @@ from app.context import ContextDep
 from app.errors import Invalid, NotFound, UnsupportedMedia
 from app.shapes import Model
 from app.videos.opened import roots_of
-from app.videos.paths import SUFFIXES, list_folder
+from app.videos.paths import list_folder
 from app.videos.table import TableAnswer, page_table
 from app.videos.thumbnails import thumbnail_path
 from app.videos.view import VideoView
-from tsr_engine.io.video_probe import VIDEO_HEAD, is_video_head
+from tsr_engine.io.video_kinds import LEAST_HEAD, PICTURE_SUFFIXES, SUFFIXES, cannot_be_video, no_video
 
 __all__ = ["router"]
 
@@ -130,8 +130,9 @@ async def upload_video(
     name: Annotated[str, Path(min_length=1, max_length=255)], request: Request, context: ContextDep
 ) -> VideoView:
     """Add a video by sending its bytes; they are written as they come."""
-    if not name.lower().endswith(SUFFIXES):
-        raise UnsupportedMedia(f"{name!r} is not named like a video ({', '.join(SUFFIXES)}).")
+    known = (*SUFFIXES, *PICTURE_SUFFIXES)
+    if not name.lower().endswith(known):
+        raise UnsupportedMedia(f"{name!r} is not named like a video ({', '.join(known)}).")
     if "/" in name or "\\" in name or not name.isprintable() or name.startswith("."):
         raise Invalid("The name of an upload is a plain file name.", field="name")
     digest = hashlib.sha256()
@@ -139,8 +140,8 @@ async def upload_video(
 
     def look(chunk: bytes) -> None:
         nonlocal began
-        if not began and len(chunk) >= VIDEO_HEAD and not is_video_head(chunk[:VIDEO_HEAD]):
-            raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.")
+        if not began and len(chunk) >= LEAST_HEAD and cannot_be_video(chunk):
+            raise UnsupportedMedia(no_video(name, chunk))
         began = True
         digest.update(chunk)
 

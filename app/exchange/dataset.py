@@ -54,6 +54,7 @@ class VideoFacts:
     path: VideoSource | None
     limits: VideoLimits | None = None
     table: FrameTable | None = None
+    pixel_ratio: Fraction = Fraction(1)
     known: bool = False
 
     def without_tracks(self) -> DatasetVideo:
@@ -72,6 +73,7 @@ class VideoFacts:
             stop=self.frames,
             limits=self.limits,
             table=self.table,
+            pixel_ratio=self.pixel_ratio,
         )
 
 
@@ -184,11 +186,12 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
         table: FrameTable | None = None
         if video is not None:
             with open_video(video) as file:
-                table, announced = file.table, float(file.rate)
+                table, announced, ratio = file.table, float(file.rate), file.pixel_ratio
             rate, constant = exact_rate(table.pts, table.time_base, announced)
             times: FloatColumn | None = times_of(table)
             frames = len(table)
         else:
+            ratio = Fraction(1)
             frames = max(int(header.frame_table.get("frames", 0)), (reader.last_frame or 0) + 1)
             rate, constant, times = _stored_times(reader, frames)
     facts = VideoFacts(
@@ -202,6 +205,7 @@ def evidence_source(folder: Path, video: Path | None = None) -> Source:
         constant_rate=constant,
         path=video,
         table=table,
+        pixel_ratio=ratio,
         known=True,
     )
     return source_of(folder, {}, facts, 0, {"name": folder.name, "kind": "engine"})

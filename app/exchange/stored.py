@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, undefer
 
@@ -77,4 +79,5 @@ def video_facts(video: Video, settings: Settings) -> VideoFacts:
         path=file if file.there else None,
         limits=settings.video_limits,
         table=table,
+        pixel_ratio=Fraction(video.pixel_ratio).limit_denominator(10_000),
     )

@@ -75,6 +75,8 @@ class Video(Base):
     width: Mapped[int | None]
     height: Mapped[int | None]
     rotation: Mapped[int | None]
+    pixel_ratio: Mapped[float] = mapped_column(Float, default=1.0, server_default="1")
+    """Width of an upright pixel by its height; pictures are shown so, coordinates are those of the stored pixels."""
     codec: Mapped[str | None] = mapped_column(String(32))
     rate: Mapped[float | None] = mapped_column(Float)
     """Announced frames a second; for playing speed only."""

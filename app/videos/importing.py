@@ -75,8 +75,9 @@ def import_video(task: TaskContext) -> None:
     if not before == after == stamp_now(source.path):
         copy.unlink(missing_ok=True)
         raise VideoError(f"{source} was written to while it was read. Add it again when it is complete.")
-    width = min(THUMBNAIL_WIDTH, middle.shape[1])
-    height = max(1, round(width * middle.shape[0] / middle.shape[1]))
+    shown = max(1, round(middle.shape[1] * file.pixel_ratio))
+    width = min(THUMBNAIL_WIDTH, shown)
+    height = max(1, round(width * middle.shape[0] / shown))
     small = cv2.resize(middle, (width, height), interpolation=cv2.INTER_AREA)
     _, code = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 85])
     place = thumbnail_path(task.settings.home, video.id)
@@ -87,6 +88,7 @@ def import_video(task: TaskContext) -> None:
         row = session.get_one(Video, video.id)
         row.state, row.error = "ready", None
         row.width, row.height, row.rotation = file.width, file.height, file.rotation
+        row.pixel_ratio = float(file.pixel_ratio)
         row.codec, row.rate, row.frames, row.duration = file.codec, float(file.rate), len(table), duration
         row.warnings = [in_words(row, warning) for warning in warnings]
         row.frame_table = pack(table)

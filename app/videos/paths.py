@@ -11,10 +11,10 @@ from pathlib import Path
 from app.errors import Invalid, NotFound, Refused
 from app.videos.beneath import LINKS, open_beneath
 from tsr_engine.io.opened_file import OpenedFile, unreadable
+from tsr_engine.io.video_kinds import SUFFIXES
 
-__all__ = ["MOST_ENTRIES", "SUFFIXES", "Listing", "allowed_path", "list_folder", "open_allowed", "root_of"]
+__all__ = ["MOST_ENTRIES", "Listing", "allowed_path", "list_folder", "open_allowed", "root_of"]
 
-SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".webm", ".avi", ".3gp")
 MOST_ENTRIES = 2000
 """Folders and videos of one folder that are listed at most."""
 _OUTSIDE = "That path lies outside the folders that this server may read. Start it with --root FOLDER to allow another."

@@ -158,9 +158,9 @@ class VideoService(SampleDrives):
         try:
             with own_file(part).open() as file:
                 check_file(file)
-        except VideoError:
+        except VideoError as error:
             part.unlink(missing_ok=True)
-            raise UnsupportedMedia(f"{name} is not a video file: its first bytes are not those of one.") from None
+            raise UnsupportedMedia(str(error).replace(str(part), name)) from None
         with self._uploads.turn(digest):
             with self._database.read() as session:
                 known = session.get(Video, digest)

@@ -45,6 +45,7 @@ class VideoView(Model):
     sample: bool
     width: int | None
     height: int | None
+    pixel_ratio: float
     frames: int | None
     duration: float | None
     rate: float | None
@@ -108,6 +109,7 @@ def _view(
         sample=video.sample,
         width=video.width,
         height=video.height,
+        pixel_ratio=video.pixel_ratio,
         frames=video.frames,
         duration=video.duration,
         rate=video.rate,

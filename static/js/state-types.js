@@ -79,7 +79,7 @@
  * @property {Record<LayerName, boolean>} layers
  * @property {boolean} fewLabels
  * @property {string|null} hovered                     track under the pointer, while few are named
- * @property {{zoom: number, x: number, y: number}} viewport   zoom: screen px a picture px; x, y: picture point at the centre
+ * @property {import('./model/geometry.js').Viewport} viewport
  * @property {{first: number, last: number}} span      frames that the lanes show
  * @property {number|null} tau                         dragged tau; null: the run's
  * @property {'select'|'draw'|'merge'|'note'} mode

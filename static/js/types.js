@@ -49,6 +49,7 @@
  * @property {boolean} sample
  * @property {number|null} width
  * @property {number|null} height
+ * @property {number} pixel_ratio      width of a pixel by its height: pictures are shown so, boxes are in stored pixels
  * @property {number|null} frames
  * @property {number|null} duration    s
  * @property {number|null} rate

@@ -70,6 +70,25 @@ def test_a_file_without_presentation_times_is_stored_without_loss(drive: Any, tm
     assert_same_pictures(video, clip, 4, 10)
 
 
+@pytest.mark.parametrize("name", ["wide.ts", "wide.mp4"])
+def test_a_clip_keeps_the_shape_of_pixels(drive: Any, tmp_path: Path, name: str) -> None:
+    """Packets of a transport stream are not copied; those of an MP4 are."""
+    video = tmp_path / name
+    with av.open(str(video), "w") as out:
+        stream: Any = out.add_stream("libx264", rate=25, options={"bf": "2", "g": "4"})
+        stream.width, stream.height, stream.pix_fmt = drive.toys.WIDTH, drive.toys.HEIGHT, "yuv420p"
+        stream.codec_context.sample_aspect_ratio = Fraction(4, 3)
+        for k in range(12):
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(drive.toys.drive_picture(k), format="bgr24")))
+        out.mux(stream.encode(None))
+    clip = cut_clip(video, 4, 10, tmp_path)
+    assert clip.copied == (name == "wide.mp4")
+    if clip.copied:  # in FFV1 the shape stands with each picture, where this reader does not see it
+        with open_video(clip.path) as cut:
+            assert cut.pixel_ratio == Fraction(4, 3)
+    assert_same_pictures(video, clip, 4, 10)
+
+
 def test_a_range_behind_the_end(drive: Any, tmp_path: Path) -> None:
     with pytest.raises(VideoError, match="ends at frame 74"):
         cut_clip(drive.video, 70, 80, tmp_path)

@@ -24,7 +24,10 @@ pytestmark = [
     pytest.mark.timeout(600),
     pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
 ]
-KINDS = ("constant", "variable", "b_frames", "edit_list", "rotated_90", "rotated_180", "rotated_270")
+KINDS = (
+    *("constant", "variable", "b_frames", "edit_list", "rotated_90", "rotated_180", "rotated_270"),
+    *("m2ts", "raw_h264", "gif", "untimed_start"),
+)
 # One device pixel for each pixel of the picture; its upper left corner 60 pixels inside the stage, on a whole pixel.
 ONE_TO_ONE = """async () => {
   const stage = document.querySelector('.picture-stage').getBoundingClientRect();
@@ -69,7 +72,9 @@ def server(tmp_path_factory: pytest.TempPathFactory, files: dict[str, corpus.Mad
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, corpus.Made]:
     folder = tmp_path_factory.mktemp("videos")
-    made = {name: corpus.make(corpus.RECIPES[name], folder, name) for name in KINDS if name != "edit_list"}
+    made = {
+        name: corpus.make(corpus.RECIPES[name], folder, name) for name in (*KINDS, "wide_pixels") if name != "edit_list"
+    }
     made["edit_list"] = corpus.with_edit_list(made["b_frames"], folder / "edit_list.mp4", 12, 30)
     return made
 
@@ -145,7 +150,7 @@ def test_the_picture_on_screen_is_the_frame_that_the_page_names(
     assert read == {frame: made.codes[frame] for frame in read}
 
 
-@pytest.mark.parametrize("kind", ["variable", "b_frames"])
+@pytest.mark.parametrize("kind", ["variable", "b_frames", "m2ts"])
 def test_while_it_plays_overlays_lie_on_their_own_picture_only(
     page: Page, server: LiveServer, files: dict[str, corpus.Made], kind: str
 ) -> None:
@@ -167,3 +172,38 @@ def test_while_it_plays_overlays_lie_on_their_own_picture_only(
     offsets = [one["x"] - one["code"] for one in marked]
     assert max(offsets) - min(offsets) <= 1, seen
     assert len(marked) >= 0.95 * len(seen)  # hardly ever a picture without its overlay
+
+
+def test_pixels_that_are_not_square_are_shown_so_and_boxes_lie_where_the_mouse_drew_them(
+    page: Page, server: LiveServer, files: dict[str, corpus.Made]
+) -> None:
+    """96x64 pixels of 4:3 fill a place of 128x64; what is drawn there is stored in pixels of the 96x64."""
+    made = files["wide_pixels"]
+    show(page, add(server, made))
+    page.keyboard.press("0")  # the whole picture
+    page.wait_for_function("() => tsr.store.get().review.viewport.zoom > 1")
+    view = page.evaluate(
+        "() => { const place = document.querySelector('.picture-stage').getBoundingClientRect();"
+        " const {zoom, x, y, stretch} = tsr.store.get().review.viewport;"
+        " return {left: place.x + place.width / 2 - x * zoom * stretch, top: place.y + place.height / 2 - y * zoom,"
+        " across: zoom * stretch, down: zoom, width: place.width, height: place.height}; }"
+    )
+    assert view["across"] == pytest.approx(view["down"] * 4 / 3)
+    assert 96 * view["across"] <= view["width"] + 1
+    assert 64 * view["down"] <= view["height"] + 1
+    clip = {"x": view["left"], "y": view["top"], "width": 96 * view["across"], "height": 64 * view["down"]}
+    shown = Image.open(io.BytesIO(page.screenshot(clip=clip))).convert("RGB")
+    assert corpus.read_code(np.asarray(shown.resize((96, 64), Image.Resampling.BOX))) == made.codes[0]
+    # drawn, then taken back
+    page.evaluate(
+        "async () => { const actions = await import('/static/js/store/actions/review.js');"
+        " tsr.store.dispatch(state => actions.setMode(state, 'draw')); }"
+    )
+    corners = [(view["left"] + x * view["across"], view["top"] + y * view["down"]) for x, y in ((30, 20), (72, 50))]
+    page.mouse.move(*corners[0])
+    page.mouse.down()
+    page.mouse.move(*corners[1], steps=4)
+    box = page.evaluate("() => tsr.store.get().review.drag.box")
+    page.keyboard.press("Escape")
+    page.mouse.up()
+    assert box == pytest.approx([30, 20, 72, 50], abs=1 / view["down"] + 0.06)

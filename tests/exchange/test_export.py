@@ -154,6 +154,7 @@ def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
     first, second = a_track("m1", range(10, 14)), a_track("m2", range(20, 22), label=-1)
     late = a_track("m3", range(50, 55), label=1, boxes=np.tile([600.0, 10, 700, 50], (5, 1)))
     video = a_video([first, second, late], rate=Fraction(30000, 1001), provenance={"run": "r1", "edits": 7})
+    video = replace(video, pixel_ratio=Fraction(4, 3))
     data = Dataset(CLASS_NAMES, (video,), (Skipped("1 track", "rejected"),), ("repaired before",))
     split = deal(data, {"train": 0.5, "val": 0.5}, 11)
     told = export_dataset(
@@ -162,6 +163,8 @@ def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
     content: dict[str, Any] = json.loads((tmp_path / "out" / MANIFEST).read_text())
     assert content == told.content == read_manifest(tmp_path / "out").content
     assert content["tool"]["name"] == "tsr"
+    assert content["videos"][0]["pixel_ratio"] == "4/3"
+    assert content["videos"][0]["width"] == video.width, "boxes stay in stored pixels"
     assert content["format"]["name"] == "cvat-video"
     assert content["format"]["switches"] == {"rows": "all", "image": "png"}
     assert content["format"]["origin"] == 0

@@ -70,6 +70,8 @@ class Recipe:
     orient: Callable[[np.ndarray], np.ndarray] = lambda picture: picture
     rotation: int = 0
     delay: Fraction = Fraction(0)
+    format: str | None = None
+    shape: Fraction = Fraction(1)
 
 
 def x264(**more: str) -> dict[str, str]:
@@ -119,6 +121,61 @@ RECIPES: dict[str, Recipe] = {
         options={"preset": "ultrafast", "x265-params": "log-level=none:keyint=12:bframes=3:open-gop=1:pools=none"},
         count=40,
     ),
+    "ts": Recipe(".ts", options=x264(bf="2"), delay=Fraction(2, 25)),
+    "ts_open_gop": Recipe(
+        ".ts", options=x264(preset="veryfast", bf="3", **{"x264-params": "open-gop=1:b-adapt=0"}), delay=Fraction(2, 25)
+    ),
+    "ts_mpeg2_interlaced": Recipe(
+        ".ts", "mpeg2video", {"bf": "2", "g": "12", "qscale": "2", "flags": "+ildct+ilme"}, delay=Fraction(1, 25)
+    ),
+    "ts_odd_size": Recipe(".ts", options=x264(bf="2"), pix_fmt="yuv444p", size=(99, 67), delay=Fraction(2, 25)),
+    "m2ts": Recipe(
+        ".mts", options=x264(bf="2"), container={"mpegts_m2ts_mode": "1"}, format="mpegts", delay=Fraction(2, 25)
+    ),
+    "ps": Recipe(".mpg", "mpeg2video", {"bf": "2", "g": "12", "qscale": "2"}, delay=Fraction(27, 50)),
+    "raw_h264": Recipe(".h264", options=x264(bf="2")),
+    "raw_hevc": Recipe(
+        ".hevc",
+        "libx265",
+        {"preset": "ultrafast", "x265-params": "log-level=none:keyint=12:bframes=3:pools=none"},
+        count=40,
+    ),
+    "flv": Recipe(".flv", options=x264(bf="2"), delay=Fraction(2, 25)),
+    "wmv": Recipe(".wmv", "wmv2", {"g": "12", "qscale": "2"}),
+    "gif": Recipe(".gif", "gif", pix_fmt="rgb8"),
+    "apng": Recipe(".png", "apng", pix_fmt="rgb24", format="apng"),
+    "webp": Recipe(".webp", "libwebp_anim", pix_fmt="yuv420p"),
+    "untimed_start": Recipe(
+        ".mkv",
+        options=x264(bf="2"),
+        container={"avoid_negative_ts": "disabled", "cluster_time_limit": "480"},
+        ticks=lambda k: 40 * k - 1200,
+        time_base=Fraction(1, 1000),
+    ),
+    # the clock of MPEG has 33 bits; it starts anew with the twentieth picture
+    "ts_wrap": Recipe(
+        ".ts",
+        options=x264(bf="2"),
+        ticks=lambda k: 2**33 - 2**33 % 3600 + (k - 20) * 3600,
+        time_base=Fraction(1, 90_000),
+        delay=Fraction(-(2**33), 90_000),
+    ),
+    # the muxer fills the hole in time with empty chunks
+    "avi_repeats": Recipe(
+        ".avi", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12, ticks=lambda k: k + 8 * (k >= 5)
+    ),
+    "wide_pixels": Recipe(options=x264(bf="2"), shape=Fraction(4, 3)),
+    "wide_pixels_ps": Recipe(
+        ".mpg", "mpeg2video", {"bf": "2", "g": "12", "qscale": "2"}, shape=Fraction(8, 9), delay=Fraction(27, 50)
+    ),
+    "wide_pixels_rotated": Recipe(
+        options=x264(),
+        turn=(-90, False),
+        orient=lambda p: np.rot90(p, 1),
+        rotation=90,
+        size=(HEIGHT, WIDTH),
+        shape=Fraction(4, 3),
+    ),
     "single": Recipe(options=x264(), count=1),
     "rotated_90": Recipe(
         options=x264(), turn=(-90, False), orient=lambda p: np.rot90(p, 1), rotation=90, size=(HEIGHT, WIDTH)
@@ -136,10 +193,11 @@ def make(recipe: Recipe, folder: Path, name: str) -> Made:
     path = folder / f"{name}{recipe.suffix}"
     stored = recipe.size
     upright = stored[::-1] if recipe.rotation in (90, 270) else stored
-    with av.open(str(path), "w", options=recipe.container) as container:
+    with av.open(str(path), "w", format=recipe.format, options=recipe.container) as container:
         stream: Any = container.add_stream(recipe.codec, rate=25, options=recipe.options)
         stream.width, stream.height = stored
         stream.pix_fmt = recipe.pix_fmt
+        stream.codec_context.sample_aspect_ratio = recipe.shape
         stream.codec_context.time_base = recipe.time_base
         if recipe.turn != (0, False):
             stream.set_display_rotation(recipe.turn[0], hflip=recipe.turn[1])
@@ -193,6 +251,38 @@ def _timescale(content: bytes | bytearray, box: bytes) -> int:
     at = content.index(box) + 4
     assert content[at] == 0, "a version 0 box was expected"
     return int(struct.unpack_from(">I", content, at + 12)[0])
+
+
+def joined(path: Path, *parts: Made) -> Made:
+    """Files one behind the other, as ``cat`` does it; codes and times are those of a reader that goes on."""
+    path.write_bytes(b"".join(part.path.read_bytes() for part in parts))
+    codes = [code for part in parts for code in part.codes]
+    return Made(path, codes, [parts[0].times[0] + Fraction(k, 25) for k in range(len(codes))], size=parts[0].size)
+
+
+def without_start(made: Made, path: Path, packet: int, unit: int = 1) -> Path:
+    """A copy that begins with the given packet of the video, or up to ``unit`` bytes before."""
+    with av.open(str(made.path)) as container:
+        places = [packet.pos for packet in container.demux(video=0) if packet.size]
+    path.write_bytes(made.path.read_bytes()[places[packet] // unit * unit :])
+    return path
+
+
+def make_two_streams(path: Path, count: int = 10) -> Path:
+    """A file with two video streams; the codes of the second one are 100 higher."""
+    with av.open(str(path), "w") as container:
+        streams: list[Any] = [container.add_stream("libx264", rate=25, options=x264()) for _ in range(2)]
+        for number, stream in enumerate(streams):
+            stream.width, stream.height, stream.pix_fmt = WIDTH + 32 * number, HEIGHT, "yuv420p"
+        for k in range(count + 1):
+            for number, stream in enumerate(streams):
+                frame = None
+                if k < count:
+                    picture = draw_code(k + 100 * number, WIDTH + 32 * number, HEIGHT)
+                    frame = av.VideoFrame.from_ndarray(picture, format="bgr24")
+                    frame.pts, frame.time_base = k, Fraction(1, 25)
+                container.mux(stream.encode(frame))
+    return path
 
 
 def cut(made: Made, path: Path, share: float) -> Path:

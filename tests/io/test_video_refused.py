@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from tsr_engine.errors import VideoError
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video import VideoLimits, open_video, video_sha256
+from tsr_engine.io.video_kinds import Kind
 
 Get = Callable[[str], Any]
 
@@ -88,9 +89,12 @@ def test_playlists_open_no_other_file(made: Get, tmp_path: Path, playlist: str) 
     assert "is not a video" in refusal(path)
 
 
-def test_the_demuxer_itself_refuses_playlists(made: Get, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second lock, should a playlist ever get past the first."""
-    monkeypatch.setattr("tsr_engine.io.video_probe.check_file", lambda _: None)
+@pytest.mark.parametrize("demuxer", ["mov", "hls", "concat", "sdp", "dash", "image2"])
+def test_the_demuxer_itself_refuses_playlists(
+    made: Get, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, demuxer: str
+) -> None:
+    """The second lock, should a playlist ever get past the first: no demuxer that opens other files is let in."""
+    monkeypatch.setattr("tsr_engine.io.video_probe.check_file", lambda _: Kind("MP4", demuxer))
     for playlist in ("#EXTM3U\n#EXTINF:9,\n{0}\n#EXT-X-ENDLIST\n", "ffconcat version 1.0\nfile '{0}'\n"):
         path = tmp_path / "x.mp4"
         path.write_text(playlist.format(made("constant").path.name))

@@ -38,6 +38,14 @@ def test_written_pictures_come_back(corpus: Any, tmp_path: Path, size: tuple[int
     assert [entry.name for entry in tmp_path.iterdir()] == ["out.mp4"]
 
 
+def test_the_shape_of_pixels_is_named(corpus: Any, tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25), pixel_ratio=Fraction(4, 3)) as writer:
+        writer.write(corpus.draw_code(7))
+    with open_video(tmp_path / "v.mp4") as video:
+        assert video.pixel_ratio == Fraction(4, 3)
+        assert corpus.read_code(video.read(0).picture) == 7
+
+
 def test_times_of_the_source_are_kept(corpus: Any, tmp_path: Path) -> None:
     times = [Fraction(5) + Fraction(t, 1000) for t in (0, 40, 73, 200, 201)]
     with VideoWriter(tmp_path / "v.mp4", 96, 64, Fraction(25)) as writer:

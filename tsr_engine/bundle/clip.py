@@ -163,12 +163,14 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
         raise _Unfit("no key frame comes before the first of the frames")
     offset = int(keys[-1])
     if not np.array_equal(table.pts, table.stamps):
-        raise _Unfit("the file stores no presentation times")
+        raise _Unfit("the file stores no presentation times, or not for each picture its own")
     wanted = table.pts[offset:stop]
     if len(wanted) != stop - offset:
         raise _Unfit("the file does not list all of the frames")
-    with open_container(video.file, limits) as (container, stream):
-        mp4 = "mp4" in container.format.name
+    with open_container(video.file, limits) as (container, stream, kind):
+        if kind.demuxer not in ("mov", "matroska"):
+            raise _Unfit(f"packets of {kind.name} files are not copied")
+        mp4 = kind.demuxer == "mov"
         packets = _packets(container, stream, wanted.tolist())
         pts = np.sort(np.array([packet.pts for packet in packets], np.int64))
         if (np.diff(pts) <= 0).any():
@@ -241,6 +243,7 @@ def _store(video: Video, start: int, stop: int, folder: Path) -> Path:
         stream: Any = out.add_stream("ffv1", rate=video.rate.limit_denominator(100_000))
         stream.width, stream.height, stream.pix_fmt = video.width, video.height, "bgr0"
         stream.codec_context.time_base = Fraction(1, _TICKS)
+        stream.codec_context.sample_aspect_ratio = video.pixel_ratio
         stream.codec_context.thread_count = 1
         stream.codec_context.options = {"level": "3", "g": "1", "slicecrc": "1"}
         for packet in _encoded(stream, video.frames(start, stop)):

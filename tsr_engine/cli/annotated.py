@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tsr_engine.cli.common import say
 from tsr_engine.errors import InputError
+from tsr_engine.io.video_kinds import SUFFIXES
 
 __all__ = ["annotated_videos", "readable", "results_of", "truth_of"]
 
@@ -19,9 +20,7 @@ def annotated_videos(sources: list[Path], truth: Path | None) -> list[Path]:
     videos: list[Path] = []
     for source in sources:
         if source.is_dir():
-            inside = sorted(
-                p for p in source.iterdir() if p.suffix.lower() in {".mp4", ".mov", ".avi", ".mkv", ".webm"}
-            )
+            inside = sorted(p for p in source.iterdir() if p.suffix.lower() in SUFFIXES)
             annotated = [p for p in inside if _candidates(p, truth)]
             if not annotated:
                 raise InputError(f"{source} has no video with a truth CSV. Name its folder with --truth.")

@@ -25,6 +25,7 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
+from tsr_engine.io.video_kinds import KINDS
 
 if TYPE_CHECKING:
     from tsr_engine.runs import RunReport
@@ -33,7 +34,7 @@ __all__ = ["track"]
 
 
 def track(
-    video: Annotated[Path, typer.Argument(metavar="VIDEO", help="An MP4, MOV, AVI, MKV or WebM file.")],
+    video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KINDS}.")],
     csv: Annotated[Path | None, typer.Option("--csv", metavar="OUT", help="Write one row a track and frame.")] = None,
     evidence: Annotated[
         Path | None,

@@ -81,6 +81,7 @@ class DatasetVideo:
         path: the file, where pictures are wanted.
         table: its frame table from an earlier pass: pictures of another file's frames are refused; None: not known.
         limits: what the file may demand; unset: ``VideoLimits()``.
+        pixel_ratio: width of an upright pixel by its height; boxes are in stored pixels whatever it is.
         first: first frame that was looked at; frames outside ``first <= frame < stop`` say nothing about signs.
         stop: frame after the last that was looked at.
         provenance: for the manifest: run, engine, models, parameters, edit revision.
@@ -103,6 +104,7 @@ class DatasetVideo:
     negatives: tuple[Track, ...] = ()
     limits: VideoLimits | None = None
     table: FrameTable | None = None
+    pixel_ratio: Fraction = Fraction(1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -227,6 +227,7 @@ def _video(
         "sha256": video.sha256,
         "width": video.width,
         "height": video.height,
+        "pixel_ratio": f"{video.pixel_ratio.numerator}/{video.pixel_ratio.denominator}",
         "frames": video.frames,
         "rate": None if video.rate is None else f"{video.rate.numerator}/{video.rate.denominator}",
         "constant_rate": video.constant_rate,

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from tsr_engine.errors import InputError
 
 FORMAT = 1
+APART = 32
+"""Frames of a joined file that share a stamp are of different parts where they are so far from each other, or more."""
 _KEY, _CORRUPT = 1, 2
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -152,17 +154,25 @@ class FrameTable:
 
 
 class FrameLedger:
-    """A frame table in the making: rows are appended as the decoder produces them."""
+    """A frame table in the making: rows are appended as the decoder produces them.
+
+    Attributes:
+        time_base: seconds per tick.
+        complete: the file has no frame more.
+        damaged: one of the frames is corrupt.
+        joined: times of the file begin anew, so that frames of several parts share their stamps.
+    """
 
     def __init__(self, time_base: Fraction, head: FrameTable | None = None) -> None:
         self.time_base = time_base
         self.complete = False
         self.damaged = False
+        self.joined = False
         self._lock = threading.Lock()
         self._stamps = array("q")
         self._flags = bytearray()
         self._starts = b""
-        self._starts_of = (0, False)
+        self._starts_of = (0, False, False)
         if head is not None:
             self.adopt(head)
 
@@ -235,17 +245,21 @@ class FrameLedger:
         return found if found >= 0 else None
 
     def start_at_or_before(self, k: int) -> int | None:
-        """The last key frame at or before frame k that no other frame can be mistaken for: none has its stamp.
+        """The last key frame at or before frame k that no other frame can be mistaken for: none near has its stamp.
 
         Frames share a stamp where a file's clock is too coarse for its rate. The one after the last row may share the
-        stamp of that, as long as it is not known.
+        stamp of that, as long as it is not known. Frames of other parts of a joined file lie far from it.
         """
         with self._lock:
-            state = (len(self._stamps), self.complete)
+            state = (len(self._stamps), self.complete, self.joined)
             if state != self._starts_of:
                 stamps = np.array(self._stamps, dtype=np.int64)
-                _, place, count = np.unique(stamps, return_inverse=True, return_counts=True)
-                alone = count[place] == 1
+                order = np.argsort(stamps, kind="stable")
+                near = np.diff(stamps[order]) == 0
+                if self.joined:
+                    near &= np.diff(order) < APART
+                alone = np.ones(len(stamps), dtype=np.bool_)
+                alone[order[1:][near]] = alone[order[:-1][near]] = False
                 alone[-1:] &= self.complete
                 is_key = (np.frombuffer(bytes(self._flags), dtype=np.uint8) & _KEY).astype(np.bool_)
                 self._starts, self._starts_of = (is_key & alone).tobytes(), state

@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from tsr_engine.errors import InputError
-from tsr_engine.io.video_probe import VIDEO_HEAD, is_video_head
+from tsr_engine.io.video_kinds import HEAD, kind_of
 from tsr_engine.records import Picture
 
 __all__ = ["MAX_PIXELS", "SUFFIXES", "find_pictures", "read_picture"]
@@ -49,8 +49,9 @@ def read_picture(path: Path) -> Picture:
     """
     try:
         with path.open("rb") as stream:
-            content = stream.read(VIDEO_HEAD)
-            if is_video_head(content):
+            content = stream.read(HEAD)
+            kind = kind_of(content)
+            if kind is not None and kind.demuxer != "gif":  # a GIF may be either
                 raise InputError(f"{path} is a video, not a picture. Use `tsr track` for videos.")
             content += stream.read(_MAX_BYTES - len(content) + 1)
     except OSError as error:

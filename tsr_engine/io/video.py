@@ -11,7 +11,6 @@
 from __future__ import annotations
 
 import threading
-from array import array
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -19,14 +18,16 @@ from fractions import Fraction
 import numpy as np
 
 from tsr_engine.errors import UsageError, VideoError
-from tsr_engine.io.frame_table import BoolArray, FrameLedger, FrameTable, IntArray
+from tsr_engine.io.frame_table import APART, BoolArray, FrameLedger, FrameTable, IntArray
 from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video_cursor import Cursor
 from tsr_engine.io.video_decoder import Decoded, Decoder, Orientation
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.io.video_parts import Parts
 from tsr_engine.io.video_probe import check_size, video_sha256
-from tsr_engine.io.video_warnings import Announced, Found, describe
+from tsr_engine.io.video_times import Scan, Timeline
+from tsr_engine.io.video_warnings import Announced, Facts, Found
 from tsr_engine.records import Picture
 
 __all__ = ["Frame", "FrameTable", "Video", "VideoLimits", "open_video", "video_sha256"]
@@ -61,8 +62,8 @@ def open_video(path: VideoSource | str, *, limits: VideoLimits | None = None, ta
     """Open a video file. Only its header and first picture are read.
 
     Args:
-        path: a local MP4, MOV, AVI, MKV or WebM file, or whoever opens it. It is opened once: a file that takes its
-            name later is never read.
+        path: a local file of one of the kinds in ``video_kinds.KINDS``, or whoever opens it. It is opened once: a file
+            that takes its name later is never read.
         limits: what the file may demand; unset: ``VideoLimits()``.
         table: the file's frame table from an earlier pass, whole or in part: makes random access fast at once.
 
@@ -85,6 +86,8 @@ class Video:
         rotation: the clockwise turn that stands stored pictures upright: 0, 90, 180 or 270 degrees.
         codec: name of the codec, such as ``h264``.
         rate: frames per second as announced, for writing output; never used to find a frame.
+        pixel_ratio: width of an upright pixel by its height. Other than 1, the picture is shown ``width`` times this
+            wide; all coordinates are those of the stored pixels.
     """
 
     def __init__(self, file: OpenedFile, limits: VideoLimits, table: FrameTable | None = None) -> None:
@@ -92,7 +95,8 @@ class Video:
         self.path = path = file.path
         self.limits = limits
         self._lock = threading.RLock()
-        self._scan: tuple[IntArray, IntArray, BoolArray] | None = None
+        self._scanning = threading.Lock()
+        self._scan: Scan | None = None
         self._found: Found | None = None
         decoder: Decoder | None = None
         try:
@@ -100,18 +104,23 @@ class Video:
             if table is not None and table.time_base != decoder.time_base:
                 raise VideoError(f"{path} does not belong to its frame table: other time base. Import it again.")
             self._ledger = FrameLedger(decoder.time_base, table)
-            self._cursor = Cursor(file, limits, self._ledger, self._ticks, decoder)
+            self._announced = Announced.of(decoder)
+            self.rate = self._announced.rate
+            self._timeline = Timeline(
+                decoder.time_base, self.rate, decoder.kind.address, self._ledger, self._packet_scan
+            )
+            self._cursor = Cursor(file, limits, self._ledger, self._search, decoder)
             first = self._cursor.advance()
             if first is None:
                 raise VideoError(f"{path} has no frame that can be decoded. Copy it again from its source.")
             check_size(path, int(first.raw.width), int(first.raw.height), limits)
             self.codec = str(decoder.stream.codec_context.codec.name)
-            self._announced = Announced.of(decoder)
-            self.rate = self._announced.rate
             self._size = (int(first.raw.width), int(first.raw.height))
             self._orientation = Orientation.of(first.raw)
             self.rotation = self._orientation.degrees
             self.width, self.height = self._size[:: -1 if self._orientation.transpose else 1]
+            stored = Fraction(decoder.stream.sample_aspect_ratio or 1)
+            self.pixel_ratio = 1 / stored if self._orientation.transpose else stored
         except BaseException:
             if decoder is not None:
                 decoder.close()
@@ -138,25 +147,29 @@ class Video:
         """
         with self._lock:
             confirmed = self._ledger.confirmed_stamps()
-            if self._ledger.complete:
-                ahead, key = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
-            else:
-                stamps, ticks, key = self._packet_scan()
-                is_ahead = ~np.isin(stamps, confirmed)
-                if len(confirmed) and not self._by_rank:
-                    is_ahead &= ticks > confirmed[-1]
-                    # frames may share a stamp: those that share the last one beyond the confirmed are ahead too
-                    same = np.flatnonzero(stamps == confirmed[-1])
-                    is_ahead[same[np.count_nonzero(confirmed == confirmed[-1]) :]] = True
-                ahead, key = stamps[is_ahead], key[is_ahead]
-            n = len(confirmed) + len(ahead)
-            times = np.array([self._ticks(k, 0) for k in range(n)], dtype=np.int64) if self._by_rank else None
-            return self._ledger.table(ahead, key, times)
+            ahead, key = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
+            if not self._ledger.complete:
+                shown = self._timeline.shown_order()
+                is_ahead = self._is_ahead(shown, confirmed)
+                ahead, key = shown.stamps[is_ahead], shown.keys[is_ahead]
+            return self._ledger.table(ahead, key, self._timeline.ticks(ahead))
+
+    def _is_ahead(self, shown: Scan, confirmed: IntArray) -> BoolArray:
+        """Which packets are expected to be shown after the frames that are known, of which there is one at least."""
+        if self._cursor.decoder.kind.address == "time":
+            # frames may share a stamp: the last one is the n-th with its own, and what comes behind that is ahead
+            place = np.flatnonzero(shown.stamps == confirmed[-1])
+            nth = min(int(np.count_nonzero(confirmed == confirmed[-1])), len(place))
+            if not nth:
+                return np.asarray(shown.ticks > confirmed[-1])
+            return np.asarray(np.arange(len(shown.stamps)) > place[nth - 1])
+        first = np.flatnonzero(shown.stamps == confirmed[0])
+        return ~np.isin(shown.stamps, confirmed) & (np.arange(len(shown.stamps)) > (first[0] if len(first) else -1))
 
     @property
     def timed(self) -> bool:
         """The file stores presentation times: a frame's stamp in its table is its time."""
-        return not self._by_rank
+        return self._timeline.plain
 
     def adopt(self, table: FrameTable) -> bool:
         """Take over what an earlier pass over the same bytes has confirmed, as if the file had been opened with it.
@@ -189,10 +202,20 @@ class Video:
                 self._packet_scan()
             if self._found is None:
                 return ()
-            table = self.table
-            end = table.time(len(table) - 1) - table.time(0) + table.interval()
-            damaged = int(table.corrupt.sum())
-            return describe(self.path, self._announced, self._found, len(table), end, damaged)
+            facts = Facts(
+                path=self.path,
+                kind=self._cursor.decoder.kind,
+                announced=self._announced,
+                parts=Parts.of(self.path, self._cursor.decoder.kind),
+                found=self._found,
+                timeline=self._timeline,
+                scan=self._packet_scan(),
+                table=self.table,
+                pixel_ratio=self.pixel_ratio,
+                width=self.width,
+                height=self.height,
+            )
+            return facts.sentences()
 
     def confirm(self, progress: Callable[[int], None] | None = None) -> FrameTable:
         """Decode to the end, without converting pictures, and return the complete table.
@@ -246,7 +269,7 @@ class Video:
         """
         with self._lock:
             inside = ordinal >= 0 and not (self._ledger.complete and ordinal >= len(self._ledger))
-            decoded = self._cursor.goto(ordinal) if inside else None
+            decoded = self._goto(self._cursor, ordinal) if inside else None
             if decoded is None:
                 raise self._no_frame(ordinal)
             return self._frame(self._cursor.decoder, ordinal, decoded, self._size)
@@ -263,9 +286,9 @@ class Video:
         """Decoded but unconverted frames of a range, from a decoder of their own."""
         if start == stop:
             return
-        cursor = Cursor(self.file, self.limits, self._ledger, self._ticks, Decoder(self.file, self.limits))
+        cursor = Cursor(self.file, self.limits, self._ledger, self._search, Decoder(self.file, self.limits))
         try:
-            decoded = cursor.goto(start)
+            decoded = self._goto(cursor, start)
             if decoded is None:
                 raise self._no_frame(start)
             while decoded is not None:
@@ -280,36 +303,41 @@ class Video:
 
     def _frame(self, decoder: Decoder, k: int, decoded: Decoded, size: tuple[int, int]) -> Frame:
         picture = decoder.picture(decoded, size, self._orientation)
-        return Frame(k, self._ticks(k, decoded.stamp) * self._ledger.time_base, picture, decoded.key, decoded.corrupt)
+        time = self._timeline.tick(k) * self._ledger.time_base
+        return Frame(k, time, picture, decoded.key, decoded.corrupt)
 
-    @property
-    def _by_rank(self) -> bool:
-        """Without presentation times, frame k is shown at the k-th smallest decoding time."""
-        return bool(self._cursor.decoder.by_position)
+    def _goto(self, cursor: Cursor, k: int) -> Decoded | None:
+        if k < len(self._ledger):
+            self._timeline.tick(k)  # which tells whether times begin anew before that
+        return cursor.goto(k)
 
-    def _ticks(self, k: int, stamp: int) -> int:
-        if not self._by_rank:
-            return stamp
-        times = self._packet_scan()[1]
-        return int(times[k]) if k < len(times) else int(times[-1]) + k + 1 - len(times)
+    def _search(self, decoder: Decoder, k: int) -> bool:
+        """Send a decoder to the key frame k."""
+        stamp = self._ledger.stamp(k)
+        if decoder.kind.address == "count":
+            return decoder.seek_packet(stamp, self._packet_scan())
+        if decoder.kind.address == "position":
+            return decoder.seek(self._timeline.tick(k))
+        # A search for a time may lead to another part of a file whose times begin anew; an MP4 has one index.
+        if not self._ledger.joined and (self._ledger.complete or decoder.kind.demuxer == "mov" or self._timeline.plain):
+            return decoder.seek(stamp)
+        earlier = int(np.count_nonzero(self._ledger.confirmed_stamps()[:k] == stamp))
+        places = np.flatnonzero(self._packet_scan().stamps == stamp)
+        if earlier >= len(places) or (np.diff(places) < APART).any():
+            return False
+        return decoder.skip(int(places[earlier]))
 
-    def _packet_scan(self) -> tuple[IntArray, IntArray, BoolArray]:
-        """Stamps, ticks and key flags of all packets whose pictures are to be shown, sorted by ticks."""
-        with self._lock:
+    def _packet_scan(self) -> Scan:
+        """All packets of the file, without decoding."""
+        with self._scanning:
             if self._scan is None:
                 decoder = Decoder(self.file, self.limits)
                 try:
-                    # One flat array: an hour of video has too many frames for objects.
-                    flat = array("q")
-                    for row in decoder.scan():
-                        flat.extend(row)
+                    self._scan = Scan.of(decoder.scan())
                     if self._found is None:
                         self._found = Found.of(decoder)
                 finally:
                     decoder.close()
-                rows = np.array(flat, dtype=np.int64).reshape(-1, 3)
-                rows = rows[np.argsort(rows[:, 1], kind="stable")]
-                self._scan = (rows[:, 0].copy(), rows[:, 1].copy(), rows[:, 2].astype(np.bool_))
             return self._scan
 
     def _no_frame(self, k: int) -> UsageError:

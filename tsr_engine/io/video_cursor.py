@@ -14,6 +14,8 @@ from tsr_engine.io.video_limits import VideoLimits
 _NEAR = 24
 # How many key frames further back a jump tries before it counts from the first frame.
 _STEPS_BACK = 6
+# Pictures that can come before a key frame which they follow in the file.
+_LEADING = 16
 
 
 class _MismatchError(Exception):
@@ -33,7 +35,7 @@ class Cursor:
         file: OpenedFile,
         limits: VideoLimits,
         ledger: FrameLedger,
-        ticks: Callable[[int, int], int],
+        search: Callable[[Decoder, int], bool],
         decoder: Decoder,
     ) -> None:
         """Start before the first frame.
@@ -42,7 +44,7 @@ class Cursor:
             file: the open file.
             limits: what it may demand, should it be opened again.
             ledger: the confirmed frames.
-            ticks: the presentation time of a frame by ordinal and stamp, to search for.
+            search: sends a decoder to a key frame by its ordinal, or says that it cannot.
             decoder: a decoder at the start of the file; the cursor closes it.
         """
         self.decoder = decoder
@@ -51,7 +53,7 @@ class Cursor:
         self._file = file
         self._limits = limits
         self._ledger = ledger
-        self._ticks = ticks
+        self._search = search
         self._current: Decoded | None = None
         self._pictures: Iterator[Decoded] = iter(self.decoder)
 
@@ -136,15 +138,17 @@ class Cursor:
         if self.decoder.tainted or self._ledger.damaged:
             self._restart()
         self.from_start = False
-        if not self.decoder.seek(self._ticks(start, stamp)):
+        if not self._search(self.decoder, start):
             return False
         self._pictures = iter(self.decoder)
         self._current = None
-        for decoded in self._pictures:
+        # Pictures before a key frame in presentation may lack their references; later ones are past the place. Numbers
+        # of packets do not tell them apart: there are no more of them than a decoder holds back.
+        counted = self.decoder.kind.address == "count"
+        for seen, decoded in enumerate(self._pictures):
             if decoded.stamp == stamp and decoded.key:
                 break
-            # Pictures before a key frame in presentation may lack their references; later ones are past the place.
-            if decoded.stamp > stamp:
+            if seen >= _LEADING if counted else decoded.stamp > stamp:
                 return False
         else:
             return False

@@ -16,8 +16,10 @@ from av.video.reformatter import VideoReformatter
 
 from tsr_engine.errors import VideoError
 from tsr_engine.io.opened_file import OpenedFile
+from tsr_engine.io.video_kinds import Kind
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import open_container, reason
+from tsr_engine.io.video_times import NO_TIME, Scan
 from tsr_engine.records import Picture
 
 # A demuxer that fails this often in a row will not find its way back into the file.
@@ -25,6 +27,8 @@ _PATIENCE = 8
 _BIDIRECTIONAL = int(PictureType.B)
 # H.264 allows 16 reference pictures; encoders that code everything bidirectionally would never stop waiting.
 _LONGEST_RUN = 16
+# Packets with a place of their own that a search by bytes goes back where it does not arrive otherwise.
+_ANCHORS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,30 +106,51 @@ def _shared(group: list[Decoded]) -> list[Decoded]:
     return [picture if picture.key else replace(picture, corrupt=True) for picture in group]
 
 
+def _stays_for_no_time(packet: Any, kind: Kind) -> bool:
+    """Whether an animation says that a picture is shown for no time; players then show it for a while of their own."""
+    if not kind.layered or not packet.size:
+        return False
+    if kind.demuxer == "webp":
+        return bool(packet.is_untimed)
+    data = bytes(packet)
+    if kind.demuxer == "apng":  # the control chunk of a picture comes first
+        return data[4:8] == b"fcTL" and data[28:30] == b"\0\0"
+    control = data.find(b"\x21\xf9\x04")  # the graphic control extension comes before the picture
+    return 0 <= control <= len(data) - 6 and int.from_bytes(data[control + 4 : control + 6], "little") < 2
+
+
 class Decoder:
     """Pictures of one file in the decoder's output order, from the start or from a key frame.
 
     Attributes:
-        packets: packets read since the start or the last ``seek``.
+        kind: what kind of file it is, and how its pictures are known again.
+        packets: packets read since the start or the last search.
         discarded: those of them whose pictures an edit list hides.
-        failed: packets that could not be read or decoded.
+        untimed: those of them that stay for no time at all, as the file says.
+        failed: packets that could not be read or decoded, without those before the first key frame.
+        sizes: width and height of the pictures decoded so far, each with the stamp of the first of that size.
         tainted: damage has been met; it can leave marks in the decoder that outlive a search.
     """
 
     def __init__(self, file: OpenedFile, limits: VideoLimits) -> None:
         self.path = file.path
-        self.packets = 0
-        self.discarded = 0
-        self.failed = 0
+        self._file = file
+        self.sizes: dict[tuple[int, int], int] = {}
+        self._limits = limits
         self._stack = ExitStack()
-        self.container, self.stream = self._stack.enter_context(open_container(file, limits))
-        self.time_base = Fraction(self.stream.time_base)
-        # AVI stores no presentation times, its demuxer guesses them, and without an index it counts decoding times
-        # anew after each search. There a picture is known by the byte position of its packet.
-        self.by_position = self.container.format.name == "avi"
-        self.tainted = False
-        self._lost = False
         self._reformatter = VideoReformatter()
+        self._open()
+
+    def _open(self) -> None:
+        self.container, self.stream, self.kind = self._stack.enter_context(open_container(self._file, self._limits))
+        self.time_base = Fraction(self.stream.time_base)
+        self.tainted = False
+        self._begin()
+
+    def _begin(self, count: int = 0) -> None:
+        self.packets, self.discarded, self.untimed, self.failed = count, 0, 0, 0
+        self._lost = self._begun = self._shown = False
+        self._held: Any = None
 
     def close(self) -> None:
         """Close the file; closing twice is harmless."""
@@ -133,30 +158,74 @@ class Decoder:
 
     def seek(self, ticks: int) -> bool:
         """Go to the last place at or before ``ticks`` where decoding can start; false where that is impossible."""
-        self.packets, self.discarded, self.failed = 0, 0, 0
-        self._lost = False
+        self._begin()
         try:
             self.container.seek(ticks, stream=self.stream, backward=True)
-        except (av.FFmpegError, OSError):
+        except (av.FFmpegError, OSError, OverflowError):
             return False
         return True
 
-    def scan(self) -> Iterator[tuple[int, int, bool]]:
-        """Stamp, ticks and key flag of every packet whose picture is to be shown.
+    def skip(self, number: int) -> bool:
+        """Go to a packet by its place in the scan, without decoding those before; false where there are not so many."""
+        self.close()
+        self._open()
+        for packet in self._packets():
+            if packet.size and not packet.is_discard and self._stamp(packet) is not None:
+                if not number:
+                    self._held = packet
+                    return True
+                number -= 1
+        return False
 
-        The ticks are presentation times, or decoding times in files without those.
+    def seek_packet(self, number: int, scan: Scan) -> bool:
+        """Go to a packet by its number; false where the packets from there on are not those of the scan.
+
+        Which packet comes first after a search by bytes depends on how packets lie in the file, so the search goes
+        some packets further back, and counts from the first one that is known by its position and its size. The file's
+        first packet is always known.
         """
+        last = int(np.searchsorted(scan.stamps, number, side="right"))
+        anchors = np.flatnonzero(scan.positions[:last] >= 0)
+        near = np.unique([*anchors[:1], *anchors[-_ANCHORS:]])
+        known = {(int(scan.positions[k]), int(scan.sizes[k])): int(scan.stamps[k]) for k in near}
+        for place in dict.fromkeys([*near[-1:], *near[1:2], *near[:1]]):
+            try:
+                self.container.seek(int(scan.positions[place]), unsupported_byte_offset=True)
+            except (av.FFmpegError, OSError):
+                continue
+            self._begin()
+            at: int | None = None
+            for packet in self._packets():
+                found = known.get((packet.pos, packet.size)) if at is None and packet.size else None
+                at = at + 1 if at is not None else found
+                if at == number:
+                    self._begin(number + 1)
+                    self._held = packet
+                    return True
+                if at is None and packet.pos is not None and packet.pos > scan.positions[near[-1]]:
+                    break
+        return False
+
+    def scan(self) -> Iterator[tuple[int, int, bool, int, int]]:
+        """One row for every packet whose picture is to be shown; see ``Scan.of``."""
         for packet in self._packets():
             if packet.size and not packet.is_discard:
-                ticks = packet.dts if self.by_position or packet.pts is None else packet.pts
                 stamp = self._stamp(packet)
-                if ticks is not None and stamp is not None:
-                    yield stamp, int(ticks), bool(packet.is_keyframe)
+                if stamp is not None:
+                    ticks = packet.dts if self.kind.address == "position" or packet.pts is None else packet.pts
+                    position = -1 if packet.pos is None else int(packet.pos)
+                    ticks = NO_TIME if ticks is None else int(ticks)
+                    yield stamp, ticks, bool(packet.is_keyframe), position, int(packet.size)
 
     def _stamp(self, packet: Any) -> int | None:
-        if self.by_position and packet.pos is not None:
+        """What a picture is known by; of a packet that has just been read."""
+        if self.kind.address == "count":
+            return self.packets - 1
+        if self.kind.address == "position" and packet.pos is not None:
             return int(packet.pos)
-        stamp: int | None = packet.dts if self.by_position or packet.pts is None else packet.pts
+        stamp: int | None = packet.dts if self.kind.address == "position" or packet.pts is None else packet.pts
+        if stamp is None and packet.pos is not None:
+            return NO_TIME + int(packet.pos)
         return stamp
 
     def __iter__(self) -> Iterator[Decoded]:
@@ -165,25 +234,34 @@ class Decoder:
     def _decoded(self) -> Iterator[Decoded]:
         for packet in self._packets():
             if packet.size:
+                self._begun |= bool(packet.is_keyframe)
                 packet.pts = self._stamp(packet)
             for raw in self._decode(packet):
+                self._begun = True
                 if raw.pts is None:
                     self.failed += 1
                     self.tainted = True
                 else:
+                    self.sizes.setdefault((int(raw.width), int(raw.height)), raw.pts)
                     self.tainted |= bool(raw.is_corrupt)
                     corrupt = bool(raw.is_corrupt) or self._lost
                     self._lost = False
-                    yield Decoded(raw.pts, bool(raw.key_frame), corrupt, raw)
+                    key = bool(raw.key_frame) and not (self.kind.layered and self._shown)
+                    self._shown = True
+                    yield Decoded(raw.pts, key, corrupt, raw)
 
     def _packets(self) -> Iterator[Any]:
         failures = 0
+        if self._held is not None:
+            held, self._held = self._held, None
+            yield held
         while failures < _PATIENCE:
             try:
                 for packet in self.container.demux(self.stream):
                     failures = 0
                     self.packets += packet.size > 0
                     self.discarded += bool(packet.size and packet.is_discard)
+                    self.untimed += _stays_for_no_time(packet, self.kind)
                     yield packet
             except (av.FFmpegError, OSError):
                 failures += 1
@@ -202,8 +280,9 @@ class Decoder:
                 f"There is not enough memory to decode {self.path}. Close other programs or scale the video down."
             ) from None
         except (av.FFmpegError, OSError, ValueError):
-            self.failed += 1
-            self.tainted = self._lost = True
+            if self._begun:  # what comes before the first key frame cannot be decoded, whole as it is
+                self.failed += 1
+                self.tainted = self._lost = True
             return []
 
     def picture(self, decoded: Decoded, size: tuple[int, int], orientation: Orientation) -> Picture:

@@ -12,13 +12,9 @@ import av
 
 from tsr_engine.errors import VideoError
 from tsr_engine.io.opened_file import OpenedFile, VideoSource, open_source, unreadable
+from tsr_engine.io.video_kinds import DEMUXERS, HEAD, KINDS, Kind, kind_of, no_video
 from tsr_engine.io.video_limits import VideoLimits
-
-FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm"
-KINDS = "MP4, MOV, AVI, MKV or WebM"
-VIDEO_HEAD = 64
-"""Leading bytes that tell whether a file is a video."""
-_ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
+from tsr_engine.io.video_webp import WebpFile
 
 
 def video_sha256(source: VideoSource | str) -> str:
@@ -33,10 +29,13 @@ def video_sha256(source: VideoSource | str) -> str:
         return file.sha256()
 
 
-def check_file(file: Path | OpenedFile) -> None:
+def check_file(file: Path | OpenedFile) -> Kind:
     """Refuse what is not a video file by its own first bytes, before a demuxer sees it.
 
     Demuxers choose by content: a text playlist named ``x.mp4`` would be followed to other files.
+
+    Returns:
+        What kind of video file it is.
 
     Raises:
         VideoError: missing, not a regular file, unreadable, empty, or of no known video container.
@@ -44,57 +43,61 @@ def check_file(file: Path | OpenedFile) -> None:
     if isinstance(file, Path):
         with OpenedFile.by_name(file) as opened:
             return check_file(opened)
-    path, kind = file.path, file.status.st_mode
-    if stat.S_ISDIR(kind):
-        raise VideoError(f"Expected a video file, but {path} is a folder. Name one {KINDS} file.")
-    if not stat.S_ISREG(kind):
-        raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one {KINDS} file.")
+    path, mode = file.path, file.status.st_mode
+    if stat.S_ISDIR(mode):
+        raise VideoError(f"Expected a video file, but {path} is a folder. Name one file ({KINDS}).")
+    if not stat.S_ISREG(mode):
+        raise VideoError(f"Expected a video file, but {path} is not a regular file. Name one file ({KINDS}).")
     try:
         with file.stream() as stream:
-            head = stream.read(VIDEO_HEAD)
+            head = stream.read(HEAD)
     except OSError as error:
         raise VideoError(unreadable(path, error)) from None
     if not head:
         raise VideoError(f"{path} is empty (0 bytes). Copy the video again from its source.")
-    if not is_video_head(head):
-        raise VideoError(f"{path} is not a video: its first bytes are not those of {KINDS}. Convert it to MP4 first.")
-    return None
-
-
-def is_video_head(head: bytes) -> bool:
-    """Whether a file that begins with these bytes is of a video container that is read here."""
-    return (
-        head[4:8] in _ISO_BOXES or (head[:4] == b"RIFF" and head[8:11] == b"AVI") or head.startswith(b"\x1aE\xdf\xa3")
-    )
+    kind = kind_of(head)
+    if kind is None:
+        raise VideoError(no_video(path, head))
+    return kind
 
 
 @contextmanager
-def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Any, Any]]:
+def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Any, Any, Kind]]:
     """Check an open file, open it for demuxing with a position of its own, and find its video stream.
 
-    The demuxer is confined to local files and the named containers. The pixel limit also reaches the decoders that
-    the demuxer runs while it looks for stream parameters, so that a huge picture is refused before it is allocated.
+    The demuxer is the one of the file's kind and confined to local files. The pixel limit also reaches the decoders
+    that the demuxer runs while it looks for stream parameters: a huge picture is refused before it is allocated.
 
     Yields:
-        The PyAV container and its video stream; decoding runs on one thread, because concealment of damaged
-        pictures would otherwise depend on thread timing.
+        The PyAV container, its video stream and the kind of file; decoding runs on one thread, because concealment of
+        damaged pictures would otherwise depend on thread timing.
 
     Raises:
         VideoError: not a readable video, no video stream, no decoder, or a picture over the limits.
     """
     path = file.path
-    check_file(file)
+    kind = check_file(file)
     options = {
         "protocol_whitelist": "file",
-        "format_whitelist": FORMATS,
+        "format_whitelist": DEMUXERS,
         "max_pixels": _decoder_limit(limits),
     }
     try:
-        container = av.open(f"file:{file.name_again}", mode="r", options=options, metadata_errors="replace")
+        container: Any
+        if kind.demuxer == "webp":
+            container = WebpFile(file.stream, lambda width, height: check_size(path, width, height, limits))
+        else:
+            container = av.open(
+                f"file:{file.name_again}",
+                mode="r",
+                format=kind.demuxer,
+                options=options,
+                metadata_errors="replace",
+            )
     except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
         raise VideoError(
-            f"{path} cannot be opened as a video ({reason(error)}): it is damaged or cut short, or not {KINDS}. "
-            "Copy it again from its source or repair it."
+            f"{path} cannot be opened as a video ({reason(error)}): it is damaged or cut short, or not {kind.name} "
+            "though it begins like that. Copy it again from its source or repair it."
         ) from None
     with container:
         stream = _video_stream(container, path)
@@ -110,7 +113,7 @@ def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Any,
         context.options = {"max_pixels": _decoder_limit(limits)}
         context.thread_type = "NONE"
         context.thread_count = 1
-        yield container, stream
+        yield container, stream, kind
 
 
 def check_size(path: Path, width: int, height: int, limits: VideoLimits) -> None:
@@ -131,19 +134,26 @@ def _decoder_limit(limits: VideoLimits) -> str:
     return str(2 * limits.max_pixels + 2**16)
 
 
-def _video_stream(container: Any, path: Path) -> Any:
-    # Cover art is a video stream of one attached picture.
+def video_streams(container: Any) -> list[Any]:
+    """The video streams of an open file, the one that is read first.
+
+    That is the first one that can be decoded. Cover art, a stream of one attached picture, is none.
+    """
     streams = [s for s in container.streams.video if not s.disposition & s.disposition.__class__.attached_pic]
+    return sorted(streams, key=lambda stream: stream.codec_context is None)
+
+
+def _video_stream(container: Any, path: Path) -> Any:
+    streams = video_streams(container)
     if not streams:
         kind = "only sound" if container.streams.audio else "no streams that can be read"
         raise VideoError(f"{path} has no pictures: it holds {kind}. Choose a file with a video stream.")
-    stream = streams[0]
-    if stream.codec_context is None:
+    if streams[0].codec_context is None:
         raise VideoError(
             f"{path} has pictures that cannot be decoded: the file is cut short, or coded in a way that this "
             "installation does not know. Copy it again from its source or convert it to H.264."
         )
-    return stream
+    return streams[0]
 
 
 def reason(error: BaseException) -> str:

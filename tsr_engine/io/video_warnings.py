@@ -1,15 +1,25 @@
-"""What is wrong with a video that nevertheless decodes, in one sentence each."""
+"""What is wrong or unusual with a video that nevertheless decodes, in one sentence each."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_decoder import Decoder
+from tsr_engine.io.video_kinds import Kind
+from tsr_engine.io.video_parts import Parts
+from tsr_engine.io.video_probe import video_streams
+from tsr_engine.io.video_times import NO_TIME, Scan, Timeline
 
 # Containers without a frame count announce a duration, which muxers round and sound tracks stretch.
 _TOLERANCE = Fraction(1, 2)
+_NAMED = 3
+"""Places of one kind that are named; the others are counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,20 +29,28 @@ class Announced:
     Attributes:
         frames: number of coded pictures, None where the container does not say.
         shown: those of them that the container's index leads to once edit lists have hidden others.
-        seconds: duration of the video stream, None where the container does not say.
+        seconds: duration of the video stream, None where neither the container says it nor the demuxer estimates it.
         rate: average frames per second.
+        rate_said: the rate is the file's, not ours.
+        streams: width, height and codec of each video stream, the one that is read first.
+        says_end: ``seconds`` is a promise of the header, not an estimate.
     """
 
     frames: int | None
     shown: int | None
     seconds: Fraction | None
     rate: Fraction
+    rate_said: bool
+    streams: tuple[str, ...]
+    says_end: bool
 
     @classmethod
     def of(cls, decoder: Decoder) -> Announced:
         """The promises of an open file's header."""
         stream = decoder.stream
-        rate = Fraction(stream.average_rate or stream.guessed_rate or 25)
+        said = stream.average_rate or stream.guessed_rate
+        if stream.average_rate and not stream.duration and decoder.kind.demuxer in ("h264", "hevc"):
+            said = stream.codec_context.framerate  # that of the demuxer is its own default
         seconds: Fraction | None = None
         if stream.duration:
             seconds = stream.duration * decoder.time_base
@@ -40,8 +58,16 @@ class Announced:
             seconds = Fraction(decoder.container.duration, 1_000_000)
         frames = int(stream.frames) or None
         # Only the MP4 family has read its whole index by now; it omits groups of pictures that no edit shows.
-        indexed = frames is not None and "mp4" in decoder.container.format.name
-        return cls(frames, len(stream.index_entries) if indexed else frames, seconds, rate)
+        indexed = frames is not None and decoder.kind.demuxer == "mov"
+        return cls(
+            frames,
+            len(stream.index_entries) if indexed else frames,
+            seconds,
+            Fraction(said or 25),
+            bool(said),
+            tuple(_about(each) for each in video_streams(decoder.container)),
+            decoder.kind.announces,
+        )
 
     @property
     def count(self) -> int | None:
@@ -58,50 +84,218 @@ class Found:
     Attributes:
         packets: coded pictures in the file.
         discarded: those of them that an edit list hides.
+        untimed: those of them that stay for no time at all, as the file says.
         failed: packets that could not be read or decoded.
+        sizes: widths and heights of the decoded pictures, each with the stamp of the first of that size.
     """
 
     packets: int
     discarded: int
+    untimed: int
     failed: int
+    sizes: dict[tuple[int, int], int]
 
     @classmethod
     def of(cls, decoder: Decoder) -> Found:
         """The counts of a decoder that has read the whole file from its start."""
-        return cls(decoder.packets, decoder.discarded, decoder.failed)
+        return cls(decoder.packets, decoder.discarded, decoder.untimed, decoder.failed, dict(decoder.sizes))
 
 
-def describe(
-    path: Path, announced: Announced, found: Found, count: int, end: Fraction, damaged: int
-) -> tuple[str, ...]:
-    """The warnings about one file.
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """All that the sentences about one file are made of.
 
-    Args:
+    Attributes:
         path: the file.
+        kind: what kind of file it is.
         announced: what its header promises.
+        parts: what its outermost boxes say.
         found: what a whole pass found.
-        count: frames that decode.
-        end: from the start of the first frame to the end of the last, in seconds.
-        damaged: frames with the corrupt flag.
+        timeline: how its frames got their times.
+        scan: its packets.
+        table: its frames.
+        pixel_ratio: width of an upright pixel by its height.
+        width: of the upright picture, px.
+        height: of the upright picture, px.
     """
-    sentences = []
-    promise = f"{path.name} announces {announced.frames} frames, {count} decode"
-    if announced.frames is not None and announced.shown is not None and count < announced.frames:
-        if found.packets < announced.shown:
-            sentences.append(f"{promise}: the file is cut short.")
-        elif hidden := announced.frames - announced.shown + found.discarded:
-            sentences.append(f"{promise}: its edit list hides {hidden}.")
-        elif lost := announced.frames - count - found.failed:
-            sentences.append(f"{promise}: {_some(lost, 'picture')} {'is' if lost == 1 else 'are'} lost to damage.")
-    elif announced.frames is None and announced.seconds is not None and end + _TOLERANCE < announced.seconds:
-        sentences.append(
-            f"{path.name} announces {float(announced.seconds):.1f} s, {float(end):.1f} s decode: the file is cut short."
+
+    path: Path
+    kind: Kind
+    announced: Announced
+    parts: Parts
+    found: Found
+    timeline: Timeline
+    scan: Scan
+    table: FrameTable
+    pixel_ratio: Fraction
+    width: int
+    height: int
+
+    def sentences(self) -> tuple[str, ...]:
+        """The warnings, what is lost first."""
+        kinds = (
+            self._joined, self._short, self._leading, self._failed, self._damaged, self._repeated, self._streams,
+            self._sizes, self._turns, self._untimed, self._shape,
+        )  # fmt: skip
+        return tuple(f"{self.path.name} {sentence}" for kind in kinds if (sentence := kind()))
+
+    def _joined(self) -> str | None:
+        starts, announced, count = self.parts.starts, self.announced.frames, len(self.table)
+        if len(starts) == 1:
+            return None
+        joined = f"holds {len(starts)} videos joined end to end"
+        last = int(self.scan.positions.max(initial=0))
+        # an MP4 is read by its first index; its videos begin with their data or with their index
+        read = 1 if self.kind.demuxer == "mov" else sum(start <= last for start in starts)
+        if read < len(starts):
+            which = "the first is" if read == 1 else f"the first {read} are"
+            return (
+                f"{joined}, of which only {which} read ({_some(count, 'frame')}). Split it, or join the videos with a "
+                "tool that writes one index."
+            )
+        if announced is not None and count > announced:
+            return f"{joined}: all {count} frames are read, though it announces {announced}."
+        return None
+
+    def _short(self) -> str | None:
+        announced, found, count = self.announced, self.found, len(self.table)
+        if announced.frames is not None and announced.shown is not None and count < announced.frames:
+            promise = f"announces {announced.frames} frames, {count} decode"
+            if found.packets + self._repeats() < announced.shown:
+                if self.kind.address == "position" and self.parts.whole:
+                    return f"{promise} though the file is whole: its header is wrong, or the last ones are repeats."
+                return f"{promise}: the file is cut short."
+            if hidden := announced.frames - announced.shown + found.discarded:
+                return f"{promise}: its edit list hides {hidden}."
+            lost = announced.frames - count - found.failed - self._lead() - self._repeats()
+            if lost > 0:
+                return f"{promise}: {_some(lost, 'picture')} {_are(lost)} lost to damage."
+        elif announced.frames is None and announced.seconds is not None and announced.says_end:
+            end = self.table.time(count - 1) - self.table.time(0) + self.table.interval()
+            if end + _TOLERANCE < announced.seconds:
+                return f"announces {float(announced.seconds):.1f} s, {float(end):.1f} s decode: the file is cut short."
+        elif self.parts.whole is False:
+            return f"ends before it is complete, {_some(count, 'frame')} decode: the file is cut short."
+        return None
+
+    def _lead(self) -> int:
+        """Packets at the start whose pictures cannot be decoded, because what they are predicted from is missing."""
+        scan, number = self.scan, np.arange(len(self.scan.stamps))
+        keys = [*np.flatnonzero(scan.keys)[:2].tolist(), len(number)]
+        if len(keys) == 1:
+            return 0
+        early = (number < keys[0]) | ((number < keys[1]) & (scan.ticks < scan.ticks[keys[0]]) & (scan.ticks != NO_TIME))
+        return int(np.count_nonzero(early & ~np.isin(scan.stamps, self.table.stamps)))
+
+    def _leading(self) -> str | None:
+        lead = self._lead()
+        if not lead:
+            return None
+        lost = f"its first {_some(lead, 'picture')} cannot be decoded and {_are(lead)} left out"
+        return f"begins between key frames: {lost}."
+
+    def _failed(self) -> str | None:
+        failed = self.found.failed
+        return f"has {_some(failed, 'damaged packet')} that cannot be decoded." if failed else None
+
+    def _damaged(self) -> str | None:
+        damaged = int(self.table.corrupt.sum())
+        return f"has {_some(damaged, 'frame')} with damage, or predicted from damage." if damaged else None
+
+    def _repeats(self) -> int:
+        """Empty chunks between the pictures of an AVI file, each of which shows the one before it once more.
+
+        They are counted by the decoding times, which go up by one with each chunk.
+        """
+        ticks = self.scan.ticks
+        if self.kind.address != "position" or not len(ticks):
+            return 0
+        return max(0, int(ticks.max() - ticks.min()) + 1 - len(ticks))
+
+    def _repeated(self) -> str | None:
+        repeats = self._repeats()
+        if not repeats:
+            return None
+        return (
+            f"announces {self.announced.frames} frames, of which {repeats} {_are(repeats)} "
+            f"{'a repeat' if repeats == 1 else 'repeats'} of the picture before: such a picture is one frame that "
+            "stays for longer."
         )
-    if found.failed:
-        sentences.append(f"{path.name} has {_some(found.failed, 'damaged packet')} that cannot be decoded.")
-    if damaged:
-        sentences.append(f"{path.name} has {_some(damaged, 'frame')} with damage, or predicted from damage.")
-    return tuple(sentences)
+
+    def _streams(self) -> str | None:
+        first, *others = self.announced.streams
+        if not others:
+            return None
+        return (
+            f"has {len(others) + 1} video streams: the first is read ({first}), not {', '.join(others)}. Copy another "
+            "one into a file of its own to read it."
+        )
+
+    def _sizes(self) -> str | None:
+        if not self.found.sizes:
+            return None  # nothing was decoded by this pass
+        first, *others = sorted((_frame_of(self.table, stamp), size) for size, stamp in self.found.sizes.items())
+        if not others:
+            return None
+        width, height = first[1]
+        places = _named([f"{w}x{h} from frame {k} on" for k, (w, h) in others])
+        return (
+            f"changes the size of its pictures, {width}x{height} at first: {places}. All are scaled to {width}x{height}"
+            ", and so are their coordinates."
+        )
+
+    def _turns(self) -> str | None:
+        places = [f"at frame {k} (from {a:.3f} s to {b:.3f} s)" for k, a, b in self.timeline.turns]
+        if not places:
+            return None
+        return (
+            f"has times that run back {_named(places)}, as where files were joined: later frames are timed on from the "
+            "frame before."
+        )
+
+    def _untimed(self) -> str | None:
+        filled, untimed, count = self.timeline.filled, self.found.untimed, len(self.table)
+        said = "as its header says" if self.announced.rate_said else "which is assumed, because it says no rate"
+        at = f"at {float(self.timeline.rate):g} frames a second, {said}"
+        if filled and filled == count:
+            return f"stores no times: its frames are timed {at}."
+        if filled:
+            return (
+                f"has {_some(filled, 'frame')} without a time of {'its' if filled == 1 else 'their'} own, timed {at}."
+            )
+        if untimed and count > 1:
+            stay = "stays" if untimed == 1 else "stay"
+            return f"has {_some(untimed, 'picture')} that {stay} for no time: each gets a short one, as in players."
+        return None
+
+    def _shape(self) -> str | None:
+        ratio = self.pixel_ratio
+        if ratio == 1:
+            return None
+        return (
+            f"has pixels that are not square ({ratio.numerator}:{ratio.denominator}): its {self.width}x{self.height} "
+            f"pictures are shown as {round(self.width * ratio)}x{self.height}. Coordinates are those of "
+            f"{self.width}x{self.height}."
+        )
+
+
+def _frame_of(table: FrameTable, stamp: int) -> int:
+    """The first frame with a stamp."""
+    return int(np.argmax(table.stamps == stamp))
+
+
+def _about(stream: Any) -> str:
+    context = stream.codec_context
+    return "one that cannot be decoded" if context is None else f"{context.width}x{context.height} {context.codec.name}"
+
+
+def _named(places: list[str]) -> str:
+    more = len(places) - _NAMED
+    return ", ".join(places[:_NAMED]) + (f" and at {more} more" if more > 0 else "")
+
+
+def _are(number: int) -> str:
+    return "is" if number == 1 else "are"
 
 
 def _some(number: int, noun: str) -> str:

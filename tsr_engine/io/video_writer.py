@@ -50,6 +50,7 @@ class VideoWriter:
         crf: int = 20,
         preset: str = "veryfast",
         keys: int | None = None,
+        pixel_ratio: Fraction = Fraction(1),
     ) -> None:
         """Start a video.
 
@@ -61,6 +62,7 @@ class VideoWriter:
             crf: H.264 constant rate factor, 0 (lossless) to 51; 20 looks like the original.
             preset: what x264 may spend on a picture: ``ultrafast`` to ``veryslow``.
             keys: pictures from one key frame to the next, none of which waits for a later one; unset: as x264 likes.
+            pixel_ratio: width of a pixel by its height, for players.
 
         Raises:
             UsageError: an impossible size or rate.
@@ -93,6 +95,7 @@ class VideoWriter:
         self._stream.width, self._stream.height = width + width % 2, height + height % 2
         self._stream.pix_fmt = "yuv420p"
         self._stream.codec_context.time_base = Fraction(1, _TICKS)
+        self._stream.codec_context.sample_aspect_ratio = pixel_ratio
         # What the conversion from BGR does, said aloud: players take untagged HD for BT.709 and shift its colours.
         self._stream.codec_context.colorspace = Colorspace.ITU601.value
         self._stream.codec_context.color_range = ColorRange.MPEG.value

@@ -107,11 +107,13 @@ def _packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool
     """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and where they come from."""
     if (frames.pts < 0).any():
         raise _Unfit("the run does not know its presentation times")
-    with open_source(path) as file, open_container(file, limits) as (container, stream):
+    with open_source(path) as file, open_container(file, limits) as (container, stream, kind):
         codec = str(stream.codec_context.codec.name)
         codec = {"libdav1d": "av1", "libaom-av1": "av1", "libvpx-vp9": "vp9"}.get(codec, codec)
-        if container.format.name == "avi":
+        if kind.address == "position":
             raise _Unfit("AVI files store no presentation times")
+        if kind.demuxer not in ("mov", "matroska"):
+            raise _Unfit(f"packets of {kind.name} files are not copied")
         if codec not in STORABLE:
             raise _Unfit(f"viewers do not play {codec}")
         if _orientation(container, stream) != Orientation():

@@ -142,7 +142,9 @@ export function parseLabelMap(text) {
   return { map };
 }
 
-const VIDEO_FILE = /\.(mp4|m4v|mkv|avi|mov|webm|mpe?g|ts|mts|wmv)$/i;
+const ENDINGS = ['mp4', 'm4v', 'mov', '3gp', 'mkv', 'webm', 'avi', 'ts', 'm2ts', 'mts', 'm2t', 'mpg', 'mpeg', 'vob', 'flv', 'wmv', 'asf', 'h264', '264', 'avc', 'h265', '265', 'hevc', 'gif', 'apng', 'webp'];
+/** What a dialog for files offers as videos: endings too, since browsers do not know all kinds. */
+export const VIDEO_FILES = ['video/*', ...ENDINGS.map((ending) => `.${ending}`)].join();
 
 /** Whether a file is a video by its name; others are datasets. @param {{name: string, type?: string}} file */
-export const isVideoFile = (file) => VIDEO_FILE.test(file.name) || (file.type ?? '').startsWith('video/');
+export const isVideoFile = (file) => ENDINGS.includes(file.name.split('.').pop()?.toLowerCase() ?? '') || (file.type ?? '').startsWith('video/');

@@ -3,8 +3,8 @@
  * Boxes and the viewport. Pure.
  *
  * @typedef {import('../types.js').Box} Box
- * @typedef {{zoom: number, x: number, y: number}} Viewport   zoom: screen px a picture px; x, y: picture point at the centre
- * @typedef {{width: number, height: number}} Size
+ * @typedef {{zoom: number, x: number, y: number, stretch?: number}} Viewport   zoom: screen px a picture px, downwards; sideways `stretch` times that, 1 where it is missing; x, y: picture point at the centre
+ * @typedef {{width: number, height: number, stretch?: number}} Size   stretch: width of a pixel by its height, 1 where it is missing
  * @typedef {'n'|'ne'|'e'|'se'|'s'|'sw'|'w'|'nw'|'move'} Handle
  */
 
@@ -14,17 +14,27 @@ const HANDLES = /** @type {const} */ ([
   ['nw', 0, 0], ['n', 0.5, 0], ['ne', 1, 0], ['e', 1, 0.5], ['se', 1, 1], ['s', 0.5, 1], ['sw', 0, 1], ['w', 0, 0.5],
 ]);
 
+/** Screen px a picture px sideways. @param {Viewport} view */
+export const across = ({ zoom, stretch = 1 }) => zoom * stretch;
+
 /** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} picture point */
-export const toPicture = (view, screen, x, y) => [(x - screen.width / 2) / view.zoom + view.x, (y - screen.height / 2) / view.zoom + view.y];
+export const toPicture = (view, screen, x, y) => [(x - screen.width / 2) / across(view) + view.x, (y - screen.height / 2) / view.zoom + view.y];
 
 /** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} screen point */
-export const toScreen = (view, screen, x, y) => [(x - view.x) * view.zoom + screen.width / 2, (y - view.y) * view.zoom + screen.height / 2];
+export const toScreen = (view, screen, x, y) => [(x - view.x) * across(view) + screen.width / 2, (y - view.y) * view.zoom + screen.height / 2];
+
+/** What a view keeps of the shape of pixels; nothing where they are square. @param {{stretch?: number}} shape @returns {{stretch?: number}} */
+export const stretched = ({ stretch }) => (stretch === undefined || stretch === 1 ? {} : { stretch });
+
+/** The size of a video's pictures, and the shape of their pixels. @param {import('../types.js').Video|undefined} video @returns {Size} */
+export const sizeOf = (video) => ({ width: video?.width ?? 1, height: video?.height ?? 1, ...stretched({ stretch: video?.pixel_ratio }) });
 
 /** The whole picture in view. @param {Size} picture @param {Size} screen @returns {Viewport} */
 export const fit = (picture, screen) => ({
-  zoom: Math.max(0.01, Math.min(screen.width / picture.width, screen.height / picture.height)),
+  zoom: Math.max(0.01, Math.min(screen.width / (picture.width * (picture.stretch ?? 1)), screen.height / picture.height)),
   x: picture.width / 2,
   y: picture.height / 2,
+  ...stretched(picture),
 });
 
 /**
@@ -41,7 +51,7 @@ export function zoomAt(view, screen, picture, factor, x, y) {
   const least = fit(picture, screen).zoom * 0.5;
   const zoom = Math.min(64, Math.max(Math.min(least, 1), view.zoom * factor));
   const [px, py] = toPicture(view, screen, x, y);
-  return bounded({ zoom, x: px - (x - screen.width / 2) / zoom, y: py - (y - screen.height / 2) / zoom }, picture);
+  return bounded({ ...view, zoom, x: px - (x - screen.width / 2) / across({ ...view, zoom }), y: py - (y - screen.height / 2) / zoom }, picture);
 }
 
 /** Keep some of the picture in view. @param {Viewport} view @param {Size} picture @returns {Viewport} */
@@ -60,21 +70,23 @@ export const bounded = (view, picture) => ({
  */
 export function revealed(view, screen, box) {
   const [x, y] = [(box[0] + box[2]) / 2, (box[1] + box[3]) / 2];
-  const inside = Math.abs(x - view.x) * view.zoom < 0.45 * screen.width && Math.abs(y - view.y) * view.zoom < 0.45 * screen.height;
-  const most = 0.8 * Math.min(screen.width / (box[2] - box[0]), screen.height / (box[3] - box[1]));
-  return inside && view.zoom <= most ? view : { zoom: Math.min(view.zoom, most), x, y };
+  const inside = Math.abs(x - view.x) * across(view) < 0.45 * screen.width && Math.abs(y - view.y) * view.zoom < 0.45 * screen.height;
+  const most = 0.8 * Math.min(screen.width / ((box[2] - box[0]) * (view.stretch ?? 1)), screen.height / (box[3] - box[1]));
+  return inside && view.zoom <= most ? view : { ...view, zoom: Math.min(view.zoom, most), x, y };
 }
 
 /**
  * The view in which a box has a size that can be judged and taken hold of.
  * @param {Box} box
  * @param {number} side   of the box, screen px
+ * @param {Size} picture
  * @returns {Viewport}
  */
-export const zoomedTo = (box, side) => ({
-  zoom: Math.min(16, side / Math.max(box[2] - box[0], box[3] - box[1], 1)),
+export const zoomedTo = (box, side, picture) => ({
+  zoom: Math.min(16, side / Math.max((box[2] - box[0]) * (picture.stretch ?? 1), box[3] - box[1], 1)),
   x: (box[0] + box[2]) / 2,
   y: (box[1] + box[3]) / 2,
+  ...stretched(picture),
 });
 
 /** @param {Box} box @param {number} x @param {number} y */
@@ -96,15 +108,16 @@ export function iou(a, b) {
  * @param {Box} box
  * @param {number} x
  * @param {number} y
- * @param {number} reach   picture px
+ * @param {number} reach   px downwards
+ * @param {number} [stretch]   sideways, a px counts as so many
  * @returns {Handle|null}
  */
-export function handleAt(box, x, y, reach) {
+export function handleAt(box, x, y, reach, stretch = 1) {
   let best = null;
   // inside a small box the handles leave the middle free, or it could not be moved
-  let least = contains(box, x, y) ? Math.min(reach, Math.min(box[2] - box[0], box[3] - box[1]) / 4) : reach;
+  let least = contains(box, x, y) ? Math.min(reach, Math.min((box[2] - box[0]) * stretch, box[3] - box[1]) / 4) : reach;
   for (const [name, u, v] of HANDLES) {
-    const distance = Math.max(Math.abs(x - (box[0] + u * (box[2] - box[0]))), Math.abs(y - (box[1] + v * (box[3] - box[1]))));
+    const distance = Math.max(Math.abs(x - (box[0] + u * (box[2] - box[0]))) * stretch, Math.abs(y - (box[1] + v * (box[3] - box[1]))));
     if (distance <= least) [best, least] = [name, distance - (name.length === 2 ? 1e-9 : 0)];
   }
   return best ?? (contains(box, x, y) ? 'move' : null);

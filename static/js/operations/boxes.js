@@ -5,7 +5,7 @@ import { docOf } from '../editing/revisions.js';
 import { deletedTracks } from '../model/deleted.js';
 import { keyFramesOf } from '../model/documents.js';
 import { labelOf } from '../model/effective.js';
-import { nudged, settled } from '../model/geometry.js';
+import { nudged, settled, sizeOf } from '../model/geometry.js';
 import { without } from '../model/join.js';
 import { framesInBoth } from '../model/shown_runs.js';
 import { trackEntries } from '../model/track_entries.js';
@@ -24,7 +24,7 @@ import { editSelected, needsBox, needsBoxes, needsRun, needsTrack, newKey, onRev
 const GROUP = 'Boxes and tracks';
 
 /** @param {State} state */
-const size = (state) => ({ width: state.review?.video.width ?? 1, height: state.review?.video.height ?? 1 });
+const size = (state) => sizeOf(state.review?.video);
 
 /** The state that holds at the cursor. @param {State} state @param {'occluded'|'outside'} what */
 function holds(state, what) {
@@ -278,7 +278,8 @@ export const boxes = [
       if (!review) return;
       const { x, y, zoom } = review.viewport;
       const half = Math.max(12, 24 / Math.max(zoom, 0.1));
-      create(app, { key: newKey(), frame: review.frame, box: settled([x - half, y - half, x + half, y + half], size(app.store.get())) }, null);
+      const wide = half / (review.viewport.stretch ?? 1);
+      create(app, { key: newKey(), frame: review.frame, box: settled([x - wide, y - half, x + wide, y + half], size(app.store.get())) }, null);
     },
   }),
 ];

@@ -1,7 +1,7 @@
 // @ts-check
 /** Layers, zoom, history, help. */
 
-import { zoomedTo } from '../model/geometry.js';
+import { sizeOf, zoomedTo } from '../model/geometry.js';
 import { formatRoute } from '../model/route.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
@@ -120,7 +120,7 @@ export const view = [
     tooltip: 'Zoom to the selected track; the next ones of the queue then come to the middle (Z)',
     run: (app) => app.store.dispatch((state) => {
       const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-      return shown ? setViewport(state, zoomedTo(shown.box, JUDGED)) : state;
+      return shown ? setViewport(state, zoomedTo(shown.box, JUDGED, sizeOf(state.review?.video))) : state;
     }),
   }),
   operation({

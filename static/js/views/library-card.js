@@ -108,7 +108,7 @@ function stateOf(video, runs) {
     } else if (!busy && video.runs === 0) {
       lines.push(h('p', {class: 'small muted'}, 'Not run yet'));
     }
-    if (video.warnings.length) lines.push(message('warn', video.warnings[0], video.warnings.join('\n')));
+    for (const warning of video.warnings) lines.push(message('warn', warning));
   }
   return lines;
 }

@@ -2,7 +2,7 @@
 /** The first screen: all videos, how far each is, and how to add one. */
 
 import {sentence} from '../api/errors.js';
-import {isVideoFile} from '../model/exchange.js';
+import {isVideoFile, VIDEO_FILES} from '../model/exchange.js';
 import {hideBanner, openDialog, setRuns, setSession, setVideos} from '../store/actions/page.js';
 import {h, setText} from './dom.js';
 import {emptyState, waiting} from './empty.js';
@@ -71,7 +71,7 @@ export function createLibrary(app) {
   }}, ...Object.entries(SORTS).map(([value, {label}]) => h('option', {value}, label)));
   sort.value = recall('library.sort') ?? 'newest';
   if (!sort.value) sort.value = 'newest';
-  const files = h('input', {type: 'file', accept: 'video/*,.mkv,.avi,.mov,.mp4,.webm,.m4v', multiple: true, class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Video files to upload', onchange: () => {
+  const files = h('input', {type: 'file', accept: VIDEO_FILES, multiple: true, class: 'visually-hidden', tabIndex: -1, 'aria-label': 'Video files to upload', onchange: () => {
     uploads.add([...(files.files ?? [])]);
     files.value = '';
   }});

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { bounded, dragged, fit, handleAt, iou, nudged, revealed, settled, toPicture, toScreen, zoomAt, zoomedTo } from '../../../static/js/model/geometry.js';
+import { bounded, dragged, fit, handleAt, iou, nudged, revealed, settled, sizeOf, toPicture, toScreen, zoomAt, zoomedTo } from '../../../static/js/model/geometry.js';
 
 const PICTURE = { width: 960, height: 540 };
 const SCREEN = { width: 640, height: 480 };
@@ -82,6 +82,29 @@ test('a view follows a box that is out of sight, and no other', () => {
 });
 
 test('a small box is zoomed to the asked side, a tiny one not without end', () => {
-  assert.deepEqual(zoomedTo([10, 10, 30, 50], 120), { zoom: 3, x: 20, y: 30 });
-  assert.equal(zoomedTo([10, 10, 12, 12], 120).zoom, 16);
+  assert.deepEqual(zoomedTo([10, 10, 30, 50], 120, PICTURE), { zoom: 3, x: 20, y: 30 });
+  assert.equal(zoomedTo([10, 10, 12, 12], 120, PICTURE).zoom, 16);
+});
+
+test('pixels that are not square are shown at their true shape, and every point is still its own', () => {
+  const picture = sizeOf(/** @type {any} */ ({ width: 480, height: 360, pixel_ratio: 4 / 3 }));
+  const view = fit(picture, { width: 640, height: 360 });
+  for (const [point, place] of [[[0, 0], [0, 0]], [[480, 360], [640, 360]], [[120, 90], [160, 90]]]) {
+    const shown = toScreen(view, { width: 640, height: 360 }, point[0], point[1]);
+    assert.ok(Math.hypot(shown[0] - place[0], shown[1] - place[1]) < 1e-9);
+    const back = toPicture(view, { width: 640, height: 360 }, shown[0], shown[1]);
+    assert.ok(Math.hypot(back[0] - point[0], back[1] - point[1]) < 1e-9);
+  }
+  const near = zoomAt(view, SCREEN, picture, 2, 400, 200);
+  assert.deepEqual(toPicture(near, SCREEN, 400, 200).map(Math.round), toPicture(view, SCREEN, 400, 200).map(Math.round));
+  assert.equal(near.stretch, 4 / 3);
+  const close = zoomedTo([0, 0, 30, 40], 120, picture);
+  assert.ok(Math.abs(close.zoom - 3) < 1e-9 && close.stretch === 4 / 3, 'the box is as wide as high on screen');
+  assert.equal(revealed(view, SCREEN, [470, 350, 480, 360]).stretch, 4 / 3);
+  assert.deepEqual(sizeOf(/** @type {any} */ ({ width: 3, height: 2, pixel_ratio: 1 })), { width: 3, height: 2 });
+});
+
+test('a handle is as near sideways as it looks', () => {
+  assert.equal(handleAt([0, 0, 60, 60], 63, 30, 4), 'e');
+  assert.equal(handleAt([0, 0, 60, 60], 63, 30, 4, 2), null);
 });

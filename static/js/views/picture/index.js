@@ -2,7 +2,7 @@
 /** The picture with its layers, a legend that switches them, and a line that says where one is. */
 
 import { NO_CLASS } from '../../model/documents.js';
-import { fit, toScreen } from '../../model/geometry.js';
+import { across, fit, sizeOf, toScreen } from '../../model/geometry.js';
 import { className } from '../../model/label_words.js';
 import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
@@ -107,8 +107,7 @@ export function createPicture(app) {
   function refit(review) {
     if (!size.width || !review.video.width || !review.video.height) return;
     fitted = true;
-    const picture = { width: review.video.width, height: review.video.height };
-    app.store.dispatch((state) => setViewport(state, fit(picture, size)));
+    app.store.dispatch((state) => setViewport(state, fit(sizeOf(review.video), size)));
   }
 
   app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next, /** @type {boolean} */ passing) => {
@@ -128,7 +127,7 @@ export function createPicture(app) {
     ctx.fillRect(0, 0, shot.width, shot.height);
     // a bitmap without width was given back: the cache it came from is gone with its video
     if (!present || present.bitmap.width === 0 || review.viewport.zoom === 0) return;
-    const { width, height } = { width: review.video.width ?? 1, height: review.video.height ?? 1 };
+    const { width, height } = sizeOf(review.video);
     const [x1, y1] = toScreen(review.viewport, size, 0, 0);
     const [x2, y2] = toScreen(review.viewport, size, width, height);
     ctx.imageSmoothingEnabled = review.viewport.zoom * ratio < 2.5;
@@ -201,11 +200,11 @@ export function createPicture(app) {
     const view = sight.viewOf(review, size, fitted);
     if (view !== review.viewport) app.store.dispatch((now) => setViewport(now, view));
     if (before && before.viewport !== review.viewport) {
-      const whole = fit({ width: review.video.width ?? 1, height: review.video.height ?? 1 }, size);
+      const whole = fit(sizeOf(review.video), size);
       fitted = Math.abs(whole.zoom - review.viewport.zoom) < 1e-6;
     }
     if (before?.viewport !== review.viewport) {
-      app.frames.setWidth(Math.ceil((review.video.width ?? 1280) * Math.min(1, review.viewport.zoom * ratio)));
+      app.frames.setWidth(Math.ceil((review.video.width ?? 1280) * Math.min(1, Math.max(review.viewport.zoom, across(review.viewport)) * ratio)));
       paintShot(review);
     }
     paintOver(review);

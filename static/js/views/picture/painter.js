@@ -10,7 +10,7 @@
  * @typedef {import('../../model/geometry.js').Size} Size
  */
 import { focusPoint } from '../../model/focus.js';
-import { clamp, handlesOf, toScreen } from '../../model/geometry.js';
+import { across, clamp, handlesOf, toScreen } from '../../model/geometry.js';
 import { placeLabels } from '../../model/label_places.js';
 import { trackName } from '../../model/track_name.js';
 import { secondShown, shownTracks } from '../../review/shown_tracks.js';
@@ -262,7 +262,7 @@ function createPen(ctx, view, screen, inks) {
     /** @param {LayerName} layer @param {Box} box */
     handles(layer, box) {
       // on a small box they shrink, and only the corners are left: what is judged must stay in sight
-      const side = Math.min(box[2] - box[0], box[3] - box[1]) * view.zoom;
+      const side = Math.min((box[2] - box[0]) * across(view), (box[3] - box[1]) * view.zoom);
       const r = Math.min(3.5, Math.max(1.5, side / 12)) * inks.unit;
       for (const [name, px, py] of handlesOf(box)) {
         if (name.length === 1 && side < 40 * inks.unit) continue;

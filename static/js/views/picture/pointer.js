@@ -8,7 +8,7 @@
  * @typedef {import('../../model/geometry.js').Handle} Handle
  * @typedef {import('../../model/geometry.js').Size} Size
  */
-import { area, bounded, contains, dragged, handleAt, ordered, settled, toPicture, zoomAt } from '../../model/geometry.js';
+import { across, area, bounded, contains, dragged, handleAt, ordered, settled, sizeOf, toPicture, zoomAt } from '../../model/geometry.js';
 import { drawn, putBox } from '../../operations/boxes.js';
 import { shownTracks } from '../../review/shown_tracks.js';
 import { hover, select, setDrag, setPlaying, setViewport, toggleMarked } from '../../store/actions/review.js';
@@ -29,7 +29,7 @@ export function listenToPointer(app, element, screen, signal) {
   let drag = null;
 
   const review = () => app.store.get().review;
-  const picture = () => ({ width: review()?.video.width ?? 1, height: review()?.video.height ?? 1 });
+  const picture = () => sizeOf(review()?.video);
 
   /** @param {MouseEvent} event @returns {[number, number]} CSS px within the element */
   const at = (event) => {
@@ -42,8 +42,9 @@ export function listenToPointer(app, element, screen, signal) {
     const now = review();
     if (!now || now.shown !== now.frame) return [];
     const slack = 3 / now.viewport.zoom;
+    const wide = 3 / across(now.viewport);
     return shownTracks(now)
-      .filter(({ box }) => contains([box[0] - slack, box[1] - slack, box[2] + slack, box[3] + slack], x, y))
+      .filter(({ box }) => contains([box[0] - wide, box[1] - slack, box[2] + wide, box[3] + slack], x, y))
       .sort((a, b) => area(a.box) - area(b.box));
   };
 
@@ -56,7 +57,7 @@ export function listenToPointer(app, element, screen, signal) {
     if (event.shiftKey && !event.ctrlKey) {
       const { viewport } = now;
       const by = (event.deltaX || event.deltaY) * unit;
-      app.store.dispatch((state) => setViewport(state, bounded({ ...viewport, x: viewport.x + by / viewport.zoom }, picture())));
+      app.store.dispatch((state) => setViewport(state, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture())));
       return;
     }
     const factor = Math.exp(-event.deltaY * unit * 0.0022);
@@ -88,7 +89,7 @@ export function listenToPointer(app, element, screen, signal) {
       return;
     }
     const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
-    const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom) : null;
+    const handle = chosen && now.shown === now.frame ? handleAt(chosen.box, x, y, REACH / now.viewport.zoom, now.viewport.stretch) : null;
     const keys = found.map(({ key }) => key);
     if (chosen && handle && (handle !== 'move' || keys.includes(chosen.key))) {
       app.store.dispatch((state) => setPlaying(state, false));
@@ -116,7 +117,7 @@ export function listenToPointer(app, element, screen, signal) {
     drag.moved = true;
     const { view } = drag;
     if (drag.kind === 'pan') {
-      const moved = bounded({ ...view, x: view.x - (sx - drag.x) / view.zoom, y: view.y - (sy - drag.y) / view.zoom }, picture());
+      const moved = bounded({ ...view, x: view.x - (sx - drag.x) / across(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
       app.store.dispatch((state) => setViewport(state, moved));
       return;
     }
@@ -176,7 +177,7 @@ function setCursor(element, review, [x, y]) {
   else if (review.shown === review.frame) {
     const tracks = shownTracks(review);
     const chosen = review.mode === 'select' ? tracks.find(({ key }) => key === review.selected) : undefined;
-    const handle = chosen ? handleAt(chosen.box, x, y, REACH / review.viewport.zoom) : null;
+    const handle = chosen ? handleAt(chosen.box, x, y, REACH / review.viewport.zoom, review.viewport.stretch) : null;
     cursor = handle ? CURSORS[handle] : tracks.some(({ box }) => contains(box, x, y)) ? 'pointer' : 'default';
   }
   if (element.style.cursor !== cursor) element.style.cursor = cursor;

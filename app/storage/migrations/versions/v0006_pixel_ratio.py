@@ -1,0 +1,21 @@
+"""Videos whose pixels are not square are shown at their true shape."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0006"
+down_revision = "0005"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Forward; videos that are there are shown as before, with square pixels, until they are added again."""
+    op.add_column("videos", sa.Column("pixel_ratio", sa.Float(), nullable=False, server_default="1"))
+
+
+def downgrade() -> None:
+    """Back."""
+    op.drop_column("videos", "pixel_ratio")

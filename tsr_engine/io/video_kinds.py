@@ -1,0 +1,203 @@
+"""Which kinds of video files are read, told apart by their own first bytes.
+
+The kind chooses the demuxer, so that no file is ever handed to one that would follow it to other files: a text playlist
+named ``x.mp4`` is refused here.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, Literal
+
+__all__ = [
+    "ASF_HEADER", "DEMUXERS", "HEAD", "KINDS", "LEAST_HEAD", "PICTURE_SUFFIXES", "SUFFIXES", "Kind", "cannot_be_video",
+    "kind_of", "no_video",
+]  # fmt: skip
+
+Address = Literal["time", "position", "count"]
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """One kind of file.
+
+    Attributes:
+        name: what people call it.
+        demuxer: FFmpeg's name of what takes it apart.
+        address: how a picture is known again after a search. ``time``: by its own presentation time. ``position``: by
+            the byte position of its packet. ``count``: by the number of its packet, because not every packet has a time
+            or a position of its own.
+        announces: the header says how long the video is, so that one that ends earlier is cut short.
+        layered: each picture is laid over the one before, so that decoding can start at the first one only.
+    """
+
+    name: str
+    demuxer: str
+    address: Address = "time"
+    announces: bool = True
+    layered: bool = False
+
+
+_MP4 = Kind("MP4", "mov")
+# AVI stores no presentation times, its demuxer guesses them, and without an index it counts decoding times anew after
+# each search.
+_AVI = Kind("AVI", "avi", "position")
+_MATROSKA = Kind("Matroska", "matroska")
+_TS = Kind("MPEG-TS", "mpegts", "count", announces=False)
+_PS = Kind("MPEG-PS", "mpeg", "count", announces=False)
+_H264 = Kind("H.264", "h264", "count", announces=False)
+_HEVC = Kind("HEVC", "hevc", "count", announces=False)
+_FLV = Kind("FLV", "flv")
+_ASF = Kind("WMV", "asf")
+_GIF = Kind("GIF", "gif", announces=False, layered=True)
+_APNG = Kind("APNG", "apng", announces=False, layered=True)
+_WEBP = Kind("WebP", "webp", announces=False, layered=True)
+
+DEMUXERS: Final = "mov,mp4,m4a,3gp,3g2,mj2,avi,matroska,webm,mpegts,mpeg,h264,hevc,flv,asf,gif,apng"
+"""What FFmpeg may use; none of these opens another file."""
+KINDS: Final = "MP4, MOV, AVI, MKV, WebM, MPEG-TS, MTS, MPEG-PS, FLV, WMV, raw H.264 or HEVC, animated GIF, PNG or WebP"
+SUFFIXES: Final = (
+    *(".mp4", ".mov", ".m4v", ".3gp", ".mkv", ".webm", ".avi", ".ts", ".m2ts", ".mts", ".m2t", ".mpg", ".mpeg", ".vob"),
+    *(".flv", ".wmv", ".asf", ".h264", ".264", ".avc", ".h265", ".265", ".hevc", ".gif", ".apng"),
+)
+"""Endings of the names of such files."""
+PICTURE_SUFFIXES: Final = (".png", ".webp")
+"""Endings of files that mostly are single pictures and may be animated ones."""
+HEAD: Final = 2**18
+"""Leading bytes that tell the kind of any file."""
+LEAST_HEAD: Final = 4096
+"""Leading bytes that are enough to tell most kinds; a raw stream may need ``HEAD``."""
+
+_ISO_BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"pnot", b"styp", b"uuid")
+ASF_HEADER = bytes.fromhex("3026b2758e66cf11a6d900aa0062ce6c")
+_PNG = b"\x89PNG\r\n\x1a\n"
+_TS_PACKETS = (188, 192, 204)
+"""Bytes from one sync byte to the next: plain, with a time code before (MTS) and with check bytes behind."""
+_FEWEST, _MOST = 5, 24
+"""Packets of a transport stream that are looked at."""
+_FEWEST_UNITS = 3
+"""Units of a raw stream without parameters that must look right: it was cut out of a longer one."""
+
+
+def kind_of(head: bytes) -> Kind | None:
+    """The kind of a file that begins with these bytes; None for one that is not read as a video.
+
+    Args:
+        head: the first ``HEAD`` bytes, or all of a shorter file.
+    """
+    if head[4:8] in _ISO_BOXES:
+        return _MP4
+    if head[:4] == b"RIFF" and head[8:11] == b"AVI":
+        return _AVI
+    if head[:4] == b"RIFF" and head[8:16] == b"WEBPVP8X" and len(head) > 20 and head[20] & 2:
+        return _WEBP
+    if head.startswith(b"\x1aE\xdf\xa3"):
+        return _MATROSKA
+    if head.startswith(b"FLV\x01"):
+        return _FLV
+    if head.startswith(ASF_HEADER):
+        return _ASF
+    if head.startswith((b"GIF87a", b"GIF89a")):
+        return _GIF
+    if head.startswith(_PNG) and _has_animation(head):
+        return _APNG
+    if head.startswith(b"\0\0\1\xba") and len(head) > 4 and (head[4] >> 6 == 1 or head[4] >> 4 == 2):
+        return _PS
+    if _is_transport_stream(head):
+        return _TS
+    return _raw_kind(head)
+
+
+def cannot_be_video(start: bytes) -> bool:
+    """Whether a file can be refused by its first ``LEAST_HEAD`` bytes or more: raw streams may need ``HEAD``."""
+    return kind_of(start) is None and not start.startswith(b"\0\0")
+
+
+def no_video(name: object, head: bytes) -> str:
+    """The sentence that refuses a file of no kind that is read.
+
+    Args:
+        name: what the file is called.
+        head: its first bytes.
+    """
+    still = _still_of(head)
+    if still is not None:
+        return f"{name} is not a video but a single picture ({still}). Use `tsr detect` for pictures."
+    return f"{name} is not a video: its first bytes are those of none of {KINDS}. Convert it to MP4 first."
+
+
+def _still_of(head: bytes) -> str | None:
+    """What a file of one picture is called; None where it is none that is known."""
+    if head.startswith(_PNG):
+        return "PNG"
+    if head.startswith(b"\xff\xd8\xff"):
+        return "JPEG"
+    return "WebP" if head[:4] == b"RIFF" and head[8:12] == b"WEBP" else None
+
+
+def _has_animation(png: bytes) -> bool:
+    """Whether a PNG has its ``acTL`` chunk, which must come before the pixels."""
+    at = len(_PNG)
+    while at + 8 <= len(png):
+        size, name = struct.unpack_from(">I4s", png, at)
+        if name in (b"acTL", b"IDAT"):
+            return bool(name == b"acTL")
+        at += 12 + size
+    return False
+
+
+def _is_transport_stream(head: bytes) -> bool:
+    """Whether sync bytes stand at equal distances before headers that may be some; the first packet may be cut."""
+    for step in _TS_PACKETS:
+        for first in range(min(step, len(head))):
+            places = range(first, len(head) - 3, step)[:_MOST]
+            if len(places) >= _FEWEST and all(_is_packet(head, at) for at in places):
+                return True
+    return False
+
+
+def _is_packet(head: bytes, at: int) -> bool:
+    # sync byte, and something follows the header: an adaptation field, a payload or both
+    return head[at] == 0x47 and head[at + 3] & 0x30 != 0
+
+
+def _raw_kind(head: bytes) -> Kind | None:
+    """H.264 or HEVC by the headers of the units behind the start codes: all of them must be possible."""
+    if not head.startswith((b"\0\0\1", b"\0\0\0\1")):
+        return None
+    units = list(_units(head))
+    for kind, possible, parameters in ((_H264, _is_h264, _H264_PARAMETERS), (_HEVC, _is_hevc, _HEVC_PARAMETERS)):
+        found = [possible(a, b) for a, b in units]
+        if all(number is not None for number in found) and (parameters & set(found) or len(found) >= _FEWEST_UNITS):
+            return kind
+    return None
+
+
+def _units(head: bytes) -> Iterator[tuple[int, int]]:
+    """The first two bytes behind each start code."""
+    at = head.find(b"\0\0\1")
+    while 0 <= at < len(head) - 4:
+        yield head[at + 3], head[at + 4]
+        at = head.find(b"\0\0\1", at + 3)
+
+
+_H264_PARAMETERS, _HEVC_PARAMETERS = {7}, {32, 33}
+
+
+def _is_h264(first: int, _: int) -> int | None:
+    """The type of a unit (H.264, 7.3.1 and table 7-1), or None where it cannot be one."""
+    importance, number = first >> 5, first & 31
+    if importance > 3 or not 1 <= number <= 20 or number in (16, 17, 18):
+        return None
+    # pictures to start from and parameters are referred to; marks and messages are not
+    wrong = importance == 0 if number in (5, 7, 8) else importance > 0 and number in (6, 9, 10, 11, 12)
+    return None if wrong else number
+
+
+def _is_hevc(first: int, second: int) -> int | None:
+    """The type of a unit (HEVC, 7.3.1.2 and table 7-1), or None where it cannot be one."""
+    number, layer, temporal = first >> 1, (first & 1) << 5 | second >> 3, second & 7
+    possible = number <= 9 or 16 <= number <= 21 or 32 <= number <= 40
+    return number if possible and layer < 63 and temporal > 0 else None

@@ -1,0 +1,138 @@
+"""Animated WebP behind the interface of a PyAV container, because FFmpeg 8 has no decoder for it: Pillow has one."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any, BinaryIO
+
+import av
+import numpy as np
+from PIL import Image
+
+__all__ = ["WebpFile"]
+
+_UNTIMED = 100
+"""Milliseconds for which browsers show a picture without a duration."""
+
+
+@dataclass(slots=True)
+class _Packet:
+    """One picture of the file, as far as the decoder looks at a packet."""
+
+    pos: int | None
+    size: int
+    pts: int | None
+    dts: int | None
+    number: int
+    is_untimed: bool = False
+    is_discard: bool = False
+    is_corrupt: bool = False
+
+    @property
+    def is_keyframe(self) -> bool:
+        """Pictures are laid over each other: decoding starts at the first."""
+        return self.number == 0
+
+
+class WebpFile:
+    """An open file. It has what the decoder uses of ``av.container.InputContainer`` and of a stream's codec."""
+
+    def __init__(self, stream: Callable[[], BinaryIO], check: Callable[[int, int], None]) -> None:
+        """Read the list of pictures.
+
+        Args:
+            stream: opens the bytes from the beginning, a stream of its own each time.
+            check: called with width and height before a picture is allocated; raises where they are too much.
+
+        Raises:
+            ValueError: the list is damaged.
+            OSError: the file cannot be read, or is cut short.
+        """
+        with stream() as file:
+            head = file.read(30)
+            if len(head) < 30:
+                raise ValueError("its header is cut off")
+            self.width, self.height = (int.from_bytes(head[at : at + 3], "little") + 1 for at in (24, 27))
+            check(self.width, self.height)
+            self._packets = list(_pictures(file))
+        self._bytes = stream()
+        self._picture: Any = Image.open(self._bytes, formats=["WEBP"])
+        self.format = SimpleNamespace(name="webp")
+        self.codec = SimpleNamespace(name="webp")
+        self.streams = _Streams(self._stream())
+        self.duration = None
+        self.options: dict[str, str] = {}
+
+    def __enter__(self) -> WebpFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._picture.close()
+        self._bytes.close()
+
+    def _stream(self) -> Any:
+        ends = [packet.pts or 0 for packet in self._packets[:1] + self._packets[-1:]]
+        steps = len(self._packets) - 1
+        rate = Fraction(1000 * steps, ends[1] - ends[0]) if steps and ends[1] > ends[0] else Fraction(25)
+        return SimpleNamespace(
+            time_base=Fraction(1, 1000),
+            average_rate=rate,
+            guessed_rate=rate,
+            duration=None,
+            frames=len(self._packets),
+            index_entries=self._packets,
+            sample_aspect_ratio=None,
+            codec_context=self,
+            disposition=av.stream.Disposition(0),
+        )
+
+    def seek(self, offset: int, **_: Any) -> None:
+        """There is no place to start from but the first picture, where ``demux`` begins anyway."""
+
+    def demux(self, _: Any) -> Iterator[_Packet]:
+        """All pictures in order, then an empty packet."""
+        for packet in self._packets:
+            yield _Packet(**{name: getattr(packet, name) for name in _Packet.__slots__})
+        yield _Packet(None, 0, None, None, len(self._packets))
+
+    def decode(self, packet: _Packet | None) -> list[Any]:
+        """The picture of a packet as it looks with those before it.
+
+        Raises:
+            OSError: it is damaged.
+        """
+        if packet is None:
+            return []
+        self._picture.seek(packet.number)
+        frame = av.VideoFrame.from_ndarray(np.asarray(self._picture.convert("RGB")), format="rgb24")
+        frame.pts = packet.pts
+        frame.key_frame = packet.is_keyframe  # type: ignore[attr-defined]
+        return [frame]
+
+
+class _Streams(list[Any]):
+    def __init__(self, stream: Any) -> None:
+        super().__init__([stream])
+        self.video, self.audio = [stream], list[Any]()
+
+
+def _pictures(file: Any) -> Iterator[_Packet]:
+    """The ``ANMF`` chunks (WebP container specification) with the times at which they are shown."""
+    file.seek(12)
+    time = number = 0
+    while len(head := file.read(8)) == 8:
+        name, size = struct.unpack("<4sI", head)
+        place = file.tell()
+        if name == b"ANMF":
+            about = file.read(16)
+            if len(about) < 16:
+                return
+            duration = int.from_bytes(about[12:15], "little")
+            yield _Packet(place - 8, size, time, time, number, is_untimed=duration == 0)
+            time += duration or _UNTIMED
+            number += 1
+        file.seek(place + size + size % 2)
