@@ -60,7 +60,11 @@ class WebpFile:
             check(self.width, self.height)
             self._packets = list(_pictures(file))
         self._bytes = stream()
-        self._picture: Any = Image.open(self._bytes, formats=["WEBP"])
+        try:
+            self._picture: Any = Image.open(self._bytes, formats=["WEBP"])
+        except BaseException:
+            self._bytes.close()
+            raise
         self.format = SimpleNamespace(name="webp")
         self.codec = SimpleNamespace(name="webp")
         self.streams = _Streams(self._stream())

@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.runs.task import _check_file
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video
 from app.videos.opened import ChangedError, CheckedFile, library_file
-from app.videos.same_file import confirm
+from app.videos.same_file import confirm, require_same
 from app.videos.table import pack, unpack
 from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.frame_table import FrameTable
@@ -73,13 +72,13 @@ def test_a_file_that_was_written_anew_is_known_by_its_bytes(
     path.write_bytes(content)
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # as if nobody had touched it
     if same:
-        _check_file(database, file, video)
+        require_same(database, file, video)
         assert stored(database, video) == list(stamp_of(path.stat())), "read once, not each time"
     else:
         with pytest.raises(ChangedError):
             confirm(database, file, video)
         with pytest.raises(InputError, match="has changed since it was added"):
-            _check_file(database, file, video)
+            require_same(database, file, video)
         assert stored(database, video) == video.stamp
 
 
@@ -104,7 +103,7 @@ def test_a_file_that_is_gone(database: Database, video: Video, file: CheckedFile
     with pytest.raises(VideoError, match="There is no video at"):
         confirm(database, file, video)
     with pytest.raises(InputError, match="is not there any more"):
-        _check_file(database, file, video)
+        require_same(database, file, video)
 
 
 @pytest.mark.parametrize("keep", [0, 9, 60, -4])
