@@ -23,6 +23,7 @@ from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import rounded
 
 __all__ = ["FORMAT"]
@@ -140,6 +141,7 @@ FORMAT = Format(
     sniff=_sniff,
     export_switches=(IMAGE_SWITCH,),
     import_switches=(
+        *PICTURE_SWITCHES,
         SIZE_SWITCH,
         Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
         LINK_SWITCH,
