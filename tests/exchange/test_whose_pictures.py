@@ -332,3 +332,33 @@ def test_pictures_of_another_video_may_have_another_size(tmp_path: Path) -> None
     size = "<annotation><size><width>1280</width><height>720</height></size>"
     file.write_text(file.read_text().replace("<annotation>", size))
     assert sorted(found_in(read(path))) == [10]
+
+
+@pytest.mark.parametrize(
+    ("format", "list_file"),
+    [("yolo", "train.txt"), ("yolo", "images.txt"), ("voc", "ImageSets/Main/default.txt"), ("gtsdb", "pictures.txt")],
+)
+def test_a_list_of_all_pictures_tells_where_numbers_begin(tmp_path: Path, format: str, list_file: str) -> None:
+    path = listing(tmp_path, format, ["drive_000010"])
+    (path / list_file).parent.mkdir(parents=True, exist_ok=True)
+    (path / list_file).write_text("".join(f"data/drive_{number:06d}.jpg\n" for number in range(1, 101)))
+    back = read(path)
+    assert found_in(back) == {9: 0}
+    assert "they run from 1 to 100" in _told(back)
+    (path / list_file).write_text("data/drive_000000.jpg\ndata/other_000500.jpg -1\n")
+    assert found_in(read(path)) == {10: 0}
+    (path / list_file).write_text("data/drive_000300.jpg\n")
+    _refused(path, "frame 300 must be in 0 to 99")
+
+
+def test_fiftyones_folder_of_yolo(tmp_path: Path) -> None:
+    """Its YOLOv4 export: labels beside the pictures, and a list of these."""
+    data = tmp_path / "data"
+    data.mkdir()
+    (tmp_path / "obj.names").write_text("stop\nyield\n")
+    (tmp_path / "images.txt").write_text("\n".join(f"data/{number:06d}.jpg" for number in range(1, 101)))
+    for number in (11, 12):
+        (data / f"{number:06d}.txt").write_text(f"0 0.{number} 0.5 0.1 0.1")
+    back = read(tmp_path)
+    assert sorted(found_in(back)) == [10, 11]
+    assert {track.label for track in back.videos[0].tracks()} == {14}

@@ -67,7 +67,7 @@ def origin_of(
     asked: str,
     custom: Custom | None,
     what: str,
-    fail: Callable[[int, str], Exception],
+    fail: Callable[[str], Exception],
 ) -> Counted:
     """Where the numbers of one list count from.
 
@@ -78,10 +78,10 @@ def origin_of(
         asked: the switch ``first_frame``.
         custom: of the tool that wrote the names, if it is known.
         what: the numbers, for messages: ``picture numbers``.
-        fail: makes the error about a number and the rule that it breaks.
+        fail: makes the error about a rule that they break.
 
     Raises:
-        ImportFormatError: a number lies beyond the video, or both ways of counting fit.
+        ImportFormatError: both ways of counting fit.
     """
     if asked != "auto":
         return Counted(int(asked))
@@ -96,7 +96,6 @@ def origin_of(
         return Counted(1, _told(what, 1, why))
     if len(fits) == 2:
         raise fail(
-            least,
             f"{what} ({_span(least, largest)}) fit a count from 0 and one from 1, and nothing says which it is. Import "
             "with first_frame=0 or first_frame=1.",
         )

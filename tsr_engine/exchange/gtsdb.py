@@ -19,7 +19,7 @@ from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LINK_SWITCH, LooseBoxes
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
-from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed, names_in
 from tsr_engine.exchange.whole_pixels import whole_pixels
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.io.plain_numbers import whole_number
@@ -97,7 +97,8 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
         picture = _cells(content, name, line)[0]
         if (name, picture) not in listed:
             listed[name, picture] = Listed(picture, name, line, custom=_BENCHMARK)
-    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), intake, home), strict=True))
+    more = [picture for file in files for picture in names_in(file.parent / LIST)]
+    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), intake, home, more), strict=True))
     loose = LooseBoxes(intake, files[0].name)
     for name, line, content in rows:
         cells = _cells(content, name, line)

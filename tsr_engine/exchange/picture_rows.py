@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -14,9 +14,10 @@ from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.names import is_name_of_twin
 from tsr_engine.exchange.picture_names import PictureName, picture_name
+from tsr_engine.exchange.reading import MAX_JSON_BYTES
 from tsr_engine.exchange.spellings import OwnName, plain_name
 
-__all__ = ["PICTURE_SWITCHES", "Listed", "Nameless", "Row", "rows_of"]
+__all__ = ["PICTURE_SWITCHES", "Listed", "Nameless", "Row", "names_in", "rows_of"]
 
 PICTURE_SWITCHES: Final = (
     FIRST_FRAME_SWITCH,
@@ -35,6 +36,8 @@ _NO_VIDEO = re.compile(
 """Folders that belong to a format or to a split."""
 _BEFORE = re.compile(r".*(?:[?&]d=|/upload/\d+/)")
 """Label Studio's own part of an address."""
+_VERDICT = re.compile(r"\s+(?:-?1|0)\s*\Z")
+"""What lists of Pascal VOC say of one class."""
 _QUERY = re.compile(r"\?[^/]*\Z")
 _IN_OURS = (Custom(0, before=r"(?:.+_)?frame_", digits=6), Custom(0, before="", digits=5))
 """Names in exports of ours; the second is that of GTSDB."""
@@ -104,6 +107,7 @@ class Row:
         frames: ordinal of each.
         seconds: time of each.
         widths: digits of the numbers in names, and whether the first of several is a zero.
+        span: smallest and largest number, also of pictures that only a list names.
     """
 
     first: Listed
@@ -121,6 +125,7 @@ class Row:
     frames: list[int] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     widths: set[tuple[int, bool]] = field(default_factory=set)
+    span: tuple[int, int] = (0, 0)
 
     @property
     def other_name(self) -> str:
@@ -152,17 +157,21 @@ class Row:
         return next((custom for custom in self.customs if custom.wrote(self.before, self.widths)), None)
 
 
-def rows_of(listed: Sequence[Listed], video: DatasetVideo, folder: Path) -> tuple[list[Row], list[Nameless], list[int]]:
+def rows_of(
+    listed: Sequence[Listed], video: DatasetVideo, folder: Path, more: Iterable[str] = ()
+) -> tuple[list[Row], list[Nameless], list[int]]:
     """The rows of all pictures; those without a frame, which are in none; and places where the two names differ.
 
     Args:
         listed: the pictures.
         video: the one at hand.
         folder: of the import; a manifest of ours beside it tells which names are of the video.
+        more: names of pictures without boxes that a list beside the boxes has.
     """
     maker = _Maker(video, folder)
     for place, each in enumerate(listed):
         maker.add(place, each)
+    maker.widen(more)
     return list(maker.rows.values()), maker.nameless, maker.differ
 
 
@@ -221,6 +230,21 @@ class _Maker:
             row.numbers.append(name.number)
             row.widths.add(name.width)
 
+    def widen(self, more: Iterable[str]) -> None:
+        """Say how far the numbers of each row go, with those that a list has."""
+        by_pattern: dict[str, list[Row]] = {}
+        for row in self.rows.values():
+            if row.numbers:
+                row.span = min(row.numbers), max(row.numbers)
+                if row.widths:
+                    by_pattern.setdefault(row.name.pattern, []).append(row)
+        for text in more:
+            name = picture_name(_parted(text)[1].removeprefix(self._prefix), self._is_own)
+            rows = by_pattern.get(name.pattern, ())
+            # Rows of two videos can have one pattern.
+            if name.number is not None and len(rows) == 1:
+                rows[0].span = min(rows[0].span[0], name.number), max(rows[0].span[1], name.number)
+
     def _folder(self, home: str) -> tuple[tuple[str, ...], bool, bool]:
         """Folders that say something, whether one is called as the video, and whether the last is ``img1``."""
         found = self._folders.get(home)
@@ -248,6 +272,14 @@ class _Maker:
             customs=(*(_IN_OURS if self._in_ours else ()), *_KNOWN, *([each.custom] if each.custom else [])),
             before=f"img1/{name.pattern}" if in_img1 else name.pattern,
         )
+
+
+def names_in(path: Path) -> list[str]:
+    """Names of pictures in a list, one a line; none where there is no such file."""
+    if not path.is_file() or path.stat().st_size > MAX_JSON_BYTES:
+        return []
+    lines = path.read_bytes().decode("utf-8", "replace").splitlines()
+    return [_VERDICT.sub("", line).strip() for line in lines if line.strip()]
 
 
 def _parted(name: str) -> tuple[str, str]:

@@ -16,7 +16,7 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.picture_rows import Listed, names_in
 from tsr_engine.exchange.small_xml import SMALL, XmlNode, small_elements
 from tsr_engine.exchange.spool import Spool, content_of, names_below
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
@@ -71,7 +71,8 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
         Listed(f"{each.folder}/{file}" if each.folder else file, each.file, instead=each.filename)
         for file, each in zip(files, pictures, strict=True)
     ]
-    frames = frames_of_pictures(listed, intake, path if path.is_dir() else path.parent)
+    more = [picture for file in sorted(path.glob("ImageSets/Main/*.txt")) for picture in names_in(file)]
+    frames = frames_of_pictures(listed, intake, path if path.is_dir() else path.parent, more)
     taken = [(each, frame) for each, frame in zip(pictures, frames, strict=True) if frame is not None]
     offset = _offset(path, [each for each, _ in taken], intake)
     loose = LooseBoxes(intake, path.name)

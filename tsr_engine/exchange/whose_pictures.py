@@ -7,7 +7,7 @@ with a sentence if it names another video; several are refused. Each row counts 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,20 +27,23 @@ _NAMED = 5
 """Videos that a message names."""
 
 
-def frames_of_pictures(listed: Sequence[Listed], intake: Intake, folder: Path) -> list[int | None]:
+def frames_of_pictures(
+    listed: Sequence[Listed], intake: Intake, folder: Path, more: Iterable[str] = ()
+) -> list[int | None]:
     """The ordinal of each picture; None: it is of another video, which is told.
 
     Args:
         listed: all pictures of the import.
         intake: is told, and has the video and the switches.
         folder: of the import; a manifest of ours beside it settles what names are about.
+        more: names of pictures without boxes that a list beside the boxes has; they help to tell where numbers begin.
 
     Raises:
         ImportFormatError: names without number, numbers beyond the video, several videos of which none is this one, two
             pictures of one frame, or a count that may begin at 0 or at 1.
     """
     out: list[int | None] = [None] * len(listed)
-    rows, nameless, differ = rows_of(listed, intake.target.video, folder)
+    rows, nameless, differ = rows_of(listed, intake.target.video, folder, more)
     chosen = _chosen(rows, nameless, listed, intake)
     for row in chosen:
         _take(row, listed, intake, out)
@@ -97,25 +100,24 @@ def _take(row: Row, listed: Sequence[Listed], intake: Intake, out: list[int | No
         return
     if row.name.doubtful and len(set(row.numbers)) < 2:
         raise _no_number(listed[row.places[0]], "has two numbers, and nothing says which is the frame")
-    at = {number: place for place, number in zip(reversed(row.places), reversed(row.numbers), strict=True)}
     counted = origin_of(
-        min(row.numbers),
-        max(row.numbers),
+        *row.span,
         video.frames,
         asked=intake.target.switches.get("first_frame", "auto"),
         custom=row.custom(),
         what=row.what,
-        fail=lambda number, rule: refuse(listed[at[number]].file, listed[at[number]].line, rule),
+        fail=lambda rule: refuse(listed[row.places[0]].file, listed[row.places[0]].line, rule),
     )
     last = video.frames - 1 + counted.origin
-    for place, number in zip(row.places, row.numbers, strict=True):
+    for place, number in (*zip(row.places, row.numbers, strict=True), *((row.places[0], end) for end in row.span)):
         if not counted.origin <= number <= last:
             raise refuse(
                 listed[place].file,
                 listed[place].line,
                 f"frame {number} must be in {counted.origin} to {last}, the frames of {video.name}. Check that it is "
-                f"the right video and whether the file counts from 0 or 1 (first_frame).",
+                "the right video and whether the file counts from 0 or 1 (first_frame).",
             )
+    for place, number in zip(row.places, row.numbers, strict=True):
         out[place] = number - counted.origin
     if counted.told:
         intake.repair(f"{listed[row.places[0]].file}: {counted.told}")

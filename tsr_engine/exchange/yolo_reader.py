@@ -18,7 +18,7 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.line_ends import tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.picture_rows import Listed, names_in
 from tsr_engine.exchange.reading import decoded
 from tsr_engine.exchange.sidecar import SideRow, read_side
 from tsr_engine.exchange.spool import Spool, content_of, names_below
@@ -31,7 +31,9 @@ __all__ = ["SIDE", "SIDE_OWN", "is_label_file", "label_files", "read_yolo"]
 
 SIDE = "tracks.csv"
 SIDE_OWN = ("file", "line", "row")
-_NO_LABELS = frozenset({"train.txt", "val.txt", "test.txt", "valid.txt", "classes.txt", "readme.txt", "labels.txt"})
+_LISTS = ("train.txt", "val.txt", "valid.txt", "test.txt", "images.txt")
+"""Lists of pictures: of darknet and CVAT, and of FiftyOne."""
+_NO_LABELS = frozenset({*_LISTS, "classes.txt", "readme.txt", "labels.txt"})
 _NOTES = ("readme.", "autosplit_")
 """What other text files of Roboflow and Ultralytics begin with."""
 _SUBSETS = frozenset({"train", "val", "valid", "test"})
@@ -86,7 +88,8 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     if not files and not (path / SIDE).is_file():
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, named_by = _class_names(path)
-    frames = frames_of_pictures([_listed(name) for name in files], intake, path)
+    more = [picture for name in _LISTS for picture in names_in(path / name)]
+    frames = frames_of_pictures([_listed(name) for name in files], intake, path, more)
     found: list[YoloLine] = []
     ends: list[tuple[str, bytes]] = []
     for name, frame in zip(files, frames, strict=True):
