@@ -149,7 +149,7 @@ def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
     assert tracks_of(back)["track1"].boxes.tolist() == [pytest.approx([120, 80, 140, 140])]
     assert any(s.startswith("Turned boxes were replaced by the upright boxes around them: 1") for s in back.repaired)
     notes[0]["attributes"] = {"rotation": "north"}
-    with pytest.raises(ImportFormatError, match="annotation 1: rotation must be a number"):
+    with pytest.raises(ImportFormatError, match="annotation 1: rotation must be a finite number"):
         _read(tmp_path, coco(images, notes))
     notes[0]["attributes"] = {"rotation": 360.0}
     assert not any("Turned" in s for s in _read(tmp_path, coco(images, notes)).repaired)

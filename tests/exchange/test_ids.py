@@ -35,7 +35,7 @@ def test_no_track(value: object) -> None:
 def test_numbers_in_text_count_only_where_they_may_stand() -> None:
     assert real_of("45.5", "rotation", "a.json", "row 1", in_text=True) == 45.5
     for value, loose in (("45.5", False), ("north", True), (True, True)):
-        with pytest.raises(ImportFormatError, match="row 1: rotation must be a number"):
+        with pytest.raises(ImportFormatError, match="row 1: rotation must be a finite number"):
             real_of(value, "rotation", "a.json", "row 1", in_text=loose)
     with pytest.raises(ImportFormatError, match="row 1: rotation is too large"):
         real_of(10**400, "rotation", "a.json", "row 1")

@@ -362,3 +362,26 @@ def test_fiftyones_folder_of_yolo(tmp_path: Path) -> None:
     back = read(tmp_path)
     assert sorted(found_in(back)) == [10, 11]
     assert {track.label for track in back.videos[0].tracks()} == {14}
+
+
+@every_format
+def test_what_macos_leaves_behind_is_no_data(tmp_path: Path, format: str) -> None:
+    path = listing(tmp_path / "in", format, ["frame_000010", "frame_000011"])
+    for file in [each for each in path.rglob("*") if each.is_file()]:
+        twin = tmp_path / "__MACOSX" / file.relative_to(tmp_path).with_name(f"._{file.name}")
+        for place in (twin, file.with_name(f"._{file.name}")):
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(b"\0\x05\x16\x07\xff")
+    (tmp_path / ".DS_Store").write_bytes(b"\xff")
+    back = read(tmp_path)
+    assert sorted(found_in(back)) == [10, 11]
+    assert _told(back) == ""
+
+
+def test_a_file_of_classes_with_a_name_of_its_own(tmp_path: Path) -> None:
+    path = listing(tmp_path, "yolo", ["frame_000010"])
+    (path / "data.yaml").rename(path / "signs.yaml")
+    (track,) = read(path).videos[0].tracks()
+    assert track.label == 14
+    (path / "args.yaml").write_text("task: detect\n")
+    assert any("names no classes" in sentence for sentence in read(path).repaired), "two files: nobody guesses"

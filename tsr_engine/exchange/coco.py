@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.coco_reader import coco_files, read_coco
+from tsr_engine.exchange.coco_reader import read_coco
 from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
@@ -121,7 +122,7 @@ def _dump(value: Any) -> str:
 
 
 def _sniff(path: Path) -> bool:
-    for file in coco_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+    for file in json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
         with file.open("rb") as stream:
             start = stream.read(1 << 16)
         if b'"dm_format_version"' in start or b'"media_type"' in start or b'"image/' in start:

@@ -9,29 +9,19 @@ from typing import Any
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.coco_images import Head, head_of, no_list, take_images
 from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_rows import Listed
-from tsr_engine.exchange.turned import upright
+from tsr_engine.exchange.turned import Edges, upright
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 
-__all__ = ["coco_files", "read_coco"]
+__all__ = ["read_coco"]
 
 _TRUE = (True, 1, "true", "True", "1")
-
-
-def coco_files(path: Path) -> list[Path]:
-    """The JSON files of a folder, or the file; Roboflow has one in the folder of each subset."""
-    if path.is_file():
-        return [path]
-    for pattern in ("annotations/*.json", "*.json", "*/*.json"):
-        found = sorted(file for file in path.glob(pattern) if file.name != "manifest.json")
-        if found:
-            return found
-    return []
 
 
 def read_coco(path: Path, target: ImportTarget) -> Dataset:
@@ -41,7 +31,7 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
         ImportFormatError: a broken rule.
     """
     intake = Intake(target)
-    files = coco_files(path)
+    files = json_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as COCO again.")
     folder = path if path.is_dir() else path.parent
@@ -109,16 +99,7 @@ class _Annotations:
             "ignore": note.get("iscrowd", 0) in _TRUE or said.get("ignore", False) in _TRUE,
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
         }
-        edges = _edges(note["bbox"], self._name, where)
-        if said.get("rotation"):
-            edges = upright(
-                edges,
-                real_of(said["rotation"], "rotation", self._name, where, in_text=True),
-                self._intake,
-                self._name,
-                where,
-            )
-        edges = _scaled(edges, image.scale)
+        edges = self._intake.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
         number = self._intake.label(label, self._name, where)
         uid = str(said.get("uid", "")) or self._track(note, said, where)
         if not uid:
@@ -135,6 +116,14 @@ class _Annotations:
                 source=str(said.get("source", "imported")),
                 notes=notes_from_text(str(said.get("note", "")), image.frame),
             )
+
+    def _edges(self, box: Any, turn: Any, scale: tuple[float, float], where: str) -> Edges:
+        """Edges in px of the video; a turned box becomes the upright one around it."""
+        edges = _edges(box, self._name, where)
+        if turn:
+            degrees = real_of(turn, "rotation", self._name, where, in_text=True)
+            edges = upright(edges, degrees, self._intake, self._name, where)
+        return _scaled(edges, scale)
 
     def _track(self, note: dict[str, Any], said: dict[str, Any], where: str) -> str:
         """A name for the track of an annotation, by the id that CVAT, or CocoVID, gives it; empty: it has none."""
@@ -213,7 +202,7 @@ class _Results:
         score = result.get("score")
         self._loose.add(
             frame,
-            _scaled(_edges(result.get("bbox"), self._name, where), scale),
+            self._intake.edges(lambda: _scaled(_edges(result.get("bbox"), self._name, where), scale)),
             label,
             file=self._name,
             line=where,
@@ -239,12 +228,12 @@ def _look_up(table: dict[Any, Any], key: Any, kind: str, file: str, where: str) 
     return table[found]
 
 
-def _edges(box: Any, file: str, where: str) -> tuple[float, float, float, float]:
+def _edges(box: Any, file: str, where: str) -> Edges:
     if not isinstance(box, list) or len(box) != 4:
         raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
     return x, y, x + width, y + height
 
 
-def _scaled(edges: tuple[float, float, float, float], scale: tuple[float, float]) -> tuple[float, float, float, float]:
+def _scaled(edges: Edges, scale: tuple[float, float]) -> Edges:
     return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]

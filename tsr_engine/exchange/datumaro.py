@@ -16,6 +16,7 @@ import numpy as np
 
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import heads, members
@@ -25,7 +26,7 @@ from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
 from tsr_engine.exchange.rounding import rounded
-from tsr_engine.exchange.turned import upright
+from tsr_engine.exchange.turned import Edges, upright
 from tsr_engine.exchange.whose_pictures import frames_of_pictures
 
 __all__ = ["FORMAT"]
@@ -121,7 +122,7 @@ def _items(part: PictureList, subset: str, suffix: str, numbers: dict[str, int],
 
 def _read(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
-    files = _files(path)
+    files = json_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
     listed = [picture for file in files for picture in _listed(file, len(files) > 1)]
@@ -167,13 +168,6 @@ def _listed(file: Path, several: bool) -> Iterator[Listed]:
         raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
 
 
-def _files(path: Path) -> list[Path]:
-    if path.is_file():
-        return [path]
-    inside = path / "annotations" if (path / "annotations").is_dir() else path
-    return sorted(file for file in inside.glob("*.json") if file.name != "manifest.json")
-
-
 def _label_names(content: dict[str, Any], file: str) -> list[str]:
     try:
         return [str(label["name"]) for label in content["categories"]["label"]["labels"]]
@@ -205,9 +199,6 @@ def _annotation(
     label = id_of(note.get("label_id"))
     if not isinstance(label, int) or not 0 <= label < len(names):
         raise refuse(file, where, f"label_id {note.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it.")
-    box = note.get("bbox")
-    if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
-        raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     said = note.get("attributes", {})
     said = said if isinstance(said, dict) else {}
     track = track_of(said.get("track_id"), "track_id", file, where)
@@ -221,15 +212,11 @@ def _annotation(
     score = said.get("score")
     if score is not None and type(score) not in (int, float):
         raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
-    x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
-    edges = (x, y, x + width, y + height)
-    if said.get("rotation"):
-        edges = upright(edges, real_of(said["rotation"], "rotation", file, where, in_text=True), intake, file, where)
     known = uid in intake
     taken = intake.box(
         uid,
         frame,
-        (edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]),
+        intake.edges(lambda: _edges(note.get("bbox"), said.get("rotation"), scale, intake, file, where)),
         intake.label(names[label], file, where),
         file=file,
         line=where,
@@ -248,8 +235,19 @@ def _annotation(
     return True
 
 
+def _edges(box: Any, turn: Any, scale: tuple[float, float], intake: Intake, file: str, where: str) -> Edges:
+    """Edges in px of the video; a turned box becomes the upright one around it."""
+    if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
+        raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
+    x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
+    edges = (x, y, x + width, y + height)
+    if turn:
+        edges = upright(edges, real_of(turn, "rotation", file, where, in_text=True), intake, file, where)
+    return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
+
+
 def _sniff(path: Path) -> bool:
-    for file in _files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+    for file in json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
         with file.open("rb") as stream:
             start = stream.read(1 << 14)
         return b'"dm_format_version"' in start or _CATEGORIES.search(start) is not None

@@ -119,16 +119,25 @@ def _cells(content: str, file: str, line: int) -> list[str]:
 def _read_row(
     cells: list[str], frame: int, file: str, line: int, corners: str, intake: Intake, loose: LooseBoxes
 ) -> None:
-    try:
-        left, top, right, bottom, label = (whole_number(cell) for cell in cells[1:])
-    except ValueError:
-        raise refuse(file, line, f"must have whole numbers after the file. Got {';'.join(cells)[:60]!r}.") from None
+    label = _whole(cells[5], cells, file, line)
     if not 0 <= label < len(intake.target.labels):
         raise refuse(file, line, f"class {label} must be 0 to {len(intake.target.labels) - 1}. Correct it.")
+    edges = intake.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
+    loose.add(frame, edges, label, file=file, line=line)
+
+
+def _edges(cells: list[str], extra: int, file: str, line: int) -> tuple[float, float, float, float]:
+    left, top, right, bottom = (_whole(cell, cells, file, line) for cell in cells[1:5])
     if min(left, top) < 0 or max(left, top, right, bottom) > 1_000_000:
         raise refuse(file, line, f"corners must be pixels from 0. Got {left};{top};{right};{bottom}.")
-    extra = 1 if corners == "inclusive" else 0
-    loose.add(frame, (left, top, right + extra, bottom + extra), label, file=file, line=line)
+    return left, top, right + extra, bottom + extra
+
+
+def _whole(cell: str, cells: list[str], file: str, line: int) -> int:
+    try:
+        return whole_number(cell)
+    except ValueError:
+        raise refuse(file, line, f"must have whole numbers after the file. Got {';'.join(cells)[:60]!r}.") from None
 
 
 def _files(path: Path) -> list[Path]:

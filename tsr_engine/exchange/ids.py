@@ -73,7 +73,8 @@ def real_of(value: Any, what: str, file: str, where: str, *, in_text: bool = Fal
         except ValueError:
             pass
     if type(value) not in (int, float):
-        raise refuse(file, where, f"{what} must be a number. Got {str(value)[:40]!r}.")
+        got = "null or NaN" if value is None else repr(str(value)[:40])
+        raise refuse(file, where, f"{what} must be a finite number. Got {got}.")
     try:
         return float(value)
     except OverflowError:

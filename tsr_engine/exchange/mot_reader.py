@@ -8,6 +8,7 @@ import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
@@ -30,6 +31,8 @@ _SEQUENCE = "seqinfo.ini"
 _OCCLUDED = 0.5
 """Signs that are less visible count as occluded."""
 _SUBSETS = ("train", "val", "test")
+_BOX = range(2, 6)
+"""Columns of the box, from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,13 +106,12 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
     uids = _described(sequence.rows.parent / SIDE)
     told: set[str] = set()
     for line, cells in _rows(sequence.rows, file):
-        values = [_real(cell, at, file, line) for at, cell in enumerate(cells)]
+        values = [math.nan if at in _BOX else _real(cell, at, file, line) for at, cell in enumerate(cells)]
         frame = intake.frame(values[0], file, line, origin=counting.frame)
-        number, x, y, w, h = values[1:6]
+        number = values[1]
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(file, line, f"the track id must be a whole number. Got {cells[1].strip()[:40]!r}.")
-        x, y = x - counting.place, y - counting.place
-        edges = (x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1])
+        edges = intake.edges(partial(_edges, cells, counting.place, scale, file, line))
         label, score, ignore, occluded = _rest(values, cells, names, counting, intake, file, line)
         if number <= 0:
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
@@ -121,6 +123,14 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
         if taken and uid not in told:
             told.add(uid)
             intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
+
+
+def _edges(
+    cells: list[str], origin: int, scale: tuple[float, float], file: str, line: int
+) -> tuple[float, float, float, float]:
+    x, y, w, h = (_real(cells[at], at, file, line) for at in _BOX)
+    x, y = x - origin, y - origin
+    return x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1]
 
 
 def _rest(

@@ -150,11 +150,7 @@ def _sized(cells: Mapping[str, str], file: str) -> tuple[str, ...] | None:
 
 def _take(said: Mapping[str, str], file: str, line: int, origin: int, intake: Intake, loose: LooseBoxes) -> None:
     frame = intake.frame(said["frame"], file, line, origin=origin)
-    if "x1" in said:
-        x1, y1, x2, y2 = (_real(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
-    else:
-        x1, y1, w, h = (_real(said, name, file, line) for name in ("x", "y", "w", "h"))
-        x2, y2 = x1 + w, y1 + h
+    edges = intake.edges(lambda: _edges(said, file, line))
     visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
     if not -1 <= visibility <= 1:
         raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
@@ -169,10 +165,10 @@ def _take(said: Mapping[str, str], file: str, line: int, origin: int, intake: In
     label = _label(said, file, line, intake)
     uid = _uid(said, file, line)
     if not uid:
-        loose.add(frame, (x1, y1, x2, y2), label, **given)
+        loose.add(frame, edges, label, **given)
         return
     known = uid in intake
-    taken = intake.box(uid, frame, (x1, y1, x2, y2), label, **given)
+    taken = intake.box(uid, frame, edges, label, **given)
     note = said.get("note", "")
     if taken and (note or not known):
         source = said.get("source", "")
@@ -182,6 +178,14 @@ def _take(said: Mapping[str, str], file: str, line: int, origin: int, intake: In
             source=source if source in _SOURCES else "imported",
             notes=notes_from_text(note, frame),
         )
+
+
+def _edges(said: Mapping[str, str], file: str, line: int) -> tuple[float, float, float, float]:
+    if "x1" in said:
+        x1, y1, x2, y2 = (_real(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
+        return x1, y1, x2, y2
+    x, y, w, h = (_real(said, name, file, line) for name in ("x", "y", "w", "h"))
+    return x, y, x + w, y + h
 
 
 def _uid(said: Mapping[str, str], file: str, line: int) -> str:

@@ -6,7 +6,7 @@ import math
 
 from tsr_engine.exchange.checks import Intake, refuse
 
-__all__ = ["upright"]
+__all__ = ["Edges", "upright"]
 
 Edges = tuple[float, float, float, float]
 

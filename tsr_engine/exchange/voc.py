@@ -12,6 +12,7 @@ from typing import Any
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.files_below import is_rubbish
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
@@ -139,7 +140,7 @@ def _sniff(path: Path) -> bool:
     if is_wrapper(path) and not (path / "Annotations").is_dir():
         return False
     if path.is_dir():
-        file = next(annotations_in(path).rglob("*.xml"), None)
+        file = next((each for each in annotations_in(path).rglob("*.xml") if not is_rubbish(each.name)), None)
     else:
         file = path if path.suffix.lower() == ".xml" else None
     if file is None:

@@ -10,9 +10,11 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
-from tsr_engine.exchange.checks import MAX_JSON_BYTES, Intake, read_text, refuse
+from tsr_engine.exchange.beside import seen_in
+from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, Intake, read_text, refuse
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -27,10 +29,12 @@ from tsr_engine.exchange.yaml_names import names_of
 from tsr_engine.exchange.yolo_shapes import YoloLine, YoloRow, boxed
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["SIDE", "SIDE_OWN", "is_label_file", "label_files", "read_yolo"]
+__all__ = ["SIDE", "SIDE_OWN", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 
 SIDE = "tracks.csv"
 SIDE_OWN = ("file", "line", "row")
+YAML_FILES = ("data.yaml", "dataset.yaml", "data.yml")
+"""The usual names of the file that names the classes."""
 _LISTS = ("train.txt", "val.txt", "valid.txt", "test.txt", "images.txt")
 """Lists of pictures: of darknet and CVAT, and of FiftyOne."""
 _NO_LABELS = frozenset({*_LISTS, "classes.txt", "readme.txt", "labels.txt"})
@@ -123,12 +127,10 @@ def _listed(name: str) -> Listed:
 
 def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     """Names by number, and the file that says them; None: none does."""
-    for place in (path, path.parent):
-        for name in ("data.yaml", "dataset.yaml", "data.yml"):
-            if (place / name).is_file():
-                found = names_of(read_text(place / name, limit=1 << 24), name)
-                if found is not None:
-                    return found, name
+    for file in (*(place / name for place in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
+        found = names_of(file) if file.is_file() else None
+        if found is not None:
+            return found, file.name
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
         if (path / name).is_file():
             listed = read_text(path / name, limit=1 << 24).splitlines()
@@ -138,6 +140,12 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     return None, ""
 
 
+def _other_yaml(path: Path) -> list[Path]:
+    """The only other file that can name the classes: Ultralytics lets people call it as they like."""
+    files = [file for file in seen_in(path) if file.suffix in (".yaml", ".yml") and file.name not in YAML_FILES]
+    return files if len(files) == 1 else []
+
+
 def _lines(
     text: str, file: str, frame: int, names: dict[int, str] | None, named_by: str, intake: Intake
 ) -> Iterator[YoloLine]:
@@ -145,23 +153,30 @@ def _lines(
         cells = content.split()
         if not cells:
             continue
-        try:
-            values = [real_number(cell) for cell in cells]
-        except ValueError:
-            raise refuse(file, line, f"must be numbers. Got {content.strip()[:60]!r}. Correct it.") from None
-        if not all(math.isfinite(value) for value in values):
-            raise refuse(file, line, f"must be finite numbers. Got {content.strip()[:60]!r}. Correct it.")
-        if len(values) < 5:
-            raise refuse(
-                file, line, f"must have 5 columns: class, centre x, centre y, width, height. Got {len(values)}."
-            )
+        values = intake.edges(partial(_values, cells, file, line))
+        if values is NO_BOX:
+            continue
         number = values[0]
         if number != int(number) or number < 0:
             raise refuse(file, line, f"the class must be a whole number from 0 on. Got {cells[0][:40]}.")
         if names is not None and int(number) not in names:
             raise refuse(file, line, f"class {int(number)} is none of the {len(names)} classes in {named_by}. Add it.")
         label = intake.label(str(int(number)) if names is None else names[int(number)], file, line)
-        yield YoloLine(file, line, frame, content.strip(), label, tuple(values[1:]))
+        yield YoloLine(file, line, frame, content.strip(), label, values[1:])
+
+
+def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
+    """The numbers of a row: the class, four or more of the box, others."""
+    row = " ".join(cells)[:60]
+    try:
+        values = tuple(real_number(cell) for cell in cells)
+    except ValueError:
+        raise refuse(file, line, f"must be numbers. Got {row!r}. Correct it.") from None
+    if not all(math.isfinite(value) for value in values):
+        raise refuse(file, line, f"must be finite numbers. Got {row!r}. Correct it.")
+    if len(values) < 5:
+        raise refuse(file, line, f"must have 5 columns: class, centre x, centre y, width, height. Got {len(values)}.")
+    return values
 
 
 def _take_with_columns(rows: list[YoloRow], intake: Intake, loose: LooseBoxes) -> None:
