@@ -313,14 +313,19 @@ def test_voc_that_names_another_frame_inside_is_told(tmp_path: Path) -> None:
         file.write_text(file.read_text().replace("<annotation>", f"<annotation><filename>{inside}</filename>"))
     back = read(path)
     assert sorted(found_in(back)) == [10, 13]
-    assert "taken by their own name: 1; the first is frame_000010.xml, with 'frame_000012.jpg' inside" in _told(back)
+    assert "taken by their own name: 1; the first is frame_000010.xml, 'frame_000010.xml' frame_000012.jpg" in _told(
+        back
+    )
 
 
-def test_voc_whose_folder_names_a_video(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "element", ["<folder>{}</folder>", "<folder/><path>/data/{}/x.jpg</path>", "<path>D:\\{}\\x.jpg</path>"]
+)
+def test_voc_whose_folder_names_a_video(tmp_path: Path, element: str) -> None:
     path = listing(tmp_path, "voc", ["frame_000010", "frame_000011"])
     for name, inside in (("frame_000010", "other"), ("frame_000011", "drive")):
         file = path / "Annotations" / f"{name}.xml"
-        file.write_text(file.read_text().replace("<annotation>", f"<annotation><folder>{inside}</folder>"))
+        file.write_text(file.read_text().replace("<annotation>", f"<annotation>{element.format(inside)}"))
     back = read(path)
     assert sorted(found_in(back)) == [11]
     assert "'other' (1)" in _told(back)
@@ -385,3 +390,14 @@ def test_a_file_of_classes_with_a_name_of_its_own(tmp_path: Path) -> None:
     assert track.label == 14
     (path / "args.yaml").write_text("task: detect\n")
     assert any("names no classes" in sentence for sentence in read(path).repaired), "two files: nobody guesses"
+
+
+def test_a_frame_that_the_file_states_against_the_name_is_told(tmp_path: Path) -> None:
+    path = listing(tmp_path, "coco", ["frame_000010", "front"]) / "instances.json"
+    content = json.loads(path.read_text())
+    for image, frame in zip(content["images"], (11, 12), strict=True):
+        image["frame"] = frame
+    path.write_text(json.dumps(content))
+    back = read(path)
+    assert found_in(back) == {11: 0, 12: 1}
+    assert "whose frame the file states were taken so, against their names: 1" in _told(back)

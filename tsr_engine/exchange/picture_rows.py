@@ -159,8 +159,8 @@ class Row:
 
 def rows_of(
     listed: Sequence[Listed], video: DatasetVideo, folder: Path, more: Iterable[str] = ()
-) -> tuple[list[Row], list[Nameless], list[int]]:
-    """The rows of all pictures; those without a frame, which are in none; and places where the two names differ.
+) -> tuple[list[Row], list[Nameless], list[tuple[int, str]]]:
+    """The rows of all pictures; those without a frame, which are in none; and what differs, by place.
 
     Args:
         listed: the pictures.
@@ -186,7 +186,7 @@ class _Maker:
         self._folders: dict[str, tuple[tuple[str, ...], bool, bool]] = {}
         self.rows: dict[tuple[object, ...], Row] = {}
         self.nameless: list[Nameless] = []
-        self.differ: list[int] = []
+        self.differ: list[tuple[int, str]] = []
 
     def add(self, place: int, each: Listed) -> None:
         """Take one more picture."""
@@ -202,7 +202,10 @@ class _Maker:
             if name.number is None and name.seconds is None:
                 name = name if other.number is None and other.seconds is None else other
             elif other.number not in (None, name.number):
-                self.differ.append(place)
+                self.differ.append((place, "Files that name another frame inside were taken by their own name"))
+        stated = each.frame is not None and _IN_OURS[0].wrote(name.pattern, {name.width})
+        if stated and name.number != each.frame:
+            self.differ.append((place, "Pictures whose frame the file states were taken so, against their names"))
         known = each.frame is not None or each.number is not None
         if known and not (name.stem and (name.pattern.endswith("_frame_") or self._is_own(name.stem))):
             # Nobody asks for this number, and what stands before it may be anything.

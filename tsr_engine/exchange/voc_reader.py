@@ -26,7 +26,7 @@ from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["annotations_in", "read_voc"]
 
-_WANTED = ("filename", "folder", "size", "object")
+_WANTED = ("filename", "folder", "path", "size", "object")
 _CORNERS = ("xmin", "ymin", "xmax", "ymax")
 _TRUE = ("1", "true", "True")
 
@@ -153,7 +153,9 @@ def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _Shared) -> _Pictur
         if node.tag == "filename":
             filename = node.text
         elif node.tag == "folder":
-            folder = sys.intern(node.text)
+            folder = sys.intern(node.text) or folder
+        elif node.tag == "path":
+            folder = folder or sys.intern(node.text.replace("\\", "/").rpartition("/")[0].rpartition("/")[2])
         elif node.tag == "size":
             size, line = (_real(node, "width", file), _real(node, "height", file)), node.line
         else:

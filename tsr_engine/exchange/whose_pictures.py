@@ -19,6 +19,7 @@ from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.picture_names import SHAPES
 from tsr_engine.exchange.picture_rows import Listed, Nameless, Row, rows_of
 from tsr_engine.exchange.reading import place_of
+from tsr_engine.exchange.roboflow import refuse_changed_pictures
 from tsr_engine.exchange.spellings import plain_name
 
 __all__ = ["frames_of_pictures"]
@@ -39,18 +40,19 @@ def frames_of_pictures(
         more: names of pictures without boxes that a list beside the boxes has; they help to tell where numbers begin.
 
     Raises:
-        ImportFormatError: names without number, numbers beyond the video, several videos of which none is this one, two
-            pictures of one frame, or a count that may begin at 0 or at 1.
+        ImportFormatError: names without number, numbers beyond the video, a count that may begin at 0 or at 1, several
+            videos of which none is this one, two pictures of one frame, or pictures that Roboflow has changed.
     """
+    refuse_changed_pictures(folder, intake.target.video)
     out: list[int | None] = [None] * len(listed)
     rows, nameless, differ = rows_of(listed, intake.target.video, folder, more)
     chosen = _chosen(rows, nameless, listed, intake)
     for row in chosen:
         _take(row, listed, intake, out)
     _refuse_twins(listed, out, intake)
-    for each in (listed[place] for place in differ if out[place] is not None):
-        what = "Files that name another frame inside were taken by their own name"
-        intake.count(what, each.file, f"with {each.instead[:80]!r} inside")
+    for place, what in differ:
+        if out[place] is not None:
+            intake.count(what, listed[place].file, f"{listed[place].name[:80]!r} {listed[place].instead[:80]}".strip())
     _tell_others([row for row in rows if row not in chosen], nameless, listed, intake)
     return out
 
