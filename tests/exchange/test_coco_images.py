@@ -77,6 +77,18 @@ def test_frame_ids_that_count_from_1(tmp_path: Path) -> None:
         _read(tmp_path, coco(_images(100), videos=VIDEOS))
 
 
+def test_frame_ids_that_repeat_the_names_may_count_as_these(tmp_path: Path) -> None:
+    images = [{"file_name": f"{frame:06d}.jpg", "video_id": 1, "frame_id": frame} for frame in (11, 12)]
+    with pytest.raises(ImportFormatError, match=r"image 1: frame ids \(11 to 12\) fit a count from 0 and one from 1"):
+        _read(tmp_path, coco(images, videos=VIDEOS))
+    whole = [{**images[0], "file_name": f"{frame:06d}.jpg", "frame_id": frame} for frame in range(1, 101)]
+    assert found_in(_read(tmp_path, coco(whole, videos=VIDEOS))) == {frame: frame for frame in range(100)}
+    linked = [{**images[0], "file_name": "drive/img1/000011.jpg", "prev_image_id": -1}]
+    assert found_in(_read(tmp_path, coco(linked, videos=VIDEOS))) == {10: 0}, "as ByteTrack's converter writes it"
+    ours = [{**images[0], "file_name": "frame_000011.jpg"}]
+    assert found_in(_read(tmp_path, coco(ours, videos=VIDEOS))) == {11: 0}
+
+
 def test_ids_that_went_through_pandas(tmp_path: Path) -> None:
     """I24: 11.0 and "11" are 11; I86: in a list of results too."""
     images = [{"id": 11, "file_name": "frame_000010.jpg"}, {"id": "12", "file_name": "frame_000011.jpg"}]

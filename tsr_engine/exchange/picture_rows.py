@@ -108,6 +108,7 @@ class Row:
         seconds: time of each.
         widths: digits of the numbers in names, and whether the first of several is a zero.
         span: smallest and largest number, also of pictures that only a list names.
+        echoed: the numbers that the file has beside the names are those in the names, which may count otherwise.
     """
 
     first: Listed
@@ -126,6 +127,7 @@ class Row:
     seconds: list[float] = field(default_factory=list)
     widths: set[tuple[int, bool]] = field(default_factory=set)
     span: tuple[int, int] = (0, 0)
+    echoed: bool = True
 
     @property
     def other_name(self) -> str:
@@ -151,7 +153,8 @@ class Row:
     def custom(self) -> Custom | None:
         """How the tool counts that wrote the numbers; None: many tools write such names."""
         if self.first.number is not None:
-            return self.first.custom
+            custom = self.first.custom
+            return None if self.echoed and custom is not None and not custom.origin else custom
         if self.name.roboflow:
             return _ROBOFLOW
         return next((custom for custom in self.customs if custom.wrote(self.before, self.widths)), None)
@@ -203,9 +206,10 @@ class _Maker:
                 name = name if other.number is None and other.seconds is None else other
             elif other.number not in (None, name.number):
                 self.differ.append((place, "Files that name another frame inside were taken by their own name"))
-        stated = each.frame is not None and _IN_OURS[0].wrote(name.pattern, {name.width})
-        if stated and name.number != each.frame:
+        from_0 = _IN_OURS[0].wrote(name.pattern, {name.width})
+        if from_0 and each.frame is not None and name.number != each.frame:
             self.differ.append((place, "Pictures whose frame the file states were taken so, against their names"))
+        echoed = each.number == name.number and not from_0
         known = each.frame is not None or each.number is not None
         if known and not (name.stem and (name.pattern.endswith("_frame_") or self._is_own(name.stem))):
             # Nobody asks for this number, and what stands before it may be anything.
@@ -227,6 +231,7 @@ class _Maker:
             row.frames.append(each.frame)
         elif each.number is not None:
             row.numbers.append(each.number)
+            row.echoed &= echoed
         elif name.seconds is not None:
             row.seconds.append(name.seconds)
         elif name.number is not None:
