@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from exchange_toys import a_dataset, a_track, target_of, there_and_back, tracks_of
+from listings import cvat, found_in, read
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
@@ -103,7 +104,7 @@ UID = '<attribute name="uid">a</attribute>'
         (_file(BOX.format(1, '<attribute name="score">x</attribute>')), "line 3: the attribute score"),
         ("<annotations>\n<track/></annotations>", "line 2: has <track> elements: it is CVAT for video"),
         (
-            HEAD.format("frame_1").replace(' width="640"', "") + "<box/></image></annotations>",
+            HEAD.format("frame_000001").replace(' width="640"', "") + "<box/></image></annotations>",
             "<image> must have width",
         ),
         ('<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><annotations/>', "line 1: a DOCTYPE"),
@@ -112,3 +113,61 @@ UID = '<attribute name="uid">a</attribute>'
 def test_what_is_refused(tmp_path: Path, content: str, rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"annotations.xml.*{rule}"):
         _read(tmp_path, content)
+
+
+TASK = "<task><id>{}</id><name>{}</name>{}</task>"
+
+
+def test_a_project_of_several_tasks_gives_those_of_the_video(tmp_path: Path) -> None:
+    """I83: each task has its frame_000010, and only ``task_id`` tells them apart."""
+    path = tmp_path / "annotations.xml"
+    images = [
+        f'name="frame_0000{frame}" task_id="{task}" width="640" height="360"' for task in (1, 2) for frame in (10, 11)
+    ]
+    path.write_text(cvat(images, "<project><id>1</id></project>"))
+    with pytest.raises(
+        ImportFormatError, match=r"has pictures of 'task 1' \(2\), 'task 2' \(2\); nothing says which.*video="
+    ):
+        read(path)
+    back = read(path, video="task 2")
+    assert found_in(back) == {10: 2, 11: 3}
+    assert any("speaks of 'task 2'" in sentence for sentence in back.repaired)
+    for tasks in (
+        TASK.format(1, "other", "") + TASK.format(2, "Drive", ""),
+        TASK.format(1, "a", "<source>other.mp4</source>") + TASK.format(2, "b", "<source>drive.mp4</source>"),
+    ):
+        path.write_text(cvat(images, f"<project><id>7</id><name>p</name><tasks>{tasks}</tasks></project>"))
+        back = read(path)
+        assert found_in(back) == {10: 2, 11: 3}
+        assert "another video than drive.mp4" in back.skipped[0].reason
+
+
+def test_a_task_about_another_video_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "annotations.xml"
+    path.write_text(cvat(['name="frame_000010"'], TASK.format(1, "x", "<source>other.mp4</source>")))
+    back = read(path)
+    assert found_in(back) == {10: 0}
+    assert any("speaks of 'other.mp4', not of drive.mp4" in sentence for sentence in back.repaired)
+    path.write_text(cvat(['name="frame_000010"'], TASK.format(1, "any name", "")))
+    assert read(path).repaired == ()
+
+
+def test_a_name_that_is_there_twice_is_of_two_videos(tmp_path: Path) -> None:
+    path = tmp_path / "annotations.xml"
+    path.write_text(cvat(['name="frame_000010"'] * 2))
+    with pytest.raises(
+        ImportFormatError, match=r"annotations\.xml, line 4: is frame 10, as annotations\.xml, line 3 is"
+    ):
+        read(path)
+
+
+@pytest.mark.parametrize("place", ["<task>{}</task>", "<job>{}</job>", "{}"])
+def test_a_size_that_stands_in_the_head(tmp_path: Path, place: str) -> None:
+    size = place.format("<original_size><width>1280</width><height>720</height></original_size>")
+    (tmp_path / "annotations.xml").write_text(cvat(['name="frame_000010"'], size))
+    with pytest.raises(ImportFormatError, match="is about pictures of 1280x720 px"):
+        read(tmp_path)
+    assert next(iter(tracks_of(read(tmp_path, size="scale")).values())).boxes.tolist() == [[50, 40, 70, 60]]
+    own = 'name="frame_000010" width="640" height="360"'
+    (tmp_path / "annotations.xml").write_text(cvat([own], size))
+    assert found_in(read(tmp_path)) == {10: 0}, "a picture's own size comes first"

@@ -72,7 +72,7 @@ def test_coco_of_somebody_else(tmp_path: Path) -> None:
         ({"images": [{"id": 1, "file_name": "frame_1.jpg"}] * 2}, ("image 2", "twice")),
         ({"images": [{"id": 1, "file_name": "frame_000100.jpg"}]}, ("image 1", "0 to 99")),
         ({"images": [{"id": 1, "file_name": "picture.jpg"}]}, ("image 1", "no frame number")),
-        ({"images": [{"id": 1, "file_name": "frame_1.jpg", "width": 64, "height": 36}]}, ("64x36", "size=scale")),
+        ({"images": [{"id": 1, "file_name": "frame_000001.jpg", "width": 64, "height": 36}]}, ("64x36", "size=scale")),
     ],
 )
 def test_coco_that_breaks_a_rule(tmp_path: Path, changes: dict[str, object], words: tuple[str, ...]) -> None:

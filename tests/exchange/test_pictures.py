@@ -18,7 +18,7 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.names import prefixes, safe_stem
-from tsr_engine.exchange.pictures import frame_in_name, stream_frames, wanted_frames
+from tsr_engine.exchange.pictures import stream_frames, wanted_frames
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
@@ -108,27 +108,6 @@ def test_which_frames_are_wanted() -> None:
     assert wanted_frames(video, shown, "none").tolist() == []
     assert wanted_frames(video, shown, "annotated").tolist() == [11, 13]
     assert wanted_frames(video, shown, "all").tolist() == [10, 11, 12, 13, 14]
-
-
-@pytest.mark.parametrize(
-    ("name", "frame"),
-    [
-        ("frame_000010.jpg", 10),
-        ("frame_000010", 10),
-        ("images/train/frame_000010.png", 10),
-        ("drive_frame_000010.jpg", 10),
-        ("drive-aaaaaaaa_frame_000010.jpg", 10),
-        ("drive-bbbbbbbb_frame_000010.jpg", None),
-        ("drive-aaaa_frame_000010.jpg", None),
-        ("other_frame_000010.jpg", None),
-        ("000123.jpg", 123),
-        ("img00123.png", 123),
-        ("picture.jpg", None),
-        ("", None),
-    ],
-)
-def test_names_lead_back_to_frames(name: str, frame: int | None) -> None:
-    assert frame_in_name(name, a_video()) == frame
 
 
 def test_names_of_several_videos_differ() -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from tsr_engine.errors import ImportFormatError, ImportProblem
-from tsr_engine.exchange.files_below import files_below
+from tsr_engine.exchange.files_below import files_below, is_rubbish
 from tsr_engine.exchange.opened_zip import ArchiveLimits, opened
 from tsr_engine.exchange.spool import Spool
 from tsr_engine.exchange.zip_writer import ZipWriter
@@ -112,7 +112,7 @@ def _unpack(
         name = _safe_name(path, entry)
         if name.casefold() in taken:
             raise _refuse(path, entry, "is there twice")
-        if name and not _is_rubbish(name):
+        if name and not is_rubbish(name):
             taken.add(name.casefold())
             if not entry.is_dir() and (pictures or name[name.rfind(".") :].lower() not in SUFFIXES):
                 chosen.append((entry, name))
@@ -182,10 +182,6 @@ def _safe_name(path: Path, entry: zipfile.ZipInfo) -> str:
     if parts and not entry.is_dir() and parts[-1].lower().endswith(_ARCHIVES):
         raise _refuse(path, entry, "is an archive within the archive")
     return "/".join(parts)
-
-
-def _is_rubbish(name: str) -> bool:
-    return name.startswith("__MACOSX/") or name.rsplit("/", 1)[-1] in (".DS_Store", "Thumbs.db", "desktop.ini")
 
 
 def _refuse(path: Path, entry: zipfile.ZipInfo, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:

@@ -12,11 +12,12 @@ from typing import Any
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.files_below import is_rubbish
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.manifest import MANIFEST, VERSION
 from tsr_engine.exchange.names import is_name_of, video_names
 
-__all__ = ["Told", "is_called", "is_wrapper", "prefix_in_export", "told_beside", "told_by_manifest"]
+__all__ = ["Told", "is_called", "is_wrapper", "prefix_in_export", "seen_in", "told_beside", "told_by_manifest"]
 
 _INNER = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
 
@@ -87,9 +88,16 @@ def is_called(folder: Path, video: DatasetVideo, name: str) -> bool:
     return name.casefold() == said.casefold() if said else is_name_of(name, video)
 
 
+def seen_in(path: Path) -> list[Path]:
+    """What is in a folder, but for hidden files and what a system leaves behind; nothing in a file."""
+    if not path.is_dir():
+        return []
+    return [entry for entry in path.iterdir() if not entry.name.startswith(".") and not is_rubbish(entry.name)]
+
+
 def is_wrapper(path: Path) -> bool:
     """Whether a folder has nothing but one more folder, as archives often do; what counts begins there."""
-    inside = [entry for entry in path.iterdir() if not entry.name.startswith(".")] if path.is_dir() else []
+    inside = seen_in(path)
     return len(inside) == 1 and inside[0].is_dir() and inside[0].name not in ("train", "val", "valid", "test")
 
 

@@ -15,14 +15,16 @@ from typing import Any
 import numpy as np
 
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.coco_reader import coco_files, read_coco
+from tsr_engine.exchange.coco_reader import read_coco
 from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import rounded
 
 __all__ = ["FORMAT"]
@@ -120,7 +122,7 @@ def _dump(value: Any) -> str:
 
 
 def _sniff(path: Path) -> bool:
-    for file in coco_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+    for file in json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
         with file.open("rb") as stream:
             start = stream.read(1 << 16)
         if b'"dm_format_version"' in start or b'"media_type"' in start or b'"image/' in start:
@@ -140,6 +142,7 @@ FORMAT = Format(
     sniff=_sniff,
     export_switches=(IMAGE_SWITCH,),
     import_switches=(
+        *PICTURE_SWITCHES,
         SIZE_SWITCH,
         Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
         LINK_SWITCH,

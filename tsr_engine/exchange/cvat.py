@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import colorsys
-import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.split import SUBSETS
+from tsr_engine.exchange.turned import upright
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted, text
 
 __all__ = [
@@ -128,17 +128,8 @@ def box_edges(node: Node, file: str, intake: Intake, scale: tuple[float, float])
 
 def _edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> tuple[float, float, float, float]:
     x1, y1, x2, y2 = (number(node, name, file) for name in ("xtl", "ytl", "xbr", "ybr"))
-    if node.attrib.get("rotation", "0") not in ("0", "0.0", "0.00"):
-        turn = number(node, "rotation", file)
-        if not math.isfinite(turn):
-            raise refuse(file, node.line, f"rotation must be finite degrees. Got {turn}.")
-        if x1 < x2 and y1 < y2 and turn % 360:
-            cos, sin = abs(math.cos(math.radians(turn))), abs(math.sin(math.radians(turn)))
-            half_w = ((x2 - x1) * cos + (y2 - y1) * sin) / 2
-            half_h = ((x2 - x1) * sin + (y2 - y1) * cos) / 2
-            cx, cy = (x1 + x2) / 2, (y1 + y2) / 2
-            x1, y1, x2, y2 = cx - half_w, cy - half_h, cx + half_w, cy + half_h
-            intake.count("Turned boxes were replaced by the upright boxes around them", file, node.line)
+    if "rotation" in node.attrib:
+        x1, y1, x2, y2 = upright((x1, y1, x2, y2), number(node, "rotation", file), intake, file, node.line)
     return x1 * scale[0], y1 * scale[1], x2 * scale[0], y2 * scale[1]
 
 

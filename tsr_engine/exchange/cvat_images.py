@@ -27,9 +27,11 @@ from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureNames, picture_lists, write_files
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, picture_lists, write_files
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows
+from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
 from tsr_engine.io.plain_numbers import real_number
 
@@ -104,17 +106,19 @@ def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: 
 def _read(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
     files = find_files(path, target.video)
-    pictures = PictureNames(path if path.is_dir() else path.parent, target.video)
+    listed, sizes = _listed(files)
+    frames = iter(frames_of_pictures(listed, intake, path if path.is_dir() else path.parent))
     for file, name in files:
-        other = tags = shapes = 0
-        for node in elements(file, "annotations", ("track", "image"), name=name):
-            if node.tag == "track":
-                raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it as that.")
+        tags = shapes = 0
+        for node in elements(file, "annotations", ("image",), name=name):
+            frame = next(frames)
+            if frame is None:
+                continue
             tags += sum(child.tag == "tag" for child in node.children)
             shapes += sum(child.tag in SHAPES for child in node.children)
-            other += not _read_image(node, name, intake, pictures)
+            if any(child.tag == "box" for child in node.children):
+                _read_image(node, frame, sizes.get((name, node.attrib.get("task_id", ""))), name, intake)
         for count, what, reason in (
-            (other, "pictures", f"Their names are of another video than {target.video.name}."),
             (tags, "tags", "They are about whole pictures."),
             (shapes, "shapes", "They are no boxes."),
         ):
@@ -123,21 +127,63 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     return intake.finish(files[0][1])
 
 
-def _read_image(node: Node, file: str, intake: Intake, pictures: PictureNames) -> bool:
-    """Takes the boxes of one picture; False: it is of another video."""
-    name = attribute(node, "name", file)
-    ordinal = pictures.frame(name)
-    if ordinal is None:
-        if pictures.is_other(name):
-            return False
-        raise refuse(file, node.line, f"the picture {name[:80]!r} has no frame number. Call it frame_000010.jpg.")
-    if not any(child.tag == "box" for child in node.children):
-        return True
-    frame = intake.frame(ordinal, file, node.line)
-    scale = (1.0, 1.0)
+def _listed(files: list[tuple[Path, str]]) -> tuple[list[Listed], dict[tuple[str, str], Node]]:
+    """The pictures of all files, and the ``<original_size>`` of each task, the only one without its id too."""
+    listed: list[Listed] = []
+    sizes: dict[tuple[str, str], Node] = {}
+    for file, name in files:
+        tasks: dict[str, Node] = {}
+        pictures: list[Node] = []
+        for node in elements(file, "annotations", ("meta",), bare=("image", "track"), name=name):
+            if node.tag == "track":
+                raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it as that.")
+            if node.tag == "meta":
+                tasks = _tasks(node)
+                sizes |= {(name, key): size for key, task in tasks.items() if (size := task.child("original_size"))}
+                size = node.child("original_size")
+                if size is not None:
+                    sizes[name, ""] = size
+            else:
+                pictures.append(node)
+        several = len({node.attrib.get("task_id", "") for node in pictures}) > 1
+        for node in pictures:
+            key = node.attrib.get("task_id", "")
+            task = tasks.get(key)
+            source, called = ("", "") if task is None else (task.value("source"), task.value("name"))
+            said = source or (f"task {key}" if several else "")
+            listed.append(Listed(attribute(node, "name", name), name, node.line, video=said, also=called))
+    return listed, sizes
+
+
+def _tasks(meta: Node) -> dict[str, Node]:
+    """The tasks that a file tells of by id; the only one by an empty id too, as its pictures do not name it."""
+    found: dict[str, Node] = {}
+    for node in meta.children:
+        tasks = node.child("tasks")
+        inside = [node] if tasks is None else list(tasks.all("task"))
+        if node.tag in ("task", "job", "project"):
+            found |= {task.value("id"): task for task in inside}
+    if len(found) == 1:
+        found[""] = next(iter(found.values()))
+    return found
+
+
+def _scale(node: Node, size: Node | None, file: str, intake: Intake) -> tuple[float, float]:
     # Datumaro leaves the size out where it does not know the picture.
     if "width" in node.attrib or "height" in node.attrib:
-        scale = intake.scale(number(node, "width", file), number(node, "height", file), file, node.line)
+        return intake.scale(number(node, "width", file), number(node, "height", file), file, node.line)
+    if size is None:
+        return 1.0, 1.0
+    try:
+        width, height = real_number(size.value("width")), real_number(size.value("height"))
+    except ValueError:
+        raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
+    return intake.scale(width, height, file, size.line)
+
+
+def _read_image(node: Node, frame: int, size: Node | None, file: str, intake: Intake) -> None:
+    """Takes the boxes of one picture."""
+    scale = _scale(node, size, file, intake)
     for count, child in enumerate(node.all("box")):
         if flag(child, "outside", file, "0"):
             # Datumaro carries CVAT's marks of the end of a track into pictures.
@@ -172,7 +218,6 @@ def _read_image(node: Node, file: str, intake: Intake, pictures: PictureNames) -
                 source=values.get("source", "").strip() or "imported",
                 notes=notes_from_text(values.get("note", ""), frame),
             )
-    return True
 
 
 FORMAT = Format(
@@ -183,6 +228,6 @@ FORMAT = Format(
     read=_read,
     sniff=lambda path: sniff_mode(path) == "annotation",
     export_switches=(IMAGE_SWITCH,),
-    import_switches=(SIZE_SWITCH,),
+    import_switches=(*PICTURE_SWITCHES, SIZE_SWITCH),
     docs="cvat-images.md",
 )

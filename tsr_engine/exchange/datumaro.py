@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,26 +16,26 @@ import numpy as np
 
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import heads, members
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import (
-    IMAGE_SWITCH,
-    PictureList,
-    PictureNames,
-    picture_lists,
-    subsets_in,
-    write_files,
-)
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed
 from tsr_engine.exchange.rounding import rounded
+from tsr_engine.exchange.turned import Edges, upright
+from tsr_engine.exchange.whose_pictures import frames_of_pictures
 
 __all__ = ["FORMAT"]
 
 _DECIMALS = 4
 _IMAGE = 2
 """Datumaro's number for still pictures."""
+_CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
+"""Older versions, and CVAT's, do not name the format; categories are an object in no other."""
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
@@ -121,45 +122,50 @@ def _items(part: PictureList, subset: str, suffix: str, numbers: dict[str, int],
 
 def _read(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
-    files = _files(path)
+    files = json_files(path)
     if not files:
         raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
-    pictures = PictureNames(path if path.is_dir() else path.parent, target.video)
-    other = shapes = 0
+    listed = [picture for file in files for picture in _listed(file, len(files) > 1)]
+    frames = iter(frames_of_pictures(listed, intake, path if path.is_dir() else path.parent))
+    shapes = 0
     for file in files:
         content = heads(file, ("categories",))
         names = _label_names(content, file.name) if content else []
-        listed = False
         for key, place, item in members(file):
-            listed |= key == "items" and place is not None
             if key != "items" or not place:
                 continue
             if not content:
                 _label_names(content, file.name)
-            where = f"item {place}"
-            if not isinstance(item, dict) or not isinstance(item.get("annotations", []), list):
-                raise refuse(file.name, where, "must be an object with a list of annotations. Correct it.")
-            frame = _frame(item, file.name, where, intake, pictures)
+            frame = next(frames)
             if frame is None:
-                other += 1
                 continue
+            where = f"item {place}"
             scale = _scale(item, file.name, where, intake)
             for count, note in enumerate(item.get("annotations", [])):
                 shapes += not _annotation(note, names, frame, scale, intake, file.name, f"{where}, box {count + 1}")
-        if not listed:
-            raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
-    if other:
-        intake.skip(f"{other} pictures", f"Their names are of another video than {target.video.name}.")
     if shapes:
         intake.skip(f"{shapes} annotations", "They are no boxes.")
     return intake.finish(files[0].name, interpolate=target.switches.get("interpolate") == "yes")
 
 
-def _files(path: Path) -> list[Path]:
-    if path.is_file():
-        return [path]
-    inside = path / "annotations" if (path / "annotations").is_dir() else path
-    return sorted(file for file in inside.glob("*.json") if file.name != "manifest.json")
+def _listed(file: Path, several: bool) -> Iterator[Listed]:
+    """The pictures of a file; of several files, the name of each says something as a folder does."""
+    found = False
+    for key, place, item in members(file):
+        found |= key == "items" and place is not None
+        if key != "items" or not place:
+            continue
+        where = f"item {place}"
+        if not isinstance(item, dict) or not isinstance(item.get("annotations", []), list):
+            raise refuse(file.name, where, "must be an object with a list of annotations. Correct it.")
+        image, attr = item.get("image"), item.get("attr")
+        path = str(image.get("path", "")) if isinstance(image, dict) else ""
+        name = str(item.get("id") or path)
+        said = attr.get("frame") if isinstance(attr, dict) else None
+        frame = None if said is None else whole_of(said, "frame", file.name, where)
+        yield Listed(f"{file.stem}/{name}" if several else name, file.name, where, instead=path, frame=frame)
+    if not found:
+        raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
 
 
 def _label_names(content: dict[str, Any], file: str) -> list[str]:
@@ -167,21 +173,6 @@ def _label_names(content: dict[str, Any], file: str) -> list[str]:
         return [str(label["name"]) for label in content["categories"]["label"]["labels"]]
     except (KeyError, TypeError):
         raise refuse(file, None, "has no categories.label.labels with names. Export as Datumaro again.") from None
-
-
-def _frame(item: dict[str, Any], file: str, where: str, intake: Intake, pictures: PictureNames) -> int | None:
-    """Ordinal of an item; None: of another video."""
-    attr = item.get("attr")
-    image = item.get("image")
-    name = str(item.get("id") or (image.get("path", "") if isinstance(image, dict) else ""))
-    found = pictures.frame(name)
-    if found is None and pictures.is_other(name):
-        return None
-    if isinstance(attr, dict) and "frame" in attr:
-        return intake.frame(attr["frame"], file, where)
-    if found is None:
-        raise refuse(file, where, f"{name[:80]!r} has no frame number, and no attr.frame. Call it frame_000010.")
-    return intake.frame(found, file, where)
 
 
 def _scale(item: dict[str, Any], file: str, where: str, intake: Intake) -> tuple[float, float]:
@@ -205,12 +196,12 @@ def _annotation(
         raise refuse(file, where, "must be an object. Correct it.")
     if note.get("type") != "bbox":
         return False
-    label = note.get("label_id")
+    label = id_of(note.get("label_id"))
     if not isinstance(label, int) or not 0 <= label < len(names):
-        raise refuse(file, where, f"label_id {label!r} must be 0 to {len(names) - 1}. Correct it.")
+        raise refuse(file, where, f"label_id {note.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it.")
     said = note.get("attributes", {})
     said = said if isinstance(said, dict) else {}
-    track = said.get("track_id")
+    track = track_of(said.get("track_id"), "track_id", file, where)
     uid = str(said.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
     if not uid:
         uid = intake.unique(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
@@ -225,14 +216,14 @@ def _annotation(
     taken = intake.box(
         uid,
         frame,
-        intake.edges(lambda: _edges(note.get("bbox"), scale, file, where)),
+        intake.edges(lambda: _edges(note.get("bbox"), said.get("rotation"), scale, intake, file, where)),
         intake.label(names[label], file, where),
         file=file,
         line=where,
         key=said.get("keyframe", True) not in (False, "false", "False"),
         occluded=said.get("occluded") in (True, "true", "True"),
         ignore=said.get("ignore") in (True, "true", "True"),
-        score=math.nan if score is None else _float(score, file, where),
+        score=math.nan if score is None else real_of(score, "score", file, where),
     )
     if taken and not known:
         intake.describe(
@@ -244,25 +235,22 @@ def _annotation(
     return True
 
 
-def _edges(box: Any, scale: tuple[float, float], file: str, where: str) -> tuple[float, float, float, float]:
+def _edges(box: Any, turn: Any, scale: tuple[float, float], intake: Intake, file: str, where: str) -> Edges:
+    """Edges in px of the video; a turned box becomes the upright one around it."""
     if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
         raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
-    x, y, width, height = (_float(side, file, where) for side in box)
-    return x * scale[0], y * scale[1], (x + width) * scale[0], (y + height) * scale[1]
-
-
-def _float(value: float, file: str, where: str) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        raise refuse(file, where, "a number is too large. Correct it.") from None
+    x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
+    edges = (x, y, x + width, y + height)
+    if turn:
+        edges = upright(edges, real_of(turn, "rotation", file, where, in_text=True), intake, file, where)
+    return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
 
 
 def _sniff(path: Path) -> bool:
-    for file in _files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
+    for file in json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
         with file.open("rb") as stream:
             start = stream.read(1 << 14)
-        return b'"dm_format_version"' in start or (b'"media_type"' in start and b'"categories"' in start)
+        return b'"dm_format_version"' in start or _CATEGORIES.search(start) is not None
     return False
 
 
@@ -275,6 +263,7 @@ FORMAT = Format(
     sniff=_sniff,
     export_switches=(IMAGE_SWITCH,),
     import_switches=(
+        *PICTURE_SWITCHES,
         SIZE_SWITCH,
         Switch("interpolate", ("no", "yes"), "Draw straight lines between the boxes of a track, for sparse files."),
     ),

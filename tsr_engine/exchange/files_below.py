@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-__all__ = ["files_below"]
+__all__ = ["files_below", "is_rubbish", "json_files"]
 
 
 def files_below(folder: Path) -> list[str]:
@@ -21,3 +21,22 @@ def files_below(folder: Path) -> list[str]:
                 elif entry.is_file(follow_symlinks=False):
                     out.append(prefix + entry.name)
     return sorted(out)
+
+
+def is_rubbish(name: str) -> bool:
+    """Whether a file is one that a system leaves behind, by its name with slashes; macOS has a ``._`` twin of many."""
+    first, _, _ = name.partition("/")
+    last = name.rsplit("/", 1)[-1]
+    return first == "__MACOSX" or last.startswith("._") or last in (".DS_Store", "Thumbs.db", "desktop.ini")
+
+
+def json_files(path: Path) -> list[Path]:
+    """The annotations in JSON of a folder, sorted, or the file itself; Roboflow has one in each subset's folder."""
+    if path.is_file():
+        return [path]
+    for pattern in ("annotations/*.json", "*.json", "*/*.json"):
+        found = sorted(file for file in path.glob(pattern) if file.name != "manifest.json")
+        found = [file for file in found if not is_rubbish(file.relative_to(path).as_posix())]
+        if found:
+            return found
+    return []

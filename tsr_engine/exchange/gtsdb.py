@@ -12,25 +12,23 @@ from typing import Any
 
 from tsr_engine.exchange.beside import is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
+from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LINK_SWITCH, LooseBoxes
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.picture_lists import (
-    IMAGE_SWITCH,
-    PictureList,
-    PictureNames,
-    picture_lists,
-    subsets_in,
-    write_files,
-)
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES, Listed, names_in
 from tsr_engine.exchange.whole_pixels import whole_pixels
+from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.io.plain_numbers import whole_number
 
 __all__ = ["FORMAT"]
 
 TRUTH = "gt.txt"
 LIST = "pictures.txt"
+_BENCHMARK = Custom(0, "the benchmark's scenes begin with 00000", before="", digits=5)
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
@@ -87,50 +85,59 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     corners = target.switches.get("corners", "auto")
     if corners == "auto":
         corners = told_by_manifest(home, "corners") or "inclusive"
-    pictures = PictureNames(home, target.video)
+    rows = [
+        (file.relative_to(home).as_posix(), line, content)
+        for file in files
+        for line, content in enumerate(read_text(file).splitlines(), start=1)
+        if content.strip()
+    ]
+    tell_open_ends(((file.relative_to(home).as_posix(), last_of(file)) for file in files), intake)
+    listed: dict[tuple[str, str], Listed] = {}
+    for name, line, content in rows:
+        picture = _cells(content, name, line)[0]
+        if (name, picture) not in listed:
+            listed[name, picture] = Listed(picture, name, line, custom=_BENCHMARK)
+    more = [picture for file in files for picture in names_in(file.parent / LIST)]
+    frames = dict(zip(listed, frames_of_pictures(list(listed.values()), intake, home, more), strict=True))
     loose = LooseBoxes(intake, files[0].name)
-    for file in files:
-        name = file.relative_to(home).as_posix()
-        for line, content in enumerate(read_text(file).splitlines(), start=1):
-            if content.strip():
-                _read_row(content, name, line, corners, pictures, intake, loose)
-    if pictures.others:
-        intake.skip(f"{pictures.others} boxes", f"Their pictures are of another video than {target.video.name}.")
+    for name, line, content in rows:
+        cells = _cells(content, name, line)
+        frame = frames[name, cells[0]]
+        if frame is not None:
+            _read_row(cells, frame, name, line, corners, intake, loose)
     loose.settle()
     return intake.finish(files[0].name)
 
 
-def _read_row(
-    content: str, file: str, line: int, corners: str, pictures: PictureNames, intake: Intake, loose: LooseBoxes
-) -> None:
+def _cells(content: str, file: str, line: int) -> list[str]:
     cells = [cell.strip() for cell in content.split(";")]
     if len(cells) != 6:
         raise refuse(file, line, f"must be file;left;top;right;bottom;class. Got {content.strip()[:60]!r}.")
-    frame = pictures.frame(cells[0])
-    if frame is None:
-        if pictures.is_other(cells[0]):
-            return
-        raise refuse(file, line, f"the picture {cells[0][:60]!r} has no frame number. Call it 00010.ppm.")
-    label = _whole(cells[5], content, file, line)
+    return cells
+
+
+def _read_row(
+    cells: list[str], frame: int, file: str, line: int, corners: str, intake: Intake, loose: LooseBoxes
+) -> None:
+    label = _whole(cells[5], cells, file, line)
     if not 0 <= label < len(intake.target.labels):
         raise refuse(file, line, f"class {label} must be 0 to {len(intake.target.labels) - 1}. Correct it.")
-    ordinal = intake.frame(frame, file, line)
-    edges = intake.edges(lambda: _edges(cells, content, 1 if corners == "inclusive" else 0, file, line))
-    loose.add(ordinal, edges, label, file=file, line=line)
+    edges = intake.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
+    loose.add(frame, edges, label, file=file, line=line)
 
 
-def _edges(cells: list[str], content: str, extra: int, file: str, line: int) -> tuple[float, float, float, float]:
-    left, top, right, bottom = (_whole(cell, content, file, line) for cell in cells[1:5])
+def _edges(cells: list[str], extra: int, file: str, line: int) -> tuple[float, float, float, float]:
+    left, top, right, bottom = (_whole(cell, cells, file, line) for cell in cells[1:5])
     if min(left, top) < 0 or max(left, top, right, bottom) > 1_000_000:
         raise refuse(file, line, f"corners must be pixels from 0. Got {left};{top};{right};{bottom}.")
     return left, top, right + extra, bottom + extra
 
 
-def _whole(cell: str, content: str, file: str, line: int) -> int:
+def _whole(cell: str, cells: list[str], file: str, line: int) -> int:
     try:
         return whole_number(cell)
     except ValueError:
-        raise refuse(file, line, f"must have whole numbers after the file. Got {content.strip()[:60]!r}.") from None
+        raise refuse(file, line, f"must have whole numbers after the file. Got {';'.join(cells)[:60]!r}.") from None
 
 
 def _files(path: Path) -> list[Path]:
@@ -165,6 +172,7 @@ FORMAT = Format(
     ),
     import_switches=(
         Switch("corners", ("auto", "inclusive", "exclusive"), "As for export; auto: by the manifest, else inclusive."),
+        *PICTURE_SWITCHES,
         LINK_SWITCH,
     ),
     docs="gtsdb.md",

@@ -10,7 +10,7 @@ from typing import Any
 
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
-from tsr_engine.exchange.beside import Told, told_beside
+from tsr_engine.exchange.beside import Told, seen_in, told_beside
 from tsr_engine.exchange.checks import check_track
 from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset
@@ -74,7 +74,7 @@ def recognise(path: Path, formats: dict[str, Format] | None = None) -> tuple[For
     places = [path]
     at = path
     while at.is_dir() and len(places) < 4:
-        inside = [entry for entry in at.iterdir() if not entry.name.startswith(".")]
+        inside = seen_in(at)
         if len(inside) != 1:
             break
         at = inside[0]

@@ -8,11 +8,12 @@ from pathlib import Path
 
 from tsr_engine.exchange.dataset import DatasetVideo
 
-__all__ = ["is_name_of", "prefixes", "safe_stem", "video_names"]
+__all__ = ["is_name_of", "is_name_of_twin", "prefixes", "safe_stem", "video_names"]
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9.-]+")
 _DIGITS = (8, 16, 64)
 """Digits of a video's hash behind its name, as many as it takes."""
+_HEX = frozenset("0123456789abcdef")
 
 
 def safe_stem(name: str) -> str:
@@ -49,11 +50,21 @@ def prefixes(videos: Sequence[DatasetVideo]) -> list[str]:
 
 def is_name_of(name: str, video: DatasetVideo) -> bool:
     """Whether a name is the video's own, alone or with the first digits of its SHA-256."""
-    own, name = safe_stem(video.name).casefold(), name.casefold()
-    if name == own:
+    if name.casefold() == safe_stem(video.name).casefold():
         return True
-    digits = name.removeprefix(f"{own}-") if name.startswith(f"{own}-") else ""
+    digits = _digits_behind(name, video)
     return len(digits) in _DIGITS and video.sha256.casefold().startswith(digits)
+
+
+def is_name_of_twin(name: str, video: DatasetVideo) -> bool:
+    """Whether a name is that of another video of the same name: it has the digits of another SHA-256 behind it."""
+    digits = _digits_behind(name, video)
+    return len(digits) in _DIGITS and set(digits) <= _HEX and not video.sha256.casefold().startswith(digits)
+
+
+def _digits_behind(name: str, video: DatasetVideo) -> str:
+    own, name = safe_stem(video.name).casefold(), name.casefold()
+    return name.removeprefix(f"{own}-") if name.startswith(f"{own}-") else ""
 
 
 def _differ(names: list[str]) -> bool:

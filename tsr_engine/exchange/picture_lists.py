@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.exchange.beside import prefix_in_export
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ExportOptions, Switch
 from tsr_engine.exchange.names import prefixes
 from tsr_engine.exchange.outlet import Outlet
-from tsr_engine.exchange.pictures import WrittenPicture, frame_in_name, wanted_frames, write_pictures
+from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
 
 __all__ = [
     "IMAGE_SWITCH",
     "PictureList",
-    "PictureNames",
     "picture_lists",
     "subsets_in",
     "write_files",
@@ -124,33 +121,3 @@ def write_files(
             written.append(picture)
             options.progress(len(written), total)
     return written
-
-
-class PictureNames:
-    """Tells which frame of a video a picture's name is about.
-
-    Where a manifest of ours lies beside, it settles which names are of the video, by its hash; else its name does.
-    """
-
-    def __init__(self, folder: Path, video: DatasetVideo) -> None:
-        """Take the folder of the import and the video that it is laid onto."""
-        self._video = video
-        self._prefix = prefix_in_export(folder, video)
-        self.others = 0
-
-    def frame(self, name: str) -> int | None:
-        """Number in the name, or None: it has none, or is of another video (``others`` counts these)."""
-        stem = name.replace("\\", "/").rsplit("/", 1)[-1]
-        if self._prefix:
-            if not stem.startswith(self._prefix):
-                self.others += 1
-                return None
-            stem = stem[len(self._prefix) :]
-        found = frame_in_name(stem, self._video)
-        if found is None and "_frame_" in stem:
-            self.others += 1
-        return found
-
-    def is_other(self, name: str) -> bool:
-        """Whether a name without frame is of another video, rather than of none."""
-        return bool(self._prefix) or "_frame_" in name

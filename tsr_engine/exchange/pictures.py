@@ -1,9 +1,8 @@
-"""Frames of a video out as picture files, one in memory at a time, and the names that they get."""
+"""Frames of a video out as picture files, one in memory at a time."""
 
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -13,14 +12,12 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import DatasetVideo
-from tsr_engine.exchange.names import is_name_of
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.io.video import Frame, open_video
 
 __all__ = [
     "WrittenPicture",
     "encode",
-    "frame_in_name",
     "frames_of",
     "picture_sha256",
     "stream_frames",
@@ -29,8 +26,6 @@ __all__ = [
 ]
 
 JPEG_QUALITY = 95
-_NAME = re.compile(r"(?:(?P<video>.+)_)?frame_(?P<frame>\d{1,9})", re.ASCII)
-_DIGITS = re.compile(r"(\d{1,9})\Z", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,26 +43,6 @@ class WrittenPicture:
     frame: int
     file: str
     sha256: str
-
-
-def frame_in_name(name: str, video: DatasetVideo) -> int | None:
-    """The frame number in the name of a picture; ``frame_000010.jpg`` and any name that ends in a number have one.
-
-    Returns:
-        None: the name has no number, or is ``OTHER_frame_000010`` of another video.
-    """
-    stem = name.replace("\\", "/").rsplit("/", 1)[-1]
-    # A name without suffix may have dots of its own.
-    ours = _NAME.fullmatch(stem)
-    stem = stem.rsplit(".", 1)[0] if "." in stem else stem
-    ours = ours or _NAME.fullmatch(stem)
-    if ours:
-        of = ours["video"]
-        if of is not None and not is_name_of(of, video):
-            return None
-        return int(ours["frame"])
-    digits = _DIGITS.search(stem)
-    return int(digits[1]) if digits else None
 
 
 def wanted_frames(video: DatasetVideo, annotated: NDArray[np.int64], pictures: str) -> NDArray[np.int64]:

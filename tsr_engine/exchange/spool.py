@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-from tsr_engine.exchange.files_below import files_below
+from tsr_engine.exchange.files_below import files_below, is_rubbish
 
 __all__ = ["Spool", "content_of", "names_below"]
 
@@ -101,7 +101,7 @@ class Spool:
 
 def names_below(folder: Path, spool: Spool | None) -> list[str]:
     """Names of all files in a folder and below, relative to it, with slashes, sorted."""
-    there = files_below(folder)
+    there = [name for name in files_below(folder) if not is_rubbish(name)]
     return there if spool is None else sorted({*there, *spool.below(folder)})
 
 

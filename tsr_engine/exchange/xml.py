@@ -84,8 +84,9 @@ class Node:
 class _Builder:
     """Keeps the elements asked for, whole; of the others only that they are open."""
 
-    def __init__(self, wanted: frozenset[str], file: str) -> None:
+    def __init__(self, wanted: frozenset[str], bare: frozenset[str], file: str) -> None:
         self._wanted = wanted
+        self._bare = bare
         self._file = file
         self.done: list[Node] = []
         self.root = ""
@@ -97,7 +98,7 @@ class _Builder:
         The three functions see names, not attributes: an export of an hour's drive has six million elements.
         """
         self.expat = expat
-        wanted, done = self._wanted, self.done
+        wanted, bare, done = self._wanted, self._bare, self.done
         stack: list[Node] = []
         depth = 0
 
@@ -115,6 +116,8 @@ class _Builder:
                 stack.append(node)
             elif tag in wanted:
                 stack.append(Node(tag, attrib, expat.CurrentLineNumber))
+            elif tag in bare:
+                done.append(Node(tag, attrib, expat.CurrentLineNumber))
 
         def end(_tag: str) -> None:
             nonlocal depth
@@ -136,20 +139,23 @@ class _Builder:
         """Nothing to hand over."""
 
 
-def elements(path: Path, root: str, wanted: Iterable[str], *, name: str | None = None) -> Iterator[Node]:
+def elements(
+    path: Path, root: str, wanted: Iterable[str], *, bare: Iterable[str] = (), name: str | None = None
+) -> Iterator[Node]:
     """The wanted elements of a file, whole, one after the other; what was given out is not kept.
 
     Args:
         path: the file.
         root: what the outermost element must be called.
         wanted: names of elements; one inside another wanted one is its child.
+        bare: names of elements that are wanted without what is inside them.
         name: of the file, for messages; unset: that of ``path``.
 
     Raises:
         ImportFormatError: not well-formed, a DOCTYPE or an entity, another root; names file and line.
     """
     file = path.name if name is None else name
-    builder = _Builder(frozenset(wanted), file)
+    builder = _Builder(frozenset(wanted), frozenset(bare), file)
     parser = XMLParser(target=builder, forbid_dtd=True, forbid_entities=True, forbid_external=True)
     builder.take_over(parser.parser)
     try:

@@ -18,9 +18,10 @@ from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import PictureList, picture_lists, subsets_in, write_files
+from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
 from tsr_engine.exchange.sidecar import COLUMNS, SideText, csv_text
 from tsr_engine.exchange.yaml_names import quoted_name
-from tsr_engine.exchange.yolo_reader import SIDE, SIDE_OWN, label_files, read_yolo
+from tsr_engine.exchange.yolo_reader import SIDE, SIDE_OWN, YAML_FILES, is_label_file, label_files, read_yolo
 
 __all__ = ["FORMAT"]
 
@@ -96,11 +97,12 @@ def _lines(part: PictureList, labels: list[str]) -> list[str]:
 
 
 def _sniff(path: Path) -> bool:
-    if path.is_file() or is_wrapper(path):
+    if path.is_file() or (is_wrapper(path) and not (path / "labels").is_dir()):
         return False
-    names = any((path / name).is_file() for name in ("data.yaml", "dataset.yaml", "data.yml", "obj.data"))
+    names = any((path / name).is_file() for name in (*YAML_FILES, "obj.data"))
     inside = (path / "labels").is_dir() or (path / "obj_train_data").is_dir() or any(path.glob("*/labels"))
-    return (names or inside) and bool(label_files(path))
+    files = label_files(path)
+    return bool(files) and (names or inside or any(is_label_file(path / name) for name in files[:9]))
 
 
 FORMAT = Format(
@@ -115,6 +117,7 @@ FORMAT = Format(
         Switch("ignored", ("leave-out", "box"), "Boxes to ignore: left out, or written like all others."),
     ),
     import_switches=(
+        *PICTURE_SWITCHES,
         LINK_SWITCH,
         Switch("column6", ("auto", "track", "confidence"), "What a sixth column is; auto: decided over all files."),
     ),

@@ -13,32 +13,70 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
+from tsr_engine.exchange.beside import seen_in
 from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, Intake, read_text, refuse
+from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.line_ends import tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.picture_lists import PictureNames
+from tsr_engine.exchange.picture_rows import Listed, names_in
 from tsr_engine.exchange.reading import decoded
 from tsr_engine.exchange.sidecar import SideRow, read_side
 from tsr_engine.exchange.spool import Spool, content_of, names_below
+from tsr_engine.exchange.whose_pictures import frames_of_pictures
 from tsr_engine.exchange.yaml_names import names_of
 from tsr_engine.exchange.yolo_shapes import YoloLine, YoloRow, boxed
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["SIDE", "SIDE_OWN", "label_files", "read_yolo"]
+__all__ = ["SIDE", "SIDE_OWN", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 
 SIDE = "tracks.csv"
 SIDE_OWN = ("file", "line", "row")
-_NO_LABELS = frozenset({"train.txt", "val.txt", "test.txt", "valid.txt", "classes.txt", "readme.txt", "labels.txt"})
+YAML_FILES = ("data.yaml", "dataset.yaml", "data.yml")
+"""The usual names of the file that names the classes."""
+_LISTS = ("train.txt", "val.txt", "valid.txt", "test.txt", "images.txt")
+"""Lists of pictures: of darknet and CVAT, and of FiftyOne."""
+_NO_LABELS = frozenset({*_LISTS, "classes.txt", "readme.txt", "labels.txt"})
+_NOTES = ("readme.", "autosplit_")
+"""What other text files of Roboflow and Ultralytics begin with."""
+_SUBSETS = frozenset({"train", "val", "valid", "test"})
+_SAVE_TXT = Custom(
+    1,
+    "Ultralytics' save_txt writes NAME_1.txt for the first frame of a video",
+    before=r"(?!(?:frames?|img|images?|pictures?)_\Z).*[^\W_]_",
+)
 
 
 def label_files(path: Path, spool: Spool | None = None) -> list[str]:
     """Names of the label files of a folder, relative to it, sorted; those below ``labels`` if there is one."""
     # Plain names: a folder can hold 100,000 of these.
     named = [(name, name.split("/")) for name in names_below(path, spool)]
-    found = [(n, parts) for n, parts in named if n.endswith(".txt") and parts[-1].lower() not in _NO_LABELS]
+    found = [(n, parts) for n, parts in named if n.endswith(".txt") and _may_be_labels(parts[-1].lower())]
     inside = [name for name, parts in found if not {"labels", "obj_train_data"}.isdisjoint(parts[:-1])]
     return inside or [name for name, _ in found]
+
+
+def is_label_file(path: Path) -> bool:
+    """Whether a text file holds rows of a class, four parts of the picture, and at most two numbers more."""
+    with path.open("rb") as stream:
+        rows = [row for row in stream.readlines(1 << 12) if row.strip()]
+    for row in rows:
+        try:
+            number, *values = (real_number(cell) for cell in row.decode("latin-1").split())
+        except ValueError:
+            return False
+        if (
+            not number.is_integer()
+            or not 4 <= len(values) <= 6
+            or not all(-0.01 <= part <= 1.01 for part in values[:4])
+        ):
+            return False
+    return bool(rows)
+
+
+def _may_be_labels(name: str) -> bool:
+    return name not in _NO_LABELS and not name.startswith(_NOTES)
 
 
 def read_yolo(path: Path, target: ImportTarget) -> Dataset:
@@ -54,22 +92,19 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     if not files and not (path / SIDE).is_file():
         raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, named_by = _class_names(path)
-    pictures = PictureNames(path, target.video)
+    more = [picture for name in _LISTS for picture in names_in(path / name)]
+    frames = frames_of_pictures([_listed(name) for name in files], intake, path, more)
     found: list[YoloLine] = []
-    for name in files:
-        last = name.rpartition("/")[2]
-        frame = pictures.frame(last)
+    ends: list[tuple[str, bytes]] = []
+    for name, frame in zip(files, frames, strict=True):
         if frame is None:
-            if not pictures.is_other(last):
-                raise refuse(name, None, "its name has no frame number. Call it frame_000010.txt.")
             continue
         content = content_of(f"{path}/{name}", target.spool, MAX_JSON_BYTES + 1)
-        lines = decoded(content, last)
+        lines = decoded(content, name.rpartition("/")[2])
+        ends.append((name, content[-1:]))
         if lines.strip():
-            ordinal = intake.frame(frame, name)
-            found += _lines(lines, name, ordinal, names, named_by, intake)
-    if pictures.others:
-        intake.skip(f"{pictures.others} pictures", f"They are of another video than {target.video.name}.")
+            found += _lines(lines, name, frame, names, named_by, intake)
+    tell_open_ends(ends, intake)
     rows = boxed(found, intake)
     if names is None and rows:
         intake.repair(f"{path.name}: names no classes (data.yaml); its numbers were taken as those of the tool.")
@@ -85,14 +120,17 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     return intake.finish(path.name)
 
 
+def _listed(name: str) -> Listed:
+    in_subset = not _SUBSETS.isdisjoint(name.split("/")[:-1])
+    return Listed(name, name, custom=None if in_subset else _SAVE_TXT)
+
+
 def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     """Names by number, and the file that says them; None: none does."""
-    for place in (path, path.parent):
-        for name in ("data.yaml", "dataset.yaml", "data.yml"):
-            if (place / name).is_file():
-                found = names_of(place / name)
-                if found is not None:
-                    return found, name
+    for file in (*(place / name for place in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
+        found = names_of(file) if file.is_file() else None
+        if found is not None:
+            return found, file.name
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
         if (path / name).is_file():
             listed = read_text(path / name, limit=1 << 24).splitlines()
@@ -100,6 +138,12 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
                 listed.pop()
             return {place: text.strip() for place, text in enumerate(listed)}, name
     return None, ""
+
+
+def _other_yaml(path: Path) -> list[Path]:
+    """The only other file that can name the classes: Ultralytics lets people call it as they like."""
+    files = [file for file in seen_in(path) if file.suffix in (".yaml", ".yml") and file.name not in YAML_FILES]
+    return files if len(files) == 1 else []
 
 
 def _lines(

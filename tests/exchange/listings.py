@@ -1,0 +1,107 @@
+"""Small data sets of other tools that list pictures: one box of a stop sign in each, in every such format."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from exchange_toys import a_dataset, target_of, tracks_of
+
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+
+__all__ = ["LISTING_FORMATS", "found_in", "listing", "read"]
+
+LISTING_FORMATS = ("coco", "yolo", "voc", "cvat-images", "datumaro", "gtsdb")
+
+
+def _box(place: int) -> tuple[int, int, int, int]:
+    """Of the picture at a place: the left edge tells which picture it was."""
+    return 100 + place, 80, 140 + place, 120
+
+
+def _files(format: str, names: Sequence[str]) -> dict[str, str]:
+    """Texts by file; ``names`` are without suffix."""
+    if format == "coco":
+        return {"instances.json": json.dumps(coco([{"file_name": f"{name}.jpg"} for name in names]))}
+    if format == "yolo":
+        rows = {}
+        for place, name in enumerate(names):
+            x1, y1, x2, y2 = _box(place)
+            row = f"0 {(x1 + x2) / 1280:.9f} {(y1 + y2) / 720:.9f} {40 / 640} {40 / 360:.9f}\n"
+            rows[f"labels/train/{name}.txt"] = row
+        return {"data.yaml": "names: [stop]\n", **rows}
+    if format == "voc":
+        return {
+            f"Annotations/{name}.xml": "<annotation><object><name>stop</name><bndbox>"
+            + "".join(f"<{tag}>{edge}.25</{tag}>" for tag, edge in zip(CORNERS, _box(place), strict=True))
+            + "</bndbox></object></annotation>"
+            for place, name in enumerate(names)
+        }
+    if format == "cvat-images":
+        return {"annotations.xml": cvat([f'name="{name}"' for name in names])}
+    if format == "gtsdb":
+        lines = []
+        for place, name in enumerate(names):
+            x1, y1, x2, y2 = _box(place)
+            lines.append(f"{name}.ppm;{x1};{y1};{x2 - 1};{y2 - 1};14\n")
+        return {"gt.txt": "".join(lines)}
+    items = []
+    for place, name in enumerate(names):
+        x1, y1, x2, y2 = _box(place)
+        note = {"type": "bbox", "label_id": 0, "bbox": [x1, y1, x2 - x1, y2 - y1]}
+        items.append({"id": name, "annotations": [note]})
+    labels = {"label": {"labels": [{"name": "stop"}]}}
+    return {"annotations/default.json": json.dumps({"info": {}, "categories": labels, "items": items})}
+
+
+CORNERS = ("xmin", "ymin", "xmax", "ymax")
+
+
+def coco(
+    images: Sequence[dict[str, object]], notes: Sequence[dict[str, object]] = (), **more: object
+) -> dict[str, object]:
+    """A COCO file with a box in each image; ids count from 1 where nothing else is said."""
+    listed = [{"id": number, **image} for number, image in enumerate(images, start=1)]
+    boxes = []
+    for place, image in enumerate(listed):
+        x1, y1, x2, y2 = _box(place)
+        note = notes[place] if notes else {}
+        box = {"id": place, "image_id": image["id"], "category_id": 1, "bbox": [x1, y1, x2 - x1, y2 - y1]}
+        boxes.append({**box, **note})
+    return {"images": listed, "categories": [{"id": 1, "name": "stop"}], "annotations": boxes, **more}
+
+
+def cvat(images: Sequence[str], meta: str = "") -> str:
+    """A file of CVAT for images: the attributes of each ``<image>``."""
+    rows = []
+    for place, image in enumerate(images):
+        x1, y1, x2, y2 = _box(place)
+        box = f'<box label="stop" occluded="0" xtl="{x1}" ytl="{y1}" xbr="{x2}" ybr="{y2}"/>'
+        rows.append(f'<image id="{place}" {image}>{box}</image>\n')
+    return f"<annotations>\n<meta>{meta}</meta>\n{''.join(rows)}</annotations>\n"
+
+
+def listing(folder: Path, format: str, names: Sequence[str]) -> Path:
+    """Write a data set that lists these pictures, one box in each."""
+    for name, text in _files(format, names).items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return folder
+
+
+def read(path: Path, format: str | None = None, **switches: str) -> Dataset:
+    """Read it onto ``drive.mp4``, 100 frames at 25 a second."""
+    return read_dataset(path, target_of(a_dataset(), switches=switches), None if format is None else FORMATS[format])
+
+
+def found_in(dataset: Dataset) -> dict[int, int]:
+    """Place of the picture in the list, by the frame that its box came into."""
+    return {
+        frame: round(float(box[0])) - 100
+        for track in tracks_of(dataset).values()
+        for frame, box in zip(track.frames.tolist(), track.boxes, strict=True)
+    }

@@ -1,0 +1,196 @@
+"""Images and videos of COCO files of other tools: CocoVID, ids out of pandas, hashes, sizes, turned boxes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from exchange_toys import tracks_of
+from listings import coco, found_in, read
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+
+VIDEOS = [{"id": 1, "name": "drive"}, {"id": 2, "name": "train/other"}]
+
+
+def _read(folder: Path, content: object, **switches: str) -> Dataset:
+    path = folder / "cocovid.json"
+    path.write_text(json.dumps(content))
+    return read(path, "coco", **switches)
+
+
+def _images(*frames: int, video: object = 1, **more: object) -> list[dict[str, Any]]:
+    """As mmtracking writes them: names from 000001, ``frame_id`` from 0."""
+    return [
+        {"file_name": f"drive/img1/{frame + 1:06d}.jpg", "video_id": video, "frame_id": frame, **more}
+        for frame in frames
+    ]
+
+
+@pytest.mark.parametrize("frames", [(0, 10, 59), tuple(range(100))], ids=["I13b", "I13"])
+def test_frame_ids_and_instances_of_cocovid(tmp_path: Path, frames: tuple[int, ...]) -> None:
+    notes = [{"instance_id": 5 + place % 2, "video_id": 1} for place in range(len(frames))]
+    back = _read(tmp_path, coco(_images(*frames), notes, videos=VIDEOS[:1]))
+    assert found_in(back) == {frame: place for place, frame in enumerate(frames)}
+    assert sorted(tracks_of(back)) == ["track5", "track6"]
+    assert any("frame ids were counted from 0" in sentence for sentence in back.repaired)
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_of_several_videos_the_list_of_videos_tells_the_own_one(tmp_path: Path, last: bool) -> None:
+    images = [*_images(10, 11, video=2), *_images(10, 12, video=1.0)]
+    content = coco(images, videos=VIDEOS)
+    if not last:
+        content = {"videos": content.pop("videos"), **content}
+    back = _read(tmp_path, content)
+    assert found_in(back) == {10: 2, 12: 3}
+    assert [(item.what, item.reason) for item in back.skipped] == [
+        ("2 pictures", "They are of another video than drive.mp4: 'other' (2).")
+    ]
+    other = _read(tmp_path, content, video="other")
+    assert found_in(other) == {10: 0, 11: 1}
+    assert any("speaks of 'other'" in sentence for sentence in other.repaired)
+
+
+def test_videos_that_are_all_others(tmp_path: Path) -> None:
+    images = [{"file_name": f"{n}.jpg", "video_id": n, "frame_id": 3} for n in (1, 2)]
+    videos = [{"id": 1, "name": "a"}, {"id": 2, "name": "b"}]
+    with pytest.raises(ImportFormatError, match=r"has pictures of 'a' \(1\), 'b' \(1\); nothing says which"):
+        _read(tmp_path, coco(images, videos=videos))
+    back = _read(tmp_path, coco(images[:1], videos=videos))
+    assert any("speaks of 'a', not of drive.mp4" in sentence for sentence in back.repaired)
+    with pytest.raises(ImportFormatError, match=r"image 1: video_id '1' is the id of no video"):
+        _read(tmp_path, coco(images, videos=[{"id": 7, "name": "drive"}]))
+    with pytest.raises(ImportFormatError, match=r"has pictures of 'video 1' \(1\), 'video 2' \(1\)"):
+        _read(tmp_path, coco(images))
+
+
+def test_frame_ids_that_count_from_1(tmp_path: Path) -> None:
+    linked = _read(tmp_path, coco(_images(10, prev_image_id=-1, next_image_id=2), videos=VIDEOS))
+    assert found_in(linked) == {9: 0}
+    assert any("counted from 1: files whose images have prev_image_id" in sentence for sentence in linked.repaired)
+    assert found_in(_read(tmp_path, coco(_images(10), videos=VIDEOS), first_frame="1")) == {9: 0}
+    with pytest.raises(ImportFormatError, match=r"image 1: frame 100 must be in 0 to 99.*first_frame"):
+        _read(tmp_path, coco(_images(100), videos=VIDEOS))
+
+
+def test_frame_ids_that_repeat_the_names_may_count_as_these(tmp_path: Path) -> None:
+    images = [{"file_name": f"{frame:06d}.jpg", "video_id": 1, "frame_id": frame} for frame in (11, 12)]
+    with pytest.raises(ImportFormatError, match=r"image 1: frame ids \(11 to 12\) fit a count from 0 and one from 1"):
+        _read(tmp_path, coco(images, videos=VIDEOS))
+    whole = [{**images[0], "file_name": f"{frame:06d}.jpg", "frame_id": frame} for frame in range(1, 101)]
+    assert found_in(_read(tmp_path, coco(whole, videos=VIDEOS))) == {frame: frame for frame in range(100)}
+    linked = [{**images[0], "file_name": "drive/img1/000011.jpg", "prev_image_id": -1}]
+    assert found_in(_read(tmp_path, coco(linked, videos=VIDEOS))) == {10: 0}, "as ByteTrack's converter writes it"
+    ours = [{**images[0], "file_name": "frame_000011.jpg"}]
+    assert found_in(_read(tmp_path, coco(ours, videos=VIDEOS))) == {11: 0}
+
+
+def test_ids_that_went_through_pandas(tmp_path: Path) -> None:
+    """I24: 11.0 and "11" are 11; I86: in a list of results too."""
+    images = [{"id": 11, "file_name": "frame_000010.jpg"}, {"id": "12", "file_name": "frame_000011.jpg"}]
+    notes = [
+        {"image_id": 11.0, "category_id": 1.0, "track_id": 3.0},
+        {"image_id": 12.0, "category_id": "1.0", "track_id": "3"},
+    ]
+    back = _read(tmp_path, coco(images, notes))
+    (track,) = tracks_of(back).values()
+    assert (track.uid, track.frames.tolist(), track.label) == ("track3", [10, 11], 14)
+    (tmp_path / "cocovid.json").write_text(json.dumps({**coco(images, notes), "annotations": []}))
+    results = [{"image_id": 11.0, "category_id": 1.0, "bbox": [1, 2, 30, 40], "score": 0.25}]
+    (tmp_path / "results.json").write_text(json.dumps(results))
+    (track,) = tracks_of(read(tmp_path, "coco")).values()
+    assert (track.frames.tolist(), track.label) == ([10], 14)
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    (alone / "results.json").write_text(json.dumps([{**results[0], "category_id": 15.0}]))
+    (track,) = tracks_of(read(alone / "results.json", "coco")).values()
+    assert (track.frames.tolist(), track.label) == ([10], 14)
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("image_id", "annotation 1: image_id '11.5' is the id of no image"),
+        ("category_id", "annotation 1: category_id '11.5' is the id of no category"),
+        ("track_id", "annotation 1: track_id must be a whole number. Got '11.5'"),
+        ("instance_id", "annotation 1: instance_id must be a whole number. Got '11.5'"),
+    ],
+)
+def test_ids_with_a_fraction_are_refused(tmp_path: Path, key: str, words: str) -> None:
+    with pytest.raises(ImportFormatError) as error:
+        _read(tmp_path, coco([{"file_name": "frame_000010.jpg"}], [{key: 11.5}]))
+    assert words in str(error.value)
+
+
+def test_track_ids_that_say_there_is_none(tmp_path: Path) -> None:
+    images = [{"file_name": f"frame_{frame:06d}.jpg"} for frame in (10, 50, 90)]
+    back = _read(tmp_path, coco(images, [{"track_id": "nan"}, {"track_id": None}, {"track_id": -1}]))
+    assert len(tracks_of(back)) == 3
+    assert any("3 boxes have no track id" in sentence for sentence in back.repaired)
+
+
+def test_results_whose_image_ids_are_names(tmp_path: Path) -> None:
+    names = [f"drive_mp4-{frame:04d}_jpg.rf.{'0a1b2c3d' * 4}" for frame in (10, 11)]
+    (tmp_path / "results.json").write_text(
+        json.dumps([{"image_id": name, "category_id": 15, "bbox": [1, 2, 30, 40], "score": 0.5} for name in names] * 2)
+    )
+    frames = {frame for track in tracks_of(read(tmp_path, "coco")).values() for frame in track.frames.tolist()}
+    assert frames == {10, 11}
+
+
+def test_an_id_of_results_that_means_two_images(tmp_path: Path) -> None:
+    for name, frame in (("train", 10), ("val", 20)):
+        content = {**coco([{"file_name": f"frame_{frame:06d}.jpg"}]), "annotations": []}
+        (tmp_path / f"instances_{name}.json").write_text(json.dumps(content))
+    (tmp_path / "results.json").write_text(json.dumps([{"image_id": 1, "category_id": 1, "bbox": [1, 2, 30, 40]}]))
+    with pytest.raises(
+        ImportFormatError, match=r"results.json, result 1: image_id '1' is the id of no image, or of several"
+    ):
+        read(tmp_path, "coco")
+
+
+def test_turned_boxes_become_upright_with_a_sentence(tmp_path: Path) -> None:
+    """I32: CVAT's COCO has the box before it is turned."""
+    notes = [{"bbox": [100, 100, 60, 20], "attributes": {"rotation": 90.0, "track_id": 1, "keyframe": True}}]
+    images = [{"file_name": "frame_000010.PNG", "width": 640, "height": 360}]
+    back = _read(tmp_path, coco(images, notes))
+    assert tracks_of(back)["track1"].boxes.tolist() == [pytest.approx([120, 80, 140, 140])]
+    assert any(s.startswith("Turned boxes were replaced by the upright boxes around them: 1") for s in back.repaired)
+    notes[0]["attributes"] = {"rotation": "north"}
+    with pytest.raises(ImportFormatError, match="annotation 1: rotation must be a finite number"):
+        _read(tmp_path, coco(images, notes))
+    notes[0]["attributes"] = {"rotation": 360.0}
+    assert not any("Turned" in s for s in _read(tmp_path, coco(images, notes)).repaired)
+
+
+def test_sizes_of_images_and_of_their_video(tmp_path: Path) -> None:
+    rule = r"image 1: is about pictures of 1280x720 px, drive\.mp4 has 640x360"
+    sized = {"width": 1280, "height": 720}
+    for content in (
+        coco(_images(10, **sized), videos=VIDEOS),
+        coco(_images(10), videos=[{**VIDEOS[0], **sized}]),
+    ):
+        with pytest.raises(ImportFormatError, match=rule):
+            _read(tmp_path, content)
+        (track,) = tracks_of(_read(tmp_path, content, size="scale")).values()
+        assert track.boxes.tolist() == [[50, 40, 70, 60]]
+
+
+def test_hashes_of_videos_beat_names(tmp_path: Path) -> None:
+    images = [
+        {"file_name": "frame_000010.jpg", "frame": 10, "video": "drive.mp4", "video_sha256": letter * 64}
+        for letter in "abc"
+    ]
+    back = _read(tmp_path, coco(images))
+    assert found_in(back) == {10: 0}
+    assert "another video than drive.mp4" in back.skipped[0].reason
+    back = _read(tmp_path, coco(images[1:2]))
+    assert any("speaks of another file than drive.mp4, by its hash" in sentence for sentence in back.repaired)
+    with pytest.raises(
+        ImportFormatError, match=r"has pictures of 'drive\.mp4 \(bbbbbbbb\)' \(1\), 'drive\.mp4 \(cccccccc\)'"
+    ):
+        _read(tmp_path, coco(images[1:]))

@@ -1,0 +1,79 @@
+"""From where a list of frame numbers counts."""
+
+from __future__ import annotations
+
+import pytest
+
+from tsr_engine.exchange.counting import Custom, origin_of
+
+FROM_0 = Custom(0, "a tool counts so")
+FROM_1 = Custom(1, "a tool counts so")
+
+
+def _origin(least: int, largest: int, custom: Custom | None = None, asked: str = "auto") -> tuple[int, str]:
+    found = origin_of(
+        least,
+        largest,
+        100,
+        asked=asked,
+        custom=custom,
+        what="numbers",
+        fail=KeyError,
+    )
+    return found.origin, found.told
+
+
+@pytest.mark.parametrize(
+    ("least", "largest", "custom", "origin", "told"),
+    [
+        (0, 50, None, 0, "0 is among them"),
+        (0, 50, FROM_1, 0, "0 is among them"),
+        (0, 99, None, 0, "0 is among them"),
+        (1, 100, None, 1, "from 1 to 100, the number of frames"),
+        (1, 100, FROM_0, 1, "from 1 to 100, the number of frames"),
+        (1, 100, Custom(0), 1, "from 1 to 100, the number of frames"),
+        (40, 100, None, 1, "frame 100 is among them"),
+        (10, 20, FROM_0, 0, "a tool counts so"),
+        (10, 20, FROM_1, 1, "a tool counts so"),
+        (98, 100, FROM_1, 1, "a tool counts so"),
+        (10, 20, Custom(0), 0, ""),
+        (0, 99, Custom(0), 0, ""),
+        # Beyond the video: whoever takes the numbers refuses them.
+        (98, 100, FROM_0, 0, ""),
+        (0, 100, None, 0, ""),
+        (5, 300, None, 0, ""),
+    ],
+)
+def test_the_whole_list_decides(least: int, largest: int, custom: Custom | None, origin: int, told: str) -> None:
+    found, sentence = _origin(least, largest, custom)
+    assert found == origin
+    assert told in sentence
+    assert bool(told) == bool(sentence)
+    assert not sentence or "(first_frame)" in sentence
+
+
+def test_a_person_has_the_last_word() -> None:
+    assert _origin(10, 20, FROM_1, "0") == (0, "")
+    assert _origin(0, 99, None, "1") == (1, "")
+
+
+def test_where_both_fit_nobody_guesses() -> None:
+    with pytest.raises(
+        KeyError, match=r"\(10 to 20\) fit a count from 0 and one from 1.*first_frame=0 or first_frame=1"
+    ):
+        _origin(10, 20)
+
+
+@pytest.mark.parametrize(
+    ("before", "widths", "wrote"),
+    [
+        ("frame_", {(6, True)}, True),
+        ("drive_frame_", {(6, True), (7, False)}, True),
+        ("frame_", {(6, False)}, True),
+        ("frame_", {(7, True)}, False),
+        ("frame_", {(4, True)}, False),
+        ("img_", {(6, True)}, False),
+    ],
+)
+def test_names_that_a_tool_can_have_written(before: str, widths: set[tuple[int, bool]], wrote: bool) -> None:
+    assert Custom(0, before=r"(?:.+_)?frame_", digits=6).wrote(before, widths) == wrote

@@ -1,0 +1,130 @@
+"""The grammar of picture names: the number that is the frame, or why there is none."""
+
+from __future__ import annotations
+
+import pytest
+from exchange_toys import a_video
+
+from tsr_engine.exchange.picture_names import PictureName, is_generic, picture_name
+from tsr_engine.exchange.spellings import OwnName
+
+OWN = OwnName(a_video())
+OLD = "0a1b2c3d4e5f60718293a4b5c6d7e8f3"
+NEW = "q9XkT2vLbN7wYc41ZpD1"
+
+
+def _name(base: str) -> PictureName:
+    return picture_name(base, OWN)
+
+
+@pytest.mark.parametrize(
+    ("base", "number", "stem"),
+    [
+        ("frame_000010", 10, ""),
+        ("frame_000010.PNG", 10, ""),
+        ("frame_000010.jpg.txt", 10, ""),
+        ("drive_frame_000010.jpg", 10, "drive"),
+        ("drive-aaaaaaaa_frame_000010.jpg", 10, "drive-aaaaaaaa"),
+        ("000123.jpg", 123, ""),
+        ("img00123.png", 123, ""),
+        ("img_0001.jpg", 1, ""),
+        ("frame0001.webp", 1, ""),
+        ("frame-12.bmp", 12, ""),
+        ("drive_1.txt", 1, "drive"),
+        ("drive_00010.png", 10, "drive"),
+        ("drive - 10.jpg", 10, "drive"),
+        ("drive10.jpg", 10, "drive"),
+        ("drive_img0010.jpg", 10, "drive"),
+        ("x.mp4_10.jpg", 10, "x.mp4"),
+        ("x_mp4_10.png", 10, "x_mp4"),
+        ("x.mp4.10.png", 10, "x.mp4"),
+        ("road52.xml", 52, "road"),
+        (f"drive_mp4-0010_jpg.rf.{OLD}.txt", 10, "drive_mp4"),
+        (f"drive-0010_jpeg.rf.{NEW}.jpg", 10, "drive"),
+        (f"frame_000010_png.rf.{OLD}.jpg", 10, ""),
+        (f"75_bmp.rf.{OLD}.jpg", 75, ""),
+        ("1a2b3c4d-frame_000010.jpg", 10, ""),
+        ("1a2b3c4d-drive_10.jpg", 10, "drive"),
+        ("20240501-drive_10.jpg", 10, "20240501-drive"),
+        ("b1c66a42-6f7d68ca-0000001.jpg", 1, "b1c66a42-6f7d68ca"),
+        ("drive_640x360_10.jpg", 10, "drive_640x360"),
+        ("2024-05-01_12-30-11_000010.jpg", 10, "2024-05-01_12-30-11"),
+    ],
+)
+def test_what_stands_before_the_number_and_behind_it_is_understood(base: str, number: int, stem: str) -> None:
+    found = _name(base)
+    assert (found.number, found.stem, found.seconds) == (number, stem, None)
+
+
+@pytest.mark.parametrize(
+    ("base", "why"),
+    [
+        ("", "has no frame number"),
+        ("picture.jpg", "has no frame number"),
+        ("frame.jpg", "has no frame number"),
+        ("3f2504e0-4f89-11d3-9a0c-030512345678.jpg", "UUID"),
+        (f"0aad7d21-8091-4136-afa7-2a8f202d4901_jpg.rf.{OLD}.jpg", "UUID"),
+        (f"{OLD}.jpg", "hash"),
+        (f"drive_{OLD}.jpg", "hash"),
+        ("1a2b3c4d.jpg", "no frame number"),
+        ("20240501.jpg", "date"),
+        ("20240501_123011.jpg", "date"),
+        ("2024-05-01_12-30-11.jpg", "date"),
+        ("drive_2024-05-01 12.30.11.jpg", "date"),
+        ("drive_12-30-11.jpg", "time of day"),
+        ("PXL_20240501_123011123.jpg", "date"),
+        ("WhatsApp-Video-2025-03-17-at-15_03_46.jpg", "date"),
+        ("1714561811.jpg", "no frame number"),
+        ("1714561811.123456.jpg", "decimals"),
+        ("drive_0.4.jpg", "decimals"),
+        ("drive_640x360.jpg", "no frame number"),
+        ("drive_1080p.jpg", "no frame number"),
+        ("frame_-1.jpg", "no frame number"),
+        ("-1.jpg", "no frame number"),
+        ("frame_10 (1).jpg", "no frame number"),
+        ("frame_10_cam0.jpg", "no frame number"),
+        ("frame_1e3.jpg", "no frame number"),
+        ("drive-mp4-t-0-4.jpg", "decimal point"),
+        ("drive.mp4", "name of the video"),
+        ("drive.jpg", "name of the video"),
+        ("frame_\u0661\u0660.jpg", "no frame number"),
+    ],
+)
+def test_digits_that_are_no_frame(base: str, why: str) -> None:
+    found = _name(base)
+    assert (found.number, found.seconds) == (None, None)
+    assert why in found.why
+
+
+@pytest.mark.parametrize("base", ["drive.mp4#t=0.4", "drive.mp4#t=0.4.jpg", "drive.mp4%23t=0.4.txt"])
+def test_times_of_vott(base: str) -> None:
+    found = _name(base)
+    assert (found.number, found.seconds, found.stem) == (None, 0.4, "drive.mp4")
+
+
+def test_the_tool_is_told_by_the_name() -> None:
+    assert _name(f"drive_mp4-0010_jpg.rf.{OLD}").roboflow
+    assert _name(f"clip-0010_jpg.rf.{NEW}").roboflow
+    assert _name("drive.mp4-0010.jpg").roboflow
+    assert not _name(f"drive_10_jpg.rf.{OLD}").roboflow, "the name of an uploaded picture"
+    assert not _name("drive-0010.jpg").roboflow
+
+
+@pytest.mark.parametrize(
+    ("base", "doubtful"),
+    [("frame_10_1.jpg", True), ("000030_10.png", True), ("20240501_123011_000123.jpg", True), ("drive_1.jpg", False)],
+)
+def test_of_two_numbers_one_name_does_not_tell(base: str, doubtful: bool) -> None:
+    assert _name(base).doubtful == doubtful
+
+
+def test_a_video_whose_name_is_a_number() -> None:
+    own = OwnName(a_video(name="000030.mp4"))
+    assert not picture_name("000030_10.png", own).doubtful
+    own = OwnName(a_video(name="my_frame.mp4"))
+    assert picture_name("my_frame_10.png", own).stem == "my_frame"
+
+
+def test_words_that_say_nothing_about_a_video() -> None:
+    assert all(map(is_generic, ("frame", "IMG", "pictures")))
+    assert not any(map(is_generic, ("drive", "drive_frame", "")))

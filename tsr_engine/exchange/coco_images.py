@@ -1,0 +1,214 @@
+"""The images, categories and videos of COCO files, and which frame each image shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.counting import Custom
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.ids import id_of, real_of, whole_of
+from tsr_engine.exchange.json_stream import members
+from tsr_engine.exchange.picture_rows import Listed
+from tsr_engine.exchange.whose_pictures import frames_of_pictures
+
+__all__ = ["Head", "Image", "head_of", "no_list", "take_images"]
+
+_ONE: Final = {"categories": "category", "images": "image", "videos": "video"}
+_KEPT: Final = (
+    "id",
+    "file_name",
+    "frame",
+    "frame_id",
+    "frame_index",
+    "width",
+    "height",
+    "video",
+    "video_id",
+    "video_sha256",
+    "prev_image_id",
+)
+_COCO_VID = Custom(0, "CocoVID counts frame_id from 0")
+_LINKED = Custom(1, "files whose images have prev_image_id count frame_id from 1")
+
+
+@dataclass(slots=True)
+class Image:
+    """An image of the video: its frame, and the factors to the video's size."""
+
+    frame: int
+    scale: tuple[float, float]
+
+
+@dataclass(slots=True)
+class Head:
+    """What stands in a file besides its annotations.
+
+    Attributes:
+        file: its name.
+        categories: names by id.
+        videos: as they stand in the file, by id.
+        listed: its images as they stand in the file; only what counts of each, as there can be 100,000.
+        images: by id; None: of another video.
+    """
+
+    file: str
+    categories: dict[Any, str] = field(default_factory=dict)
+    videos: dict[Any, dict[str, Any]] = field(default_factory=dict)
+    listed: list[dict[str, Any]] = field(default_factory=list)
+    images: dict[Any, Image | None] = field(default_factory=dict)
+
+
+def head_of(path: Path, name: str) -> Head | None:
+    """The head of a file; None: it is a list of results.
+
+    Args:
+        path: the file.
+        name: what to call it in messages.
+
+    Raises:
+        ImportFormatError: it has no images or categories, or one of their ids is missing or there twice.
+    """
+    head = Head(name)
+    there: set[str] = set()
+    texts: dict[str, str] = {}
+    tables: dict[str, dict[Any, Any]] = {"categories": head.categories, "images": head.images, "videos": head.videos}
+    for key, place, value in members(path, name=name):
+        if key == "":
+            if place is None:
+                rule = "must be an object with images, categories and annotations, or a list of results."
+                raise refuse(name, None, rule)
+            return None
+        if key not in _ONE:
+            in_videos = "videos" not in there and any("video_id" in image for image in head.listed)
+            if {"categories", "images"} <= there and not in_videos:
+                break
+            continue
+        if place is None or (place and not isinstance(value, dict)):
+            raise no_list(name, key)
+        there.add(key)
+        if not place:
+            continue
+        where = f"{_ONE[key]} {place}"
+        number = _key_of(value.get("id"), name, where)
+        table = tables[key]
+        if number in table:
+            raise refuse(name, where, f"its id {number} is there twice. Give each its own.")
+        table[number] = str(value.get("name", "")) if key == "categories" else value if key == "videos" else None
+        if key == "images":
+            image = {kept: value[kept] for kept in _KEPT if kept in value}
+            if isinstance(image.get("video_sha256"), str):
+                # one text for all equal hashes
+                image["video_sha256"] = texts.setdefault(image["video_sha256"], image["video_sha256"])
+            head.listed.append(image)
+    for key in ("categories", "images"):
+        if key not in there:
+            raise no_list(name, key)
+    return head
+
+
+def no_list(file: str, key: str) -> ImportFormatError:
+    """The error for a list that is missing, or none."""
+    return refuse(file, None, f"must have {key}, a list of objects. Export as COCO again.")
+
+
+def _key_of(value: Any, file: str, where: str) -> int | str:
+    """An id that must be there.
+
+    Raises:
+        ImportFormatError: it is missing, or no id.
+    """
+    found = id_of(value)
+    if found is None:
+        raise refuse(file, where, f"id must be a whole number. Got {str(value)[:40]!r}.")
+    return found
+
+
+def take_images(heads: Sequence[Head], intake: Intake, folder: Path) -> None:
+    """Find the frames of the images of all files, once all of them are known.
+
+    Args:
+        heads: of the files; their ``images`` are filled, their ``listed`` emptied.
+        intake: is told.
+        folder: of the import.
+
+    Raises:
+        ImportFormatError: a size that is not the video's, or as ``frames_of_pictures``.
+    """
+    video = intake.target.video
+    hashes = {str(image.get("video_sha256") or "") for head in heads for image in head.listed} - {""}
+    listed = [
+        _listed(image, f"image {place}", head, hashes, video, len(heads) > 1)
+        for head in heads
+        for place, image in enumerate(head.listed, start=1)
+    ]
+    if hashes and video.sha256 and video.sha256 not in hashes:
+        intake.repair(f"{heads[0].file}: speaks of another file than {video.name}, by its hash. It was taken anyway.")
+    frames = iter(frames_of_pictures(listed, intake, folder))
+    for head in heads:
+        for place, image in enumerate(head.listed, start=1):
+            frame = next(frames)
+            if frame is not None:
+                scale = _scale(image, head, f"image {place}", intake)
+                head.images[id_of(image["id"])] = Image(frame, scale)
+        head.listed.clear()
+
+
+def _listed(
+    image: dict[str, Any], where: str, head: Head, hashes: set[str], video: DatasetVideo, several: bool
+) -> Listed:
+    said = {name: image[name] for name in ("frame", "frame_id", "frame_index") if image.get(name) is not None}
+    numbers = {name: whole_of(value, name, head.file, where) for name, value in said.items()}
+    digest = str(image.get("video_sha256") or "")
+    own = digest == video.sha256 if digest and video.sha256 in hashes else None
+    called = _video_of(image, head, where)
+    if digest and own is None and len(hashes) > 1:
+        called = f"{called} ({digest[:8]})"
+    name = str(image.get("file_name", ""))
+    return Listed(
+        f"{_spoken(head.file)}/{name}" if several else name,
+        head.file,
+        where,
+        frame=numbers.get("frame"),
+        number=numbers.get("frame_id", numbers.get("frame_index")),
+        custom=(_LINKED if "prev_image_id" in image else _COCO_VID) if numbers else None,
+        video=called,
+        own=own,
+    )
+
+
+def _spoken(file: str) -> str:
+    """What the name of one of several files may say of a video, as a folder does."""
+    folder, _, name = file.rpartition("/")
+    stem = name.removesuffix(".json").removesuffix(".coco").strip("_")
+    for start in ("instances_", "person_keypoints_", "captions_", "image_info_", "labels_", "annotations_"):
+        stem = stem.removeprefix(start)
+    return f"{folder}/{stem}"
+
+
+def _video_of(image: dict[str, Any], head: Head, where: str) -> str:
+    """What the file calls the video of an image; empty: nothing."""
+    name = image.get("video")
+    if image.get("video_id") is not None:
+        key = _key_of(image["video_id"], head.file, where)
+        if head.videos and key not in head.videos:
+            raise refuse(head.file, where, f"video_id {str(key)[:40]!r} is the id of no video. Correct it.")
+        about = head.videos.get(key, {})
+        name = about.get("name") or about.get("file_name") or name or f"video {key}"
+    parts = [part for part in str(name or "").replace("\\", "/").split("/") if part and part != "img1"]
+    return parts[-1] if parts else ""
+
+
+def _scale(image: dict[str, Any], head: Head, where: str, intake: Intake) -> tuple[float, float]:
+    """Factors from the size of an image, or else that of its video in the file."""
+    key = id_of(image.get("video_id"))
+    for sized in (image, head.videos.get(key, {})):
+        size = sized.get("width"), sized.get("height")
+        if size not in ((None, None), (0, 0)):
+            width, height = (real_of(side, "width and height", head.file, where) for side in size)
+            return intake.scale(width, height, head.file, where)
+    return 1.0, 1.0

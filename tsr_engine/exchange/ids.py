@@ -1,0 +1,81 @@
+"""Ids and numbers in JSON of other tools, where pandas has made ``11`` into ``11.0`` or ``"11"``."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+from tsr_engine.exchange.checks import refuse
+from tsr_engine.io.plain_numbers import real_number
+
+__all__ = ["id_of", "real_of", "track_of", "whole_of"]
+
+_WHOLE: Final = re.compile(r"(0|-?[1-9][0-9]{0,17})(?:\.0+)?")
+
+_NO_TRACK: Final = frozenset({"", "nan", "none", "null"})
+"""What tables hold where there is no id."""
+
+
+def id_of(value: Any) -> int | str | None:
+    """An id, a whole number as ``int`` however it is written; None: it can be none, such as 11.5."""
+    if type(value) is int:
+        return value
+    if isinstance(value, float):
+        return int(value) if value.is_integer() else None
+    if isinstance(value, str):
+        found = _WHOLE.fullmatch(value)
+        return int(found[1]) if found else value
+    return None
+
+
+def track_of(value: Any, what: str, file: str, where: str) -> int | str | None:
+    """The id of a track; None: the file says that there is none.
+
+    Raises:
+        ImportFormatError: it can be no id, such as 11.5.
+    """
+    if value is None or (isinstance(value, str) and value.strip().lower() in _NO_TRACK):
+        return None
+    found = id_of(value)
+    if found is None:
+        raise refuse(file, where, f"{what} must be a whole number. Got {str(value)[:40]!r}. Correct it.")
+    return None if found == -1 else found
+
+
+def whole_of(value: Any, what: str, file: str, where: str) -> int:
+    """A whole number.
+
+    Raises:
+        ImportFormatError: it is none.
+    """
+    found = id_of(value)
+    if isinstance(found, int):
+        return found
+    raise refuse(file, where, f"{what} must be a whole number. Got {str(value)[:40]!r}.")
+
+
+def real_of(value: Any, what: str, file: str, where: str, *, in_text: bool = False) -> float:
+    """A number; may be infinite.
+
+    Args:
+        value: as it stands in the file.
+        what: its name, for messages.
+        file: for messages.
+        where: place in the file.
+        in_text: it may stand in quotes, as attributes of CVAT do after some tools.
+
+    Raises:
+        ImportFormatError: it is none, or too large.
+    """
+    if in_text and isinstance(value, str):
+        try:
+            return real_number(value)
+        except ValueError:
+            pass
+    if type(value) not in (int, float):
+        got = "null or NaN" if value is None else repr(str(value)[:40])
+        raise refuse(file, where, f"{what} must be a finite number. Got {got}.")
+    try:
+        return float(value)
+    except OverflowError:
+        raise refuse(file, where, f"{what} is too large. Correct it.") from None

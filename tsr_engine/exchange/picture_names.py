@@ -1,0 +1,144 @@
+"""The grammar of picture names: what stands before a frame number and behind it, as tools write them.
+
+A name is understood as a whole or has no number: the last digits of a hash, of a date or of a size are no frame.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+from tsr_engine.exchange.spellings import VIDEO_SUFFIXES, without_upload
+
+__all__ = ["SHAPES", "PictureName", "is_generic", "picture_name"]
+
+SHAPES: Final = "frame_000010.jpg, NAME_000010.jpg or NAME_10.jpg, with the name of the video before the number"
+"""What a name may look like, for messages."""
+
+_PICTURES = "jpe?g|png|bmp|webp|tiff?|ppm|pgm|heic|avif"
+_SUFFIX = re.compile(rf"\.(?:{_PICTURES}|txt|xml|json)\Z", re.IGNORECASE)
+_OURS = re.compile(r"frame_(\d{6,9})(?:\.(?:jpg|png|txt|xml))?", re.ASCII)
+"""The name that most pictures have; the long way says the same of it."""
+_ROBOFLOW = re.compile(rf"(?P<name>.+?)(?:_(?:{_PICTURES}))?\.rf\.[0-9A-Za-z_-]{{6,64}}", re.IGNORECASE)
+_ROBOFLOW_FRAME = re.compile(rf"(?:.*[._](?:{VIDEO_SUFFIXES})-\d+|.*-\d{{4,}})", re.IGNORECASE | re.ASCII)
+_OF_VIDEO = re.compile(rf".*[._](?:{VIDEO_SUFFIXES})-\d+", re.IGNORECASE | re.ASCII)
+_SECONDS = re.compile(r"(?P<name>.+)(?:#|%23)t=(?P<seconds>\d{1,7}(?:\.\d{1,12})?)", re.ASCII)
+_WAS_SECONDS = re.compile(rf".*[._-](?:{VIDEO_SUFFIXES})[^0-9A-Za-z]*t[-_.=]\d+(?:[-_.]\d+)?", re.IGNORECASE | re.ASCII)
+_UUID = re.compile(r"(?:.*[^0-9a-f])?[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}", re.IGNORECASE)
+_HASH = re.compile(r"(?:.*[^0-9a-z])?(?=\d*[a-f])[0-9a-f]{16,}", re.IGNORECASE | re.ASCII)
+_DATE = r"(?<!\d)(?:19|20)\d\d[-_.]?(?:0[1-9]|1[0-2])[-_.]?(?:0[1-9]|[12]\d|3[01])(?!\d{1,2}(?!\d))"
+_TIME = r"(?:[01]\d|2[0-3])[-_.h:]?[0-5]\d[-_.m:]?[0-5]\d(?:\.?\d{3}|\.?\d{6})?"
+_STAMP = re.compile(
+    rf"(?:.*?(?<![0-9A-Za-z]))?"
+    rf"(?:{_DATE}(?:(?:[-_. T]|[-_ ]at[-_ ])?{_TIME})?|(?:[01]\d|2[0-3])(?:[-_.:][0-5]\d){{2}})",
+    re.ASCII,
+)
+_NUMBER = re.compile(r"(?<!\d)\d{1,9}\Z", re.ASCII)
+_SEPARATOR = re.compile(r"(?<=[^\W_])(?: - |__?|[-. ])\Z")
+_WORD = re.compile(r"[^\W\d_]+\Z")
+_DECIMAL = re.compile(r"(?:.*[^0-9A-Za-z])?\d+\.", re.ASCII)
+_GENERIC = "frames?|img|images?|im|pic|pics|pictures?|photos?|f|fr|out|output|stills?|shot|snapshot"
+_GENERIC_END = re.compile(rf"(?:(?P<core>.*[^\W_])[-_. ]+)?(?:{_GENERIC})", re.IGNORECASE)
+_NUMBERED = re.compile(rf"(?:(?:{_GENERIC})[-_. ]*)?\d+", re.IGNORECASE | re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class PictureName:
+    """What a name says.
+
+    Attributes:
+        stem: what stands before the number, without words such as ``frame``; empty: nothing.
+        pattern: what stands before the number, as it is: pictures of one row have one.
+        number: the frame number, from 0 or from 1; None: the name has none.
+        seconds: the time, where the name has one instead.
+        width: digits of the number, and whether the first of several is a zero.
+        roboflow: Roboflow has taken the picture out of a video.
+        doubtful: another number stands before it, so that one name alone does not tell which is the frame.
+        why: why there is no number, as the end of a sentence.
+    """
+
+    stem: str = ""
+    pattern: str = ""
+    number: int | None = None
+    seconds: float | None = None
+    width: tuple[int, bool] = (0, False)
+    roboflow: bool = False
+    doubtful: bool = False
+    why: str = "has no frame number"
+
+
+def is_generic(name: str) -> bool:
+    """Whether a name such as ``frame`` or ``img`` says nothing about a video."""
+    found = _GENERIC_END.fullmatch(name)
+    return found is not None and not found["core"]
+
+
+def picture_name(base: str, is_own: Callable[[str], bool]) -> PictureName:
+    """Understand a name.
+
+    Args:
+        base: of the picture or its label file, without folder.
+        is_own: whether a text is a spelling of the name of the video at hand.
+    """
+    ours = _OURS.fullmatch(base)
+    if ours:
+        return PictureName("", "frame_", int(ours[1]), width=_width(ours[1]))
+    base = _bare(base)
+    of_roboflow = _ROBOFLOW.fullmatch(base)
+    if of_roboflow:
+        base = _bare(of_roboflow["name"])
+    time = _SECONDS.fullmatch(base)
+    if time:
+        return PictureName(time["name"], time["name"], seconds=float(time["seconds"]))
+    for pattern, why in (
+        (_WAS_SECONDS, "has a time whose decimal point another tool has replaced"),
+        (_UUID, "has a UUID, no frame number"),
+        (_HASH, "has a hash, no frame number"),
+    ):
+        if pattern.fullmatch(base):
+            return PictureName(why=why)
+    if is_own(base):
+        return PictureName(why="is the name of the video, without a frame number")
+    if _STAMP.fullmatch(base):
+        return PictureName(why="has a date or a time of day, no frame number")
+    found = _numbered(without_upload(base), is_own)
+    taken = found.number is not None and (_ROBOFLOW_FRAME if of_roboflow else _OF_VIDEO).fullmatch(base)
+    return replace(found, roboflow=True) if taken else found
+
+
+def _bare(name: str) -> str:
+    """The name without the suffixes of pictures and label files, however many."""
+    while True:
+        bare = _SUFFIX.sub("", name)
+        if bare == name or not bare:
+            return name
+        name = bare
+
+
+def _width(digits: str) -> tuple[int, bool]:
+    return len(digits), digits[0] == "0" and len(digits) > 1
+
+
+def _numbered(base: str, is_own: Callable[[str], bool]) -> PictureName:
+    found = _NUMBER.search(base)
+    if found is None:
+        return PictureName()
+    head, digits = base[: found.start()], found[0]
+    separator = _SEPARATOR.search(head)
+    stem = head[: separator.start()] if separator else head
+    if head and separator is None:
+        word = _WORD.search(head)
+        alone = word is not None and not word.start()
+        if word is None or not (alone or is_generic(word[0]) or is_own(head)):
+            return PictureName()
+        if word.start() and not _SEPARATOR.search(head[: word.start()]) and not is_own(head):
+            return PictureName()
+    if _DECIMAL.fullmatch(head):
+        return PictureName(why="has a number with decimals, no frame number")
+    generic = None if is_own(stem) else _GENERIC_END.fullmatch(stem)
+    if generic:
+        stem = generic["core"] or ""
+    two = bool(_NUMBERED.fullmatch(stem) or _STAMP.fullmatch(stem)) and not is_own(stem)
+    return PictureName(stem, head, int(digits), width=_width(digits), doubtful=two)

@@ -1,0 +1,299 @@
+"""Rows of pictures: those of an import with the same folder and the same text before the frame number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from tsr_engine.exchange.beside import prefix_in_export, told_beside
+from tsr_engine.exchange.counting import FIRST_FRAME_SWITCH, Custom
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.formats import Switch
+from tsr_engine.exchange.names import is_name_of_twin
+from tsr_engine.exchange.picture_names import PictureName, picture_name
+from tsr_engine.exchange.reading import MAX_JSON_BYTES
+from tsr_engine.exchange.spellings import OwnName, plain_name
+
+__all__ = ["PICTURE_SWITCHES", "Listed", "Nameless", "Row", "names_in", "rows_of"]
+
+PICTURE_SWITCHES: Final = (
+    FIRST_FRAME_SWITCH,
+    Switch(
+        "video",
+        ("auto",),
+        "Whose pictures to take where there are several videos, as the file calls it; auto: those that name this one.",
+        free=True,
+    ),
+)
+_NO_VIDEO = re.compile(
+    r"\.{1,2}|(?:train|training|val|valid|validation|test|testing|trainval)(?:\d{4})?|default|images?|labels?|annotations?|"
+    r"jpegimages|imagesets|voc\d{4}|obj_(?:train|valid|test)_data|img1?|imgs|frames?|pictures?|data|dataset",
+    re.IGNORECASE,
+)
+"""Folders that belong to a format or to a split."""
+_BEFORE = re.compile(r".*(?:[?&]d=|/upload/\d+/)")
+"""Label Studio's own part of an address."""
+_VERDICT = re.compile(r"\s+(?:-?1|0)\s*\Z")
+"""What lists of Pascal VOC say of one class."""
+_QUERY = re.compile(r"\?[^/]*\Z")
+_IN_OURS = (Custom(0, before=r"(?:.+_)?frame_", digits=6), Custom(0, before="", digits=5))
+"""Names in exports of ours; the second is that of GTSDB."""
+_KNOWN = (
+    _IN_OURS[0],
+    Custom(1, "pictures in folders img1 begin with 000001, as the MOT challenge has them", before="img1/", digits=6),
+)
+_ROBOFLOW = Custom(
+    0, "Roboflow numbers the pictures that it takes of a video from 0; they are its frames if it took every one"
+)
+
+
+@dataclass(slots=True)
+class Listed:
+    """A picture that a file lists.
+
+    Attributes:
+        name: as the file has it, with folders.
+        file: for messages.
+        line: place in the file.
+        instead: another name of it, which counts where the first has no number.
+        frame: ordinal, where the file says it.
+        number: frame number, where the file has one beside the name.
+        custom: how that number counts; without one, how the format's own tool counts in names that it has written.
+        video: what the file calls the video of this picture; empty: nothing.
+        also: another name of the video, which says something only where it is that of the video at hand.
+        own: the file says by a hash whether the picture is of the video at hand.
+    """
+
+    name: str
+    file: str
+    line: int | str | None = None
+    instead: str = ""
+    frame: int | None = None
+    number: int | None = None
+    custom: Custom | None = None
+    video: str = ""
+    also: str = ""
+    own: bool | None = None
+
+
+class Nameless(NamedTuple):
+    """A picture without a frame: its place, the reason, and whether it is of the video at hand."""
+
+    place: int
+    why: str
+    own: bool
+
+
+@dataclass(slots=True, eq=False)
+class Row:
+    """Pictures with the same folder and text before the number.
+
+    Attributes:
+        first: the first of them.
+        name: what the name of that one says.
+        label: the video that they name; empty: none.
+        folder: their folders, without those of formats.
+        own: they name the video at hand.
+        other: they are of another one for certain.
+        settled: a hash or a manifest of ours has told this.
+        stated: the file names the video at hand apart from the names of pictures.
+        customs: tools that may have written the names.
+        before: the text before the number.
+        places: which pictures these are.
+        numbers: of each, from 0 or 1; none where frames or seconds are known.
+        frames: ordinal of each.
+        seconds: time of each.
+        widths: digits of the numbers in names, and whether the first of several is a zero.
+        span: smallest and largest number, also of pictures that only a list names.
+        echoed: the numbers that the file has beside the names are those in the names, which may count otherwise.
+    """
+
+    first: Listed
+    name: PictureName
+    label: str
+    folder: tuple[str, ...]
+    own: bool
+    other: bool
+    settled: bool
+    stated: bool
+    customs: tuple[Custom, ...]
+    before: str
+    places: list[int] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    frames: list[int] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    widths: set[tuple[int, bool]] = field(default_factory=set)
+    span: tuple[int, int] = (0, 0)
+    echoed: bool = True
+
+    @property
+    def other_name(self) -> str:
+        """The video that they name, where it is not the one at hand; empty: it is, or they name none."""
+        return "" if self.stated or (self.own and not self.first.video) else self.label
+
+    @property
+    def shown(self) -> str:
+        """What to call it in messages."""
+        return self.label or self.first.also or self.name.pattern or "pictures that are called by a number"
+
+    @property
+    def called(self) -> set[str]:
+        """Plain names that a person may choose it by."""
+        names = (self.label, self.first.also, self.name.pattern, "/".join(self.folder), *self.folder[-1:])
+        return {plain_name(name) for name in names} - {""}
+
+    @property
+    def what(self) -> str:
+        """What its numbers are, for messages."""
+        return "frame ids" if self.first.number is not None else "the numbers in names of pictures"
+
+    def custom(self) -> Custom | None:
+        """How the tool counts that wrote the numbers; None: many tools write such names."""
+        if self.first.number is not None:
+            custom = self.first.custom
+            return None if self.echoed and custom is not None and not custom.origin else custom
+        if self.name.roboflow:
+            return _ROBOFLOW
+        return next((custom for custom in self.customs if custom.wrote(self.before, self.widths)), None)
+
+
+def rows_of(
+    listed: Sequence[Listed], video: DatasetVideo, folder: Path, more: Iterable[str] = ()
+) -> tuple[list[Row], list[Nameless], list[tuple[int, str]]]:
+    """The rows of all pictures; those without a frame, which are in none; and what differs, by place.
+
+    Args:
+        listed: the pictures.
+        video: the one at hand.
+        folder: of the import; a manifest of ours beside it tells which names are of the video.
+        more: names of pictures without boxes that a list beside the boxes has.
+    """
+    maker = _Maker(video, folder)
+    for place, each in enumerate(listed):
+        maker.add(place, each)
+    maker.widen(more)
+    return list(maker.rows.values()), maker.nameless, maker.differ
+
+
+class _Maker:
+    """Puts pictures into rows."""
+
+    def __init__(self, video: DatasetVideo, folder: Path) -> None:
+        self._video = video
+        self._is_own = OwnName(video)
+        self._prefix = prefix_in_export(folder, video)
+        self._in_ours = told_beside(folder) is not None
+        self._folders: dict[str, tuple[tuple[str, ...], bool, bool]] = {}
+        self.rows: dict[tuple[object, ...], Row] = {}
+        self.nameless: list[Nameless] = []
+        self.differ: list[tuple[int, str]] = []
+
+    def add(self, place: int, each: Listed) -> None:
+        """Take one more picture."""
+        home, base = _parted(each.name)
+        folder, in_own, in_img1 = self._folder(home)
+        own = each.own
+        if self._prefix and own is None:
+            own = base.startswith(self._prefix)
+            base = base[len(self._prefix) :] if own else base
+        name = picture_name(base, self._is_own)
+        if each.instead:
+            other = picture_name(_parted(each.instead)[1], self._is_own)
+            if name.number is None and name.seconds is None:
+                name = name if other.number is None and other.seconds is None else other
+            elif other.number not in (None, name.number):
+                self.differ.append((place, "Files that name another frame inside were taken by their own name"))
+        from_0 = _IN_OURS[0].wrote(name.pattern, {name.width})
+        if from_0 and each.frame is not None and name.number != each.frame:
+            self.differ.append((place, "Pictures whose frame the file states were taken so, against their names"))
+        echoed = each.number == name.number and not from_0
+        known = each.frame is not None or each.number is not None
+        if known and not (name.stem and (name.pattern.endswith("_frame_") or self._is_own(name.stem))):
+            # Nobody asks for this number, and what stands before it may be anything.
+            name = PictureName()
+        if not known and name.number is None and name.seconds is None:
+            ours = own is not False and (bool(own) or in_own or self._is_own(each.video))
+            self.nameless.append(Nameless(place, name.why, ours))
+            return
+        if self._is_own(name.stem):
+            # Folders may be parts of one video; they decide where names do not.
+            folder = ()
+        said = (each.video, each.also, each.frame is None, each.number is None)
+        key = (folder, name.pattern, name.roboflow, in_img1, own, said)
+        row = self.rows.get(key)
+        if row is None:
+            row = self.rows[key] = self._row(each, name, folder, in_own, in_img1, own)
+        row.places.append(place)
+        if each.frame is not None:
+            row.frames.append(each.frame)
+        elif each.number is not None:
+            row.numbers.append(each.number)
+            row.echoed &= echoed
+        elif name.seconds is not None:
+            row.seconds.append(name.seconds)
+        elif name.number is not None:
+            row.numbers.append(name.number)
+            row.widths.add(name.width)
+
+    def widen(self, more: Iterable[str]) -> None:
+        """Say how far the numbers of each row go, with those that a list has."""
+        by_pattern: dict[str, list[Row]] = {}
+        for row in self.rows.values():
+            if row.numbers:
+                row.span = min(row.numbers), max(row.numbers)
+                if row.widths:
+                    by_pattern.setdefault(row.name.pattern, []).append(row)
+        for text in more:
+            name = picture_name(_parted(text)[1].removeprefix(self._prefix), self._is_own)
+            rows = by_pattern.get(name.pattern, ())
+            # Rows of two videos can have one pattern.
+            if name.number is not None and len(rows) == 1:
+                rows[0].span = min(rows[0].span[0], name.number), max(rows[0].span[1], name.number)
+
+    def _folder(self, home: str) -> tuple[tuple[str, ...], bool, bool]:
+        """Folders that say something, whether one is called as the video, and whether the last is ``img1``."""
+        found = self._folders.get(home)
+        if found is None:
+            parts = [part for part in home.split("/") if part]
+            said = tuple(part for part in parts if not _NO_VIDEO.fullmatch(part))
+            found = self._folders[home] = said, any(map(self._is_own, parts)), parts[-1:] == ["img1"]
+        return found
+
+    def _row(
+        self, each: Listed, name: PictureName, folder: tuple[str, ...], in_own: bool, in_img1: bool, own: bool | None
+    ) -> Row:
+        stated = own is True or self._is_own(each.video) or self._is_own(each.also)
+        twin = own is None and name.pattern.endswith("_frame_") and is_name_of_twin(name.stem, self._video)
+        by_name = self._is_own(name.stem) if name.stem else in_own
+        return Row(
+            first=each,
+            name=name,
+            label=each.video or name.stem or "".join(folder[-1:]),
+            folder=folder,
+            own=own is not False and not twin and (stated or by_name),
+            other=own is False or twin,
+            settled=own is not None,
+            stated=stated,
+            customs=(*(_IN_OURS if self._in_ours else ()), *_KNOWN, *([each.custom] if each.custom else [])),
+            before=f"img1/{name.pattern}" if in_img1 else name.pattern,
+        )
+
+
+def names_in(path: Path) -> list[str]:
+    """Names of pictures in a list, one a line; none where there is no such file."""
+    if not path.is_file() or path.stat().st_size > MAX_JSON_BYTES:
+        return []
+    lines = path.read_bytes().decode("utf-8", "replace").splitlines()
+    return [_VERDICT.sub("", line).strip() for line in lines if line.strip()]
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """Folders and name of a picture, without what a server adds to the address."""
+    name = name.replace("\\", "/")
+    if "?" in name or "/upload/" in name:
+        name = _QUERY.sub("", _BEFORE.sub("", name))
+    home, _, base = name.rpartition("/")
+    return home, base

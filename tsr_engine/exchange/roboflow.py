@@ -1,0 +1,51 @@
+"""What Roboflow says that it has done to the pictures of a data set: boxes of changed ones are not those of a video."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from tsr_engine.exchange.checks import refuse
+from tsr_engine.exchange.dataset import DatasetVideo
+
+__all__ = ["refuse_changed_pictures"]
+
+_README: Final = "README.roboflow.txt"
+_STEP = re.compile(r"\s*\*\s*(?P<step>\S.*)")
+_RESIZED = re.compile(r"Resize to (?P<width>\d{1,5})x(?P<height>\d{1,5}) \((?:Fit \(|Fill)", re.IGNORECASE)
+"""Edges are added or cut off; to stretch, or to fit within, leaves the parts of a picture as they are."""
+_MOVED = re.compile(r"\b(?:flip|rotat\w*|shear|crop|tiles?|mosaic)\b", re.IGNORECASE)
+
+
+def refuse_changed_pictures(folder: Path, video: DatasetVideo) -> None:
+    """Refuse a data set whose notes say that signs lie elsewhere in its pictures than in the video.
+
+    Args:
+        folder: of the import; the notes may lie above the folder of a subset.
+        video: the one at hand.
+
+    Raises:
+        ImportFormatError: pictures were turned, flipped, cut or padded.
+    """
+    path = next((place / _README for place in (folder, folder.parent) if (place / _README).is_file()), None)
+    if path is None:
+        return
+    text = path.read_bytes()[: 1 << 16].decode("utf-8", "replace")
+    for line, content in enumerate(text.splitlines(), start=1):
+        found = _STEP.fullmatch(content)
+        if found is None:
+            continue
+        step = found["step"].strip()
+        size = _RESIZED.match(step)
+        if size is None and not _MOVED.search(step):
+            continue
+        # A picture of the same shape is neither padded nor cut.
+        if size is not None and int(size["width"]) * video.height == int(size["height"]) * video.width:
+            continue
+        raise refuse(
+            _README,
+            line,
+            f"says of the pictures: {step[:80]!r}. So their boxes are not those of {video.name}. Export a version "
+            "without augmentation, and without a change of size or with 'Stretch to'.",
+        )

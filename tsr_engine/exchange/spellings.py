@@ -1,0 +1,59 @@
+"""Which spellings of a video's name are the video's own: tools change case, spaces, punctuation and the suffix."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+from urllib.parse import unquote
+
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.names import is_name_of
+
+__all__ = ["VIDEO_SUFFIXES", "OwnName", "plain_name", "without_upload"]
+
+VIDEO_SUFFIXES: Final = "mp4|mov|m4v|mkv|webm|avi|3gp|mpe?g|mts|m2ts|ts|flv|wmv|gif|h26[45]|hevc"
+"""Suffixes of videos, as part of a pattern."""
+_SUFFIX = re.compile(rf"[._-](?:{VIDEO_SUFFIXES})\Z", re.IGNORECASE)
+_PUNCTUATION = re.compile(r"[\W_]+")
+_UPLOAD = re.compile(
+    r"\A(?!(?:19|20)\d\d(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])-)[0-9a-f]{8}-(?![0-9a-f]{8}-)(?=.)", re.ASCII
+)
+"""What Label Studio puts before the name of an uploaded file; a date is none, nor is one of two ids."""
+
+
+def plain_name(name: str) -> str:
+    """A name without case, suffix of a video and punctuation, so that all spellings of one name are equal."""
+    return _plain(_SUFFIX.sub("", name))
+
+
+def without_upload(name: str) -> str:
+    """A name without the eight digits of a UUID and the dash that Label Studio puts before it."""
+    return _UPLOAD.sub("", name, count=1)
+
+
+class OwnName:
+    """Tells whether a name is a spelling of one video's name."""
+
+    def __init__(self, video: DatasetVideo) -> None:
+        """Take the video."""
+        self._video = video
+        stem = Path(video.name).stem
+        self._plain = {_plain(stem), plain_name(stem), _plain(without_upload(stem))}
+        self._plain.discard("")
+        self._found = lru_cache(maxsize=4096)(self._find)
+
+    def __call__(self, name: str) -> bool:
+        """Whether ``name``, without its folder, is the video's; a suffix of a video may be there or not."""
+        return bool(name) and self._found(name)
+
+    def _find(self, name: str) -> bool:
+        bare = without_upload(name)
+        spellings = {_plain(name), plain_name(name), _plain(bare), plain_name(bare)}
+        return not spellings.isdisjoint(self._plain) or is_name_of(name, self._video)
+
+
+def _plain(name: str) -> str:
+    return _PUNCTUATION.sub("-", unicodedata.normalize("NFKC", unquote(name)).casefold()).strip("-")

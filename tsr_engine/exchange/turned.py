@@ -1,0 +1,37 @@
+"""Boxes that are turned about their centre, in formats whose readers have upright ones only."""
+
+from __future__ import annotations
+
+import math
+
+from tsr_engine.exchange.checks import Intake, refuse
+
+__all__ = ["Edges", "upright"]
+
+Edges = tuple[float, float, float, float]
+
+
+def upright(edges: Edges, degrees: float, intake: Intake, file: str, line: int | str | None) -> Edges:
+    """The upright box around a turned one, with a sentence; a box that is not turned, or has no area, as it is.
+
+    Args:
+        edges: of the box before it is turned, px.
+        degrees: clockwise, about its centre.
+        intake: is told.
+        file: for messages.
+        line: place in the file.
+
+    Raises:
+        ImportFormatError: the turn is not finite.
+    """
+    if not math.isfinite(degrees):
+        raise refuse(file, line, f"rotation must be finite degrees. Got {degrees}.")
+    x1, y1, x2, y2 = edges
+    if not degrees % 360 or not (x1 < x2 and y1 < y2):
+        return edges
+    cos, sin = abs(math.cos(math.radians(degrees))), abs(math.sin(math.radians(degrees)))
+    half_w = ((x2 - x1) * cos + (y2 - y1) * sin) / 2
+    half_h = ((x2 - x1) * sin + (y2 - y1) * cos) / 2
+    cx, cy = (x1 + x2) / 2, (y1 + y2) / 2
+    intake.count("Turned boxes were replaced by the upright boxes around them", file, line)
+    return cx - half_w, cy - half_h, cx + half_w, cy + half_h

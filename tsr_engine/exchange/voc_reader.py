@@ -1,0 +1,243 @@
+"""Reads Pascal VOC; which pixel a corner means is decided once for all files."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.beside import told_by_manifest
+from tsr_engine.exchange.checks import NO_BOX, Intake, refuse
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.notes import notes_from_text
+from tsr_engine.exchange.picture_rows import Listed, names_in
+from tsr_engine.exchange.small_xml import SMALL, XmlNode, small_elements
+from tsr_engine.exchange.spool import Spool, content_of, names_below
+from tsr_engine.exchange.turned import Edges
+from tsr_engine.exchange.whose_pictures import frames_of_pictures
+from tsr_engine.exchange.xml import elements
+from tsr_engine.io.plain_numbers import real_number
+
+__all__ = ["annotations_in", "read_voc"]
+
+_WANTED = ("filename", "folder", "path", "size", "object")
+_CORNERS = ("xmin", "ymin", "xmax", "ymax")
+_TRUE = ("1", "true", "True")
+
+
+_Shared = dict[tuple[str, str, str], tuple[str, str, str]]
+
+
+class _Object(NamedTuple):
+    """One object of a file, without its XML: there can be hundreds of thousands.
+
+    It is judged once its picture is known to be of the video, so ``corners`` may be the error about them.
+    """
+
+    line: int
+    corners: Edges | ImportFormatError
+    name: str
+    uid: str
+    key: bool
+    occluded: bool
+    ignore: bool
+    score: float
+    about: tuple[str, str, str]
+    """What it says of its track: state, source, note."""
+
+
+class _Picture(NamedTuple):
+    """What a file says, without the objects' XML; ``size`` is width and height, 0 where it has none."""
+
+    file: str
+    filename: str
+    folder: str
+    size: tuple[float, float]
+    size_line: int
+    objects: list[_Object]
+
+
+def read_voc(path: Path, target: ImportTarget) -> Dataset:
+    """Read a folder or file.
+
+    Raises:
+        ImportFormatError: a broken rule.
+    """
+    intake = Intake(target)
+    folder, files = _files(path, target.spool)
+    if not files and not (path / "ImageSets").is_dir():
+        raise refuse(path.name, None, "has no Annotations/*.xml. Export as Pascal VOC again.")
+    shared: _Shared = {}
+    pictures = [_read_file(f"{folder}/{file}", intake.target.spool, shared) for file in files]
+    listed = [
+        Listed(f"{each.folder}/{file}" if each.folder else file, each.file, instead=each.filename)
+        for file, each in zip(files, pictures, strict=True)
+    ]
+    more = [picture for file in sorted(path.glob("ImageSets/Main/*.txt")) for picture in names_in(file)]
+    frames = frames_of_pictures(listed, intake, path if path.is_dir() else path.parent, more)
+    taken = [(each, frame) for each, frame in zip(pictures, frames, strict=True) if frame is not None]
+    offset = _offset(path, [each for each, _ in taken], intake)
+    loose = LooseBoxes(intake, path.name)
+    for each, frame in taken:
+        wide, high = intake.scale(*each.size, each.file, each.size_line) if any(each.size) else (1.0, 1.0)
+        for found in each.objects:
+            corners = intake.edges(partial(_corners, found))
+            if corners is NO_BOX:
+                continue
+            x1, y1, x2, y2 = corners
+            edges = ((x1 - offset) * wide, (y1 - offset) * high, x2 * wide, y2 * high)
+            uid = found.uid
+            known = uid in intake
+            # A box without a name waits until all are known.
+            take = partial(intake.box, uid) if uid else loose.add
+            kept = take(
+                frame,
+                edges,
+                intake.label(found.name, each.file, found.line),
+                file=each.file,
+                line=found.line,
+                key=found.key,
+                occluded=found.occluded,
+                ignore=found.ignore,
+                score=found.score,
+            )
+            if uid and kept and not known:
+                state, source, note = found.about
+                intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
+    loose.settle()
+    return intake.finish(path.name)
+
+
+def annotations_in(path: Path) -> Path:
+    """The folder of the XML files."""
+    return path / "Annotations" if (path / "Annotations").is_dir() else path
+
+
+def _files(path: Path, spool: Spool | None) -> tuple[Path, list[str]]:
+    """A folder, and the names of the XML files in it and below, sorted; plain names, since there can be 100,000."""
+    if path.is_file():
+        return path.parent, [path.name]
+    folder = annotations_in(path)
+    return folder, [name for name in names_below(folder, spool) if name.endswith(".xml")]
+
+
+def _read_file(path: str, spool: Spool | None, shared: _Shared) -> _Picture:
+    """What a file says; equal texts about tracks are kept once, in ``shared``."""
+    name = sys.intern(path.rpartition("/")[2])
+    small = small_elements(content_of(path, spool, SMALL + 1), "annotation", _WANTED)
+    if small is not None:
+        try:
+            picture = _picture_of(small, name, shared)
+            if all(isinstance(each.corners, tuple) for each in picture.objects):
+                return picture
+        except ImportFormatError:
+            pass
+    # Once more, with the line of every element.
+    return _picture_of(elements(_on_disk(path, spool), "annotation", _WANTED), name, shared)
+
+
+def _on_disk(path: str, spool: Spool | None) -> Path:
+    return Path(path) if spool is None else spool.on_disk(path)
+
+
+def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _Shared) -> _Picture:
+    filename, folder, size, line = "", "", (0.0, 0.0), 0
+    objects: list[_Object] = []
+    for node in nodes:
+        if node.tag == "filename":
+            filename = node.text
+        elif node.tag == "folder":
+            folder = sys.intern(node.text) or folder
+        elif node.tag == "path":
+            folder = folder or sys.intern(node.text.replace("\\", "/").rpartition("/")[0].rpartition("/")[2])
+        elif node.tag == "size":
+            size, line = (_real(node, "width", file), _real(node, "height", file)), node.line
+        else:
+            objects.append(_object(node, file, shared))
+    return _Picture(file, filename, folder, size, line, objects)
+
+
+def _offset(path: Path, found: list[_Picture], intake: Intake) -> int:
+    """1 where corners count from 1, else 0: as said, as our manifest tells, else by the numbers of all files."""
+    asked = intake.target.switches.get("coordinates", "auto")
+    known = [(each, one, one.corners) for each in found for one in each.objects if isinstance(one.corners, tuple)]
+    zero = next(((each, one) for each, one, corners in known if min(corners[:2]) < 1), None)
+    if asked == "auto":
+        asked = told_by_manifest(path if path.is_dir() else path.parent, "coordinates") or asked
+    if asked == "devkit":
+        if zero is not None:
+            raise refuse(
+                zero[0].file,
+                zero[1].line,
+                "a corner below 1 cannot count from 1 as the VOC devkit does. Import with coordinates=cvat.",
+            )
+        return 1
+    if asked == "cvat" or not known:
+        return 0
+    whole = all(value == int(value) for *_, corners in known for value in corners if math.isfinite(value))
+    if whole and zero is None:
+        intake.repair(
+            f"{path.name}: corners are whole numbers from 1 on, as in the VOC devkit; xmin and ymin were lowered by 1 "
+            "(coordinates=cvat leaves them)."
+        )
+        return 1
+    why = "some have decimals" if not whole else "one lies below 1"
+    intake.repair(f"{path.name}: corners were taken as edges from 0, as CVAT writes them, since {why}.")
+    return 0
+
+
+def _real(node: XmlNode, name: str, file: str) -> float:
+    try:
+        return real_number(node.value(name))
+    except ValueError:
+        child = node.child(name)
+        line = node.line if child is None else child.line
+        got = "nothing" if child is None else repr(child.text[:40])
+        raise refuse(file, line, f"<{name}> of <{node.tag}> must be a number. Got {got}.") from None
+
+
+def _corners(found: _Object) -> Edges:
+    if isinstance(found.corners, ImportFormatError):
+        raise found.corners
+    return found.corners
+
+
+def _corners_of(node: XmlNode, file: str) -> Edges | ImportFormatError:
+    box = node.child("bndbox")
+    if box is None:
+        return refuse(file, node.line, "<object> must have <bndbox>. Correct it.")
+    try:
+        x1, y1, x2, y2 = (_real(box, name, file) for name in _CORNERS)
+    except ImportFormatError as error:
+        return error
+    return x1, y1, x2, y2
+
+
+def _object(node: XmlNode, file: str, shared: _Shared) -> _Object:
+    attributes = node.child("attributes")
+    said = {} if attributes is None else attributes.table("attribute", "name", "value")
+    number = said.get("score", node.value("score")).strip()
+    try:
+        score = real_number(number) if number else math.nan
+    except ValueError:
+        raise refuse(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
+    track = said.get("track_id", "").strip()
+    uid = said.get("uid", "") or (f"track{track}" if track else "")
+    about = said.get("state", "open").strip(), said.get("source", "").strip() or "imported", said.get("note", "")
+    return _Object(
+        node.line,
+        _corners_of(node, file),
+        sys.intern(node.value("name")),
+        sys.intern(uid),
+        key=said.get("keyframe", "true").strip() in _TRUE,
+        occluded=node.value("occluded") in _TRUE or said.get("occluded", "").strip() in _TRUE,
+        ignore=node.value("difficult") in _TRUE,
+        score=score,
+        about=shared.setdefault(about, about),
+    )

@@ -1,0 +1,207 @@
+"""Of all pictures that an import lists: which are of the video at hand, and which frame each shows.
+
+The names are judged together. Pictures fall into rows: those with the same folder, and the same text before the number.
+Rows that name the video are its own; the others are left out and told. Where no row names it, a single one is taken,
+with a sentence if it names another video; several are refused. Each row counts from 0 or from 1 as a whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.counting import origin_of
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.picture_names import SHAPES
+from tsr_engine.exchange.picture_rows import Listed, Nameless, Row, rows_of
+from tsr_engine.exchange.reading import place_of
+from tsr_engine.exchange.roboflow import refuse_changed_pictures
+from tsr_engine.exchange.spellings import plain_name
+
+__all__ = ["frames_of_pictures"]
+
+_NAMED = 5
+"""Videos that a message names."""
+
+
+def frames_of_pictures(
+    listed: Sequence[Listed], intake: Intake, folder: Path, more: Iterable[str] = ()
+) -> list[int | None]:
+    """The ordinal of each picture; None: it is of another video, which is told.
+
+    Args:
+        listed: all pictures of the import.
+        intake: is told, and has the video and the switches.
+        folder: of the import; a manifest of ours beside it settles what names are about.
+        more: names of pictures without boxes that a list beside the boxes has; they help to tell where numbers begin.
+
+    Raises:
+        ImportFormatError: names without number, numbers beyond the video, a count that may begin at 0 or at 1, several
+            videos of which none is this one, two pictures of one frame, or pictures that Roboflow has changed.
+    """
+    refuse_changed_pictures(folder, intake.target.video)
+    out: list[int | None] = [None] * len(listed)
+    rows, nameless, differ = rows_of(listed, intake.target.video, folder, more)
+    chosen = _chosen(rows, nameless, listed, intake)
+    for row in chosen:
+        _take(row, listed, intake, out)
+    _refuse_twins(listed, out, intake)
+    for place, what in differ:
+        if out[place] is not None:
+            intake.count(what, listed[place].file, f"{listed[place].name[:80]!r} {listed[place].instead[:80]}".strip())
+    _tell_others([row for row in rows if row not in chosen], nameless, listed, intake)
+    return out
+
+
+def _chosen(rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], intake: Intake) -> list[Row]:
+    """The rows of the video, or the only ones that can be."""
+    video, said = intake.target.video.name, intake.target.switches.get("video", "auto")
+    if said != "auto":
+        found = [row for row in rows if plain_name(said) in row.called]
+        if not found and listed:
+            raise _several(rows, listed, f"none is called {said[:80]!r}, as video={said[:80]} asks for")
+    else:
+        found = [row for row in rows if row.own]
+        # Where the file states the video of some pictures, a folder of that name says nothing of the others.
+        if any(row.stated for row in found):
+            found = [row for row in found if row.stated or not row.first.video]
+    bad = next((each for each in nameless if each.own or not found), None)
+    if bad is not None:
+        raise _no_number(listed[bad.place], bad.why)
+    if not found and rows and not any(row.settled for row in rows):
+        found = rows
+        # Pictures of one name can fall into several rows; of no name, each row can be another video.
+        kinds = {(row.label.casefold() or row.name.pattern, row.folder) for row in rows}
+        if len(kinds) > 1 or any(row.other for row in rows):
+            raise _several(rows, listed, f"nothing says which are of {video}")
+    if len({row.folder for row in found if not row.stated}) > 1:
+        raise _several(found, listed, f"nothing says which are of {video}", by_folder=True)
+    for name in dict.fromkeys(row.other_name for row in found if row.other_name):
+        intake.repair(
+            f"{listed[found[0].places[0]].file}: speaks of {name[:80]!r}, not of {video}. Its pictures were taken as "
+            f"frames of {video}; check that it is the right video."
+        )
+    return found
+
+
+def _take(row: Row, listed: Sequence[Listed], intake: Intake, out: list[int | None]) -> None:
+    """Find the frame of each picture of a row."""
+    video = intake.target.video
+    if row.seconds:
+        for place, seconds in zip(row.places, row.seconds, strict=True):
+            out[place] = _frame_at(seconds, listed[place], video)
+        intake.repair(f"{listed[row.places[0]].file}: the times in names of pictures were taken as the nearest frames.")
+        return
+    if row.frames:
+        for place, frame in zip(row.places, row.frames, strict=True):
+            out[place] = intake.frame(frame, listed[place].file, listed[place].line)
+        return
+    if row.name.doubtful and len(set(row.numbers)) < 2:
+        raise _no_number(listed[row.places[0]], "has two numbers, and nothing says which is the frame")
+    counted = origin_of(
+        *row.span,
+        video.frames,
+        asked=intake.target.switches.get("first_frame", "auto"),
+        custom=row.custom(),
+        what=row.what,
+        fail=lambda rule: refuse(listed[row.places[0]].file, listed[row.places[0]].line, rule),
+    )
+    last = video.frames - 1 + counted.origin
+    for place, number in (*zip(row.places, row.numbers, strict=True), *((row.places[0], end) for end in row.span)):
+        if not counted.origin <= number <= last:
+            raise refuse(
+                listed[place].file,
+                listed[place].line,
+                f"frame {number} must be in {counted.origin} to {last}, the frames of {video.name}. Check that it is "
+                "the right video and whether the file counts from 0 or 1 (first_frame).",
+            )
+    for place, number in zip(row.places, row.numbers, strict=True):
+        out[place] = number - counted.origin
+    if counted.told:
+        intake.repair(f"{listed[row.places[0]].file}: {counted.told}")
+
+
+def _frame_at(seconds: float, picture: Listed, video: DatasetVideo) -> int:
+    """The frame nearest to a time that counts from the first one."""
+    times = video.times
+    if times is None or not len(times):
+        raise refuse(
+            picture.file,
+            picture.line,
+            f"{picture.name[:80]!r} has a time, and the times of {video.name} are not known. Call it frame_000010.",
+        )
+    wanted = seconds + float(times[0])
+    frame = int(np.argmin(np.abs(times - wanted)))
+    beside = [abs(float(times[k] - times[frame])) for k in (frame - 1, frame + 1) if 0 <= k < len(times)]
+    # Names have rounded times.
+    if abs(float(times[frame]) - wanted) > min(beside, default=0.0) / 2 + 0.0005:
+        raise refuse(
+            picture.file,
+            picture.line,
+            f"the time {seconds:g} s in {picture.name[:80]!r} is that of no frame of {video.name}, which lasts "
+            f"{float(times[-1] - times[0]):.6g} s. Choose the right video.",
+        )
+    return frame
+
+
+def _refuse_twins(listed: Sequence[Listed], out: list[int | None], intake: Intake) -> None:
+    """Two pictures of one frame are of two videos, or one is a changed copy."""
+    seen: dict[int, int] = {}
+    again = 0
+    for place, frame in enumerate(out):
+        if frame is None:
+            continue
+        before = seen.setdefault(frame, place)
+        if before == place:
+            continue
+        one, two = listed[before], listed[place]
+        if one.name == two.name and one.file != two.file:
+            again += 1
+            continue
+        raise refuse(
+            two.file,
+            two.line,
+            f"is frame {frame}, as {place_of(one.file, one.line)} is. A frame has one picture: leave out the one of "
+            "another video, of another subset, or that is an augmented copy.",
+        )
+    if again:
+        intake.repair(f"{again} pictures are listed by several files; the boxes of all of these were taken.")
+
+
+def _tell_others(rows: list[Row], nameless: list[Nameless], listed: Sequence[Listed], intake: Intake) -> None:
+    if rows:
+        count = sum(len(row.places) for row in rows)
+        reason = f"They are of another video than {intake.target.video.name}"
+        intake.skip(f"{count} pictures", f"{reason}: {_listing(rows, lambda row: row.shown)}.")
+    if nameless:
+        first = listed[nameless[0].place]
+        reason = f"Their names have no frame number, and do not name {intake.target.video.name}"
+        intake.skip(f"{len(nameless)} pictures", f"{reason}; the first is {first.name[:80]!r}.")
+
+
+def _several(rows: list[Row], listed: Sequence[Listed], why: str, *, by_folder: bool = False) -> ImportFormatError:
+    file = listed[0].file
+    found = _listing(rows, lambda row: "/".join(row.folder) or row.shown if by_folder else row.shown)
+    return refuse(
+        file,
+        None,
+        f"has pictures of {found}; {why}. Choose with video=NAME, or import onto the video that it is about.",
+    )
+
+
+def _listing(rows: list[Row], name: Callable[[Row], str]) -> str:
+    counts: dict[str, int] = {}
+    for row in rows:
+        counts[name(row)] = counts.get(name(row), 0) + len(row.places)
+    named = [f"{label[:60]!r} ({count})" for label, count in list(counts.items())[:_NAMED]]
+    more = f" and {len(counts) - _NAMED} more" if len(counts) > _NAMED else ""
+    return ", ".join(named) + more
+
+
+def _no_number(picture: Listed, why: str) -> ImportFormatError:
+    what = "its name" if picture.name == picture.file else f"the picture {picture.name[:80]!r}"
+    return refuse(picture.file, picture.line, f"{what} {why}. Call it {SHAPES}.")
