@@ -32,7 +32,7 @@ $(VENV)/.installed: pyproject.toml
 	@touch $@
 
 $(VENV)/.tools: package.json $(VENV)/.installed
-	@$(BIN)/npm install --no-package-lock --no-audit --no-fund --silent
+	@$(BIN)/npm install --no-package-lock --no-audit --no-fund --loglevel=error
 	@touch $@
 
 install: $(VENV)/.installed ## make the environment (VENV, default .venv)

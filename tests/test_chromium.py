@@ -65,8 +65,9 @@ def test_root_gets_the_package_of_debian(
     assert (empty / "asked").read_text().count("install") == 1
 
 
-def test_others_get_one_from_npm_that_has_started_once(
-    empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("root", [False, True])
+def test_others_and_root_without_debian_get_one_from_npm_that_has_started_once(
+    root: bool, empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     tools = tmp_path / "tools"
     program(empty / "dirname", 'exec /usr/bin/dirname "$@"')
@@ -75,7 +76,7 @@ def test_others_get_one_from_npm_that_has_started_once(
     program(
         tools / "node", r'printf "#!/bin/sh\necho Chromium 1" > "$TMPDIR/chromium"; /bin/chmod +x "$TMPDIR/chromium"'
     )
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    monkeypatch.setattr(os, "geteuid", lambda: 0 if root else 1000)
     monkeypatch.setattr(sys, "executable", str(tools / "python"))
     chromium.main()
     assert capfd.readouterr().out == f"{chromium.OWN / 'start'}\n"
@@ -89,20 +90,22 @@ def test_others_get_one_from_npm_that_has_started_once(
 
 
 def test_what_cannot_be_fetched_is_told_and_stops_nothing(
-    empty: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     program(empty / "apt-get", "exit 100")
+    program(tmp_path / "tools" / "npm", "exit 7")
     monkeypatch.setattr(os, "geteuid", lambda: 0)
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "tools" / "python"))
     chromium.main()
     said = capfd.readouterr()
     assert said.out == ""
+    assert "Debian's chromium could not be installed" in said.err
     assert "No Chromium could be fetched" in said.err
     assert "are left out" in said.err
 
 
-@pytest.mark.parametrize("named", ["", "/elsewhere/chrome"])
-def test_what_did_not_run_is_said_before_the_closing_line_of_the_runner(named: str) -> None:
-    environment = {**os.environ, "CHROMIUM": named}
+def test_what_did_not_run_is_said_before_the_closing_line_of_the_runner() -> None:
+    environment = {**os.environ, "CHROMIUM": "/elsewhere/chrome"}
     environment.pop("TSR_DATA", None)
     command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "2", "tests/e2e/test_two_pages.py"]
     result = subprocess.run([*command, "tests/geometry"], env=environment, cwd=ROOT, capture_output=True, text=True)

@@ -1,8 +1,8 @@
 """Where the browser of the tests is; as a script it fetches one where there is none, and prints its path.
 
 ``CHROMIUM`` names one; set but empty it means none. Otherwise the first on the PATH is taken. Where there is none, root
-gets Debian's package; others get the build that the npm package ``@sparticuz/chromium`` carries, in a folder of the
-environment.
+gets Debian's package. Others, and who does not get that one, get the build that the npm package
+``@sparticuz/chromium`` carries, in a folder of the environment.
 """
 
 from __future__ import annotations
@@ -45,18 +45,19 @@ def find() -> Path | None:
 
 
 def fetch() -> None:
-    """Install one, by the package manager of the system or into the environment.
+    """Install one, by the package manager of the system, else into the environment.
 
     Raises:
         OSError: a program that this needs is missing, or the browser does not start.
         subprocess.SubprocessError: a program failed.
     """
     if shutil.which("apt-get") and os.geteuid() == 0:
-        _say("Installing Debian's chromium, once ...")
-        quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-        for words in (["update", "-qq"], ["install", "-y", "-qq", "chromium"]):
-            _run(["apt-get", *words], quiet)
-        return
+        try:
+            _install()
+        except subprocess.SubprocessError as error:
+            _say(f"Debian's chromium could not be installed ({error}).")
+        else:
+            return
     _say(f"Fetching a Chromium into {OWN}, once ...")
     OWN.mkdir(parents=True, exist_ok=True)
     tools = Path(sys.executable).parent
@@ -72,6 +73,13 @@ def fetch() -> None:
     except (OSError, subprocess.SubprocessError):
         start.unlink()
         raise
+
+
+def _install() -> None:
+    _say("Installing Debian's chromium, once ...")
+    quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    for words in (["update", "-qq"], ["install", "-y", "-qq", "chromium"]):
+        _run(["apt-get", *words], quiet)
 
 
 def _run(command: list[str], environment: dict[str, str] | None = None, folder: Path | None = None) -> None:

@@ -355,7 +355,11 @@ class Intake:
         if self._outside:
             self.skip(f"{self._outside} boxes", f"They lie outside of the picture; the first: {self._first_outside}.")
         if self._bad:
-            self.skip(f"{self._bad} boxes", f"They are none ({BAD_BOXES.name}=skip); the first: {self._first_bad}")
+            self.skip(
+                f"{self._bad} boxes",
+                "They have no area, or coordinates that are missing or no numbers "
+                f"({BAD_BOXES.name}=skip); the first: {self._first_bad}",
+            )
         for what, (count, file, line) in self._counts.items():
             self._repaired.append(f"{what}: {count}; the first is {place_of(file, line)}.")
         for name, (count, file, line) in self._unknown.items():
