@@ -1,8 +1,13 @@
-"""Constant velocity of centre and size: the usual filter of box trackers."""
+"""Constant velocity of centre and size: the usual filter of box trackers.
+
+The process noise is filterpy's. The two steps are our own, because filterpy multiplies by BLAS, whose last digits depend
+on the processor (see :mod:`tsr_engine.products`); a test holds them against filterpy's filter.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from filterpy.common import Q_discrete_white_noise
 
 from tsr_engine.products import product
 from tsr_engine.protocols import DETECTION, MotionState, Sight
@@ -45,7 +50,7 @@ class ConstantVelocityMotion:
         F = np.eye(8)
         F[:4, 4:] = dt * np.eye(4)
         w, h = state.mean[2:4]
-        block = np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
+        block = Q_discrete_white_noise(dim=2, dt=dt, var=1.0)
         Q = np.kron(block, np.diag((self._process * np.array([w, h, w, h])) ** 2))
         x = state.mean.copy()
         x[:4] += dt * x[4:]
