@@ -232,6 +232,22 @@ def test_the_first_of_several_streams_is_read(corpus: Any, tmp_path: Path, suffi
     assert "has 2 video streams: the first is read (96x64 h264), not 128x64 h264." in warning
 
 
+@pytest.mark.parametrize("packet", [15, 30, 41, 55])
+def test_packets_that_a_transport_stream_lost_are_damage(corpus: Any, made: Get, tmp_path: Path, packet: int) -> None:
+    """Whole pictures may be lost without a word of the decoder: counters of the packets tell."""
+    content = made("ts").path.read_bytes()
+    path = tmp_path / "holed.ts"
+    path.write_bytes(content[: 188 * packet] + content[188 * (packet + 3) :])
+    with open_video(path) as video:
+        frames = list(video.frames())
+        assert any(frame.corrupt for frame in frames)
+        assert "with damage, or predicted from damage." in " ".join(video.warnings)
+        for k in np.random.default_rng(3).permutation(len(frames)):
+            again = video.read(int(k))
+            assert again.corrupt == frames[k].corrupt
+            assert again.corrupt or np.array_equal(again.picture, frames[k].picture)
+
+
 @pytest.mark.parametrize("kind", ["gif", "apng", "wmv", "flv"])
 def test_the_new_kinds_say_that_they_are_cut(corpus: Any, made: Get, tmp_path: Path, kind: str) -> None:
     path = corpus.cut(made(kind), tmp_path / f"cut{made(kind).path.suffix}", 0.6)

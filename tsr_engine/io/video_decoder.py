@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 import av
@@ -19,7 +21,7 @@ from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_kinds import Kind
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import open_container, reason
-from tsr_engine.io.video_times import NO_TIME, Scan
+from tsr_engine.io.video_times import LEAP, NO_TIME, Scan
 from tsr_engine.records import Picture
 
 # A demuxer that fails this often in a row will not find its way back into the file.
@@ -27,6 +29,8 @@ _PATIENCE = 8
 _BIDIRECTIONAL = int(PictureType.B)
 # H.264 allows 16 reference pictures; encoders that code everything bidirectionally would never stop waiting.
 _LONGEST_RUN = 16
+# Packets that bytes may be missing from where the demuxer marks the first of them.
+_REACH = 3
 # Packets with a place of their own that a search by bytes goes back where it does not arrive otherwise.
 _ANCHORS = 6
 
@@ -151,6 +155,7 @@ class Decoder:
         self.packets, self.discarded, self.untimed, self.failed = count, 0, 0, 0
         self._lost = self._begun = self._shown = False
         self._held: Any = None
+        self._holed: set[int] = set()
 
     def close(self) -> None:
         """Close the file; closing twice is harmless."""
@@ -232,10 +237,8 @@ class Decoder:
         return mark_damage(self._decoded())
 
     def _decoded(self) -> Iterator[Decoded]:
-        for packet in self._packets():
-            if packet.size:
-                self._begun |= bool(packet.is_keyframe)
-                packet.pts = self._stamp(packet)
+        for packet in self._stamped():
+            self._begun |= bool(packet.size and packet.is_keyframe)
             for raw in self._decode(packet):
                 self._begun = True
                 if raw.pts is None:
@@ -243,12 +246,43 @@ class Decoder:
                     self.tainted = True
                 else:
                     self.sizes.setdefault((int(raw.width), int(raw.height)), raw.pts)
-                    self.tainted |= bool(raw.is_corrupt)
-                    corrupt = bool(raw.is_corrupt) or self._lost
+                    corrupt = bool(raw.is_corrupt) or raw.pts in self._holed
+                    self.tainted |= corrupt
+                    corrupt |= self._lost
                     self._lost = False
                     key = bool(raw.key_frame) and not (self.kind.layered and self._shown)
                     self._shown = True
                     yield Decoded(raw.pts, key, corrupt, raw)
+
+    def _stamped(self) -> Iterator[Any]:
+        """The packets with their stamps. Those of a transport stream that miss bytes by its counters are noted.
+
+        What the demuxer says of one packet is about the next few too. It says so of whole ones where files were joined.
+        """
+        counted = self.kind.demuxer == "mpegts"
+        waiting: deque[Any] = deque()
+        holed = excused = 0
+        for packet in chain(self._packets(), [None] * _REACH):
+            if packet is not None:
+                if packet.size:
+                    packet.pts = self._stamp(packet)
+                if waiting and self._begins_anew(waiting[-1], packet):
+                    excused = len(waiting) + 1
+            waiting.append(packet)
+            if len(waiting) <= _REACH:
+                continue
+            first = waiting.popleft()
+            holed = _REACH if counted and first.is_corrupt and not excused else holed - 1
+            excused -= 1 if excused else 0
+            if holed > 0 and first.size and first.pts is not None:
+                self._holed.add(int(first.pts))
+            yield first
+
+    def _begins_anew(self, last: Any, packet: Any) -> bool:
+        """Whether decoding times run back from one packet to the next by more than damage would explain."""
+        if last.dts is None or packet.dts is None:
+            return False
+        return bool((last.dts - packet.dts) * self.time_base > LEAP)
 
     def _packets(self) -> Iterator[Any]:
         failures = 0

@@ -12,14 +12,14 @@ import numpy as np
 
 from tsr_engine.io.frame_table import BoolArray, FrameLedger, IntArray
 
-__all__ = ["NO_TIME", "Scan", "Timeline"]
+__all__ = ["LEAP", "NO_TIME", "Scan", "Timeline"]
 
 NO_TIME = -(2**62)
 """Stands for a time that a packet does not have. A stamp in a file of timed packets is, for a packet without a time,
 its byte position above this."""
 _REORDERED = 16
 """Pictures that can follow another one in the file and be shown before it, at most."""
-_LEAP = 1
+LEAP = 1
 """Seconds: times that run back by more begin anew. Damage puts single pictures out of order by less."""
 
 
@@ -131,7 +131,7 @@ class Timeline:
         self.turns: list[tuple[int, float, float]] = []
         self._base = base
         self._step = 1 / (rate * base)
-        self._leap = int(_LEAP / base)
+        self._leap = int(LEAP / base)
         self.address = address
         self._ledger = ledger
         self._scan = scan
