@@ -1,7 +1,7 @@
 """Constant velocity of centre and size: the usual filter of box trackers.
 
-The process noise is filterpy's. The two steps are our own, because filterpy multiplies by BLAS, whose last digits depend
-on the processor (see :mod:`tsr_engine.products`); a test holds them against filterpy's filter.
+The process noise is filterpy's. The two steps are our own: filterpy multiplies by BLAS, whose last digits depend on the
+processor (see :mod:`tsr_engine.products`). A test holds them against filterpy's filter.
 """
 
 from __future__ import annotations
