@@ -26,11 +26,13 @@ class Switch:
         name: as in ``--option name=value``.
         values: what it can be; the first is what it is when nobody says.
         help: one sentence.
+        free: any other text counts as well, such as a name that stands in the file.
     """
 
     name: str
     values: tuple[str, ...]
     help: str
+    free: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,7 +68,7 @@ def switches_of(format: Format, given: dict[str, str], *, reading: bool) -> dict
         if name not in known:
             have = ", ".join(known) or "none"
             raise UsageError(f"{format.title} has no option {name!r}; its options are: {have}. Leave it out.")
-        if value not in known[name].values:
+        if value not in known[name].values and not (known[name].free and value.strip()):
             can = ", ".join(known[name].values)
             raise UsageError(f"The option {name} of {format.title} must be one of {can}. Got {value!r}.")
     return {name: given.get(name, switch.values[0]) for name, switch in known.items()}
