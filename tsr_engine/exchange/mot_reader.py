@@ -1,9 +1,8 @@
-"""Reads MOT: ground truth (``gt/gt.txt``, nine columns) and results or detections (ten columns)."""
+"""Reads MOT's rows: ground truth (``gt/gt.txt``), results and detections, and those of other trackers."""
 
 from __future__ import annotations
 
 import configparser
-import csv
 import io
 import math
 from collections.abc import Iterator
@@ -16,9 +15,11 @@ from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.mot_columns import VISDRONE, Columns, columns_of
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import read_rows, real
+from tsr_engine.exchange.subject import likeness
 from tsr_engine.io.plain_numbers import real_number
 
 __all__ = ["NAMES", "SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
@@ -27,8 +28,11 @@ NAMES = "labels.txt"
 SIDE = "tracks.csv"
 SIDE_COLUMNS = ("id", "uid", "state", "source", "note")
 _SEQUENCE = "seqinfo.ini"
+_WIDTHS = (7, 9, 10)
 _OCCLUDED = 0.5
 """Signs that are less visible count as occluded."""
+_MOSTLY = 2
+"""VisDrone's occlusion of more than half of a sign."""
 _SUBSETS = ("train", "val", "test")
 
 
@@ -46,7 +50,7 @@ class _Counting:
 
     frame: int
     place: int
-    label: int
+    label: int | None
 
 
 def read_mot(path: Path, target: ImportTarget) -> Dataset:
@@ -60,8 +64,9 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     origin = switches.get("origin", "auto")
     if origin == "auto":
         origin = told_by_manifest(path if path.is_dir() else path.parent, "origin") or "0"
+    first = switches.get("first_class", "auto")
     counting = _Counting(
-        int(switches.get("first_frame", "1")), int(origin == "1"), int(switches.get("first_class", "1"))
+        int(switches.get("first_frame", "1")), int(origin == "1"), None if first == "auto" else int(first)
     )
     found = _sequences(path, target)
     loose = LooseBoxes(intake, path.name)
@@ -98,20 +103,28 @@ def _sequences(path: Path, target: ImportTarget) -> list[_Sequence]:
 def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake: Intake, loose: LooseBoxes) -> None:
     inside = path if path.is_dir() else path.parent
     file = sequence.rows.relative_to(inside).as_posix()
-    scale = _scale(sequence.root / _SEQUENCE, intake)
+    scale = _about(sequence.root / _SEQUENCE, path, intake)
     names = _names(sequence)
+    rows = [
+        (line, cells, [_real(cell, at, file, line) for at, cell in enumerate(cells)])
+        for line, cells in _rows(sequence.rows, file)
+    ]
+    if not rows:
+        return
+    columns = _columns([values for _, _, values in rows], sequence, names, file, intake)
+    extras = _Extras(columns, names, counting.label, file, intake)
+    zero = _zero_is_an_id([values for _, _, values in rows])
     uids = _described(sequence.rows.parent / SIDE)
     told: set[str] = set()
-    for line, cells in _rows(sequence.rows, file):
-        values = [_real(cell, at, file, line) for at, cell in enumerate(cells)]
+    for line, cells, values in rows:
         frame = intake.frame(values[0], file, line, origin=counting.frame)
         number, x, y, w, h = values[1:6]
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(file, line, f"the track id must be a whole number. Got {cells[1].strip()[:40]!r}.")
         x, y = x - counting.place, y - counting.place
         edges = (x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1])
-        label, score, ignore, occluded = _rest(values, cells, names, counting, intake, file, line)
-        if number <= 0:
+        label, score, ignore, occluded = extras(values, cells, line)
+        if number < 0 or (number == 0 and not zero):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
             continue
         uid, state, source, note = uids.get(int(number), (f"track{int(number)}", "open", "imported", ""))
@@ -123,45 +136,77 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
             intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
 
 
-def _rest(
-    values: list[float],
-    cells: list[str],
-    names: list[str] | None,
-    counting: _Counting,
-    intake: Intake,
-    file: str,
-    line: int,
-) -> tuple[int, float, bool, bool]:
+def _zero_is_an_id(rows: list[list[float]]) -> bool:
+    """Whether id 0 is a track, as trackers that count from 0 have it: no frame has it twice."""
+    frames = [values[0] for values in rows if values[1] == 0]
+    return len(frames) == len(set(frames))
+
+
+def _columns(
+    rows: list[list[float]], sequence: _Sequence, names: list[str] | None, file: str, intake: Intake
+) -> Columns:
+    said = intake.target.switches.get("columns", "auto")
+    truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
+    columns = columns_of(rows, said, truth=truth, named=names is not None)
+    if columns is None:
+        raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={said} does not fit. Choose another value.")
+    if columns.told:
+        intake.repair(f"{file}: {columns.told}.")
+    return columns
+
+
+class _Extras:
     """Class, score, ignored and occluded of a row."""
-    if len(values) != 9:
-        # Results: confidence, then three columns for positions in space.
-        score = values[6] if len(values) > 6 else math.nan
-        return UNSAID, math.nan if score == -1 else score, False, False
-    flag, number, visibility = values[6:]
-    if flag not in (0.0, 1.0):
-        raise refuse(
-            file, line, f"column 7 must be 0 (ignore) or 1. Got {cells[6].strip()[:40]!r}; results have 10 columns."
+
+    def __init__(self, columns: Columns, names: list[str] | None, first: int | None, file: str, intake: Intake) -> None:
+        self._columns = columns
+        self._listed = names is not None
+        self._names = names if columns.names is None else list(columns.names)
+        self._first = columns.first_class if first is None or columns.names is not None else first
+        self._file = file
+        self._intake = intake
+
+    def __call__(self, values: list[float], cells: list[str], line: int) -> tuple[int, float, bool, bool]:
+        """Of one row; refuses what a column cannot be."""
+        at = self._columns
+        flag = 1.0 if at.flag is None or (at.score is not None and values[at.flag] == -1) else values[at.flag]
+        if flag not in (0.0, 1.0):
+            got = f"Got {cells[6].strip()[:40]!r}; results have 10 columns."
+            raise refuse(self._file, line, f"column 7 must be 0 (ignore) or 1. {got}")
+        seen = 1.0 if at.visibility is None else values[at.visibility]
+        if not -1 <= seen <= 1:
+            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {cells[8].strip()[:40]!r}.")
+        score = math.nan if at.score is None or values[at.score] == -1 else values[at.score]
+        occluded = 0 <= seen < _OCCLUDED or (at.occlusion is not None and values[at.occlusion] >= _MOSTLY)
+        label = UNSAID if at.label is None else self._label(values[at.label], cells[at.label], line)
+        region = at.names is VISDRONE and at.label is not None and values[at.label] == 0
+        return label, score, flag == 0.0 or region, occluded
+
+    def _label(self, number: float, cell: str, line: int) -> int:
+        if not (math.isfinite(number) and number == int(number)):
+            raise refuse(self._file, line, f"the class must be a whole number. Got {cell.strip()[:40]!r}.")
+        if number == -1:  # what the columns that nobody uses hold
+            return UNSAID
+        said = None if self._listed else self._intake.target.label_map.get(str(int(number)))
+        if said is not None:
+            return said
+        place = int(number) - self._first
+        if self._names is not None:
+            if not 0 <= place < len(self._names):
+                raise refuse(
+                    self._file,
+                    line,
+                    f"class {int(number)} must be {self._first} to {len(self._names) - 1 + self._first}, the lines of "
+                    f"{NAMES}. Import with first_class={1 - self._first} if it counts from there.",
+                )
+            return self._intake.label(self._names[place], self._file, line)
+        self._intake.count(
+            f"Rows without {NAMES} took their class number, counted from {self._first} (first_class), as the tool's",
+            self._file,
+            line,
         )
-    if not -1 <= visibility <= 1:
-        raise refuse(file, line, f"the visibility must be in 0 to 1, or -1. Got {cells[8].strip()[:40]!r}.")
-    if not (math.isfinite(number) and number == int(number)):
-        raise refuse(file, line, f"the class must be a whole number. Got {cells[7].strip()[:40]!r}.")
-    if number == -1:  # what the columns that nobody uses hold
-        label = UNSAID
-    elif names is None:
-        label = intake.label(str(int(number)), file, line)
-        intake.count("Rows without labels.txt took their class number as the tool's", file, line)
-    else:
-        place = int(number) - counting.label
-        if not 0 <= place < len(names):
-            raise refuse(
-                file,
-                line,
-                f"class {int(number)} must be {counting.label} to {len(names) - 1 + counting.label}, the lines of "
-                f"{NAMES}. Import with first_class={1 - counting.label} if it counts from there.",
-            )
-        label = intake.label(names[place], file, line)
-    return label, math.nan, flag == 0.0, 0 <= visibility < _OCCLUDED
+        known = 0 <= place < len(self._intake.target.labels)
+        return place if known else self._intake.label(f"class {int(number)} of column 8", self._file, line)
 
 
 def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
@@ -170,10 +215,10 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
     for line, content in enumerate(read_text(path).splitlines(), start=1):
         if not content.strip():
             continue
-        cells = content.split(",") if "," in content else content.split()
+        cells = _cells(content)
         if not width:
             width = len(cells)
-            if width not in (7, 9, 10):
+            if width not in _WIDTHS:
                 raise refuse(
                     file,
                     line,
@@ -183,6 +228,13 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
         if len(cells) != width:
             raise refuse(file, line, f"must have {width} columns as the rows before. Got {len(cells)}.")
         yield line, cells
+
+
+def _cells(content: str) -> list[str]:
+    """Cells between commas, semicolons, tabs or spaces; one mark may close the row."""
+    mark = next((mark for mark in ",;" if mark in content), None)
+    cells = content.split(mark)
+    return cells[:-1] if mark and not cells[-1].strip() else cells
 
 
 def _real(cell: str, at: int, file: str, line: int) -> float:
@@ -219,18 +271,27 @@ def _described(path: Path) -> dict[int, tuple[str, str, str, str]]:
     return out
 
 
-def _scale(path: Path, intake: Intake) -> tuple[float, float]:
-    """By ``seqinfo.ini`` if there is one."""
+def _about(path: Path, folder: Path, intake: Intake) -> tuple[float, float]:
+    """What ``seqinfo.ini`` says of the sequence, if there is one: its name, length and size; gives the scale."""
     if not path.is_file():
         return 1.0, 1.0
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
-        width, height = (real_number(parser["Sequence"][name]) for name in ("imWidth", "imHeight"))
-    except (configparser.Error, KeyError, ValueError) as error:
+        told = parser["Sequence"] if parser.has_section("Sequence") else {}
+        length, width, height = (
+            real_number(told[name]) if told.get(name) else math.nan for name in ("seqLength", "imWidth", "imHeight")
+        )
+    except (configparser.Error, ValueError) as error:
         first = str(error).splitlines()[0]
-        raise refuse(path.name, None, f"must have [Sequence] with imWidth and imHeight: {first}. Correct it.") from None
-    return intake.scale(width, height, path.name)
+        raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
+    video = intake.target.video
+    name = told.get("name", "").replace("\\", "/").rsplit("/", 1)[-1]
+    if name and not likeness(name, video) and not is_called(folder, video, name):
+        intake.repair(f"{path.name}: speaks of {name[:80]}. It was taken to be about {video.name}.")
+    if math.isfinite(length) and length != video.frames:
+        intake.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
+    return intake.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)
 
 
 def sniff_mot(path: Path) -> bool:
@@ -250,8 +311,10 @@ def _looks_like_rows(path: Path) -> bool:
     with path.open("rb") as stream:
         start = stream.read(1 << 12)
     line = next((part for part in start.decode("latin-1").splitlines() if part.strip()), "")
-    cells = next(csv.reader([line]), [])
+    cells = _cells(line)
     try:
-        return len(cells) in (7, 9, 10) and all(math.isfinite(real_number(cell)) or cell for cell in cells)
+        values = [real_number(cell) for cell in cells]
     except ValueError:
         return False
+    # Polygons of YOLO have spaces between their numbers too, but shares of the picture for the second.
+    return len(values) in _WIDTHS and ("," in line or (values[0] == values[0] // 1 and values[1] == values[1] // 1))
