@@ -9,13 +9,14 @@ from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.sidecar import read_side
+from tsr_engine.io.gtsrb import table_rows
 from tsr_engine.io.plain_numbers import whole_number
 
 __all__ = ["OWN", "SIDE", "read_crops", "sniff_crops"]
 
 SIDE = "crops.csv"
 OWN = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
-_COLUMNS = ("Filename", "Width", "Height", "Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
+_NUMBERS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
 
 
 def read_crops(path: Path, target: ImportTarget) -> Dataset:
@@ -79,20 +80,12 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
 
 def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[int, ...]]]) -> None:
     name = table.relative_to(root).as_posix()
-    for line, content in enumerate(read_text(table).splitlines(), start=1):
-        cells = [cell.strip() for cell in content.split(";")]
-        if line == 1:
-            if tuple(cells) != _COLUMNS:
-                raise refuse(name, 1, f"the header must be {';'.join(_COLUMNS)}. Got {content[:80]!r}.")
-            continue
-        if not content.strip():
-            continue
-        if len(cells) != len(_COLUMNS):
-            raise refuse(name, line, f"must have {len(_COLUMNS)} cells. Got {len(cells)}.")
-        numbers = tuple(_whole(cell, column, name, line) for column, cell in zip(_COLUMNS[3:], cells[3:], strict=True))
-        file = (table.parent / cells[0]).relative_to(root).as_posix()
+    for line, row in table_rows(read_text(table), lambda line, rule: refuse(name, line, rule)):
+        numbers = tuple(_whole(row.get(column, ""), column, name, line) for column in _NUMBERS)
+        given = row.get("Path") or row.get("Filename", "")
+        file = (table.parent.relative_to(root) / given.lstrip("/")).as_posix()
         if file in out:
-            raise refuse(name, line, f"{cells[0][:60]} is there twice. Delete one of the lines.")
+            raise refuse(name, line, f"{given[:60]} is there twice. Delete one of the lines.")
         out[file] = (name, line, numbers)
 
 
