@@ -365,6 +365,20 @@ def test_what_a_project_must_say(
         read(_project(*(_task(place, name) for place, name in enumerate(tasks, 1)), tracks=tracks, said=said))
 
 
+def test_tracks_of_two_tasks_without_tasks_are_refused(read: Read) -> None:
+    content = _project(tracks={1: (3, 8), 2: (43, 48)})
+    for text in (content, content.replace("<meta><project><tasks>\n</tasks></project></meta>", "")):
+        with pytest.raises(ImportFormatError, match="it is of task 2, elements before of task 1"):
+            read(text)
+    assert tracks_of(read(_project(tracks={1: (3, 8)})))["cvat-0"].frames[0] == 3
+
+
+def test_flags_in_words_as_older_fiftyone_has_them(read: Read) -> None:
+    rows = (FIFTYONE.format(frame, 100, frame == 16, 'keyframe="True"') for frame in (10, 16))
+    track = tracks_of(read(_file(_track(*rows))))["cvat-0"]
+    assert track.frames.tolist() == list(range(10, 16))
+
+
 def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
     content = _project(_task(1, "a/drive.mp4"), _task(2, "b/drive.mp4", name="rear"), tracks={1: (3, 8), 2: (104, 109)})
     assert tracks_of(read(content, task="1"))["cvat-0"].frames[0] == 3

@@ -204,6 +204,7 @@ OTHER = "/data/upload/1/55aa3c4d-other.mp4"
         "C:\\videos\\drive.mp4",
         "/data/local-files/?d=drive.mp4",
         "/data/local-files/?d=dir%2Fsub/drive.mp4",
+        "/data/local-files/?d=dir#1/drive.mp4",
         "https://bucket.s3.amazonaws.com/a/drive.mp4?X-Amz-Signature=abc&X-Amz-Expires=1",
         "https://storage.googleapis.com/b/drive.mp4?GoogleAccessId=a%40b&Signature=x%2B",
         "https://account.blob.core.windows.net/c/drive.mp4?sv=2020&sig=a%3D",
@@ -229,6 +230,7 @@ def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
         ("100% drive #1 ü.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_u.mp4"),
         ("100% drive #1 ü.mp4", "/data/local-files/?d=100%25%20drive%20%231%20%C3%BC.mp4"),
         ("100% drive #1 ü.mp4", "s3://bucket/100% drive #1 u\u0308.mp4"),
+        ("100% drive #1 ü.mp4", "/data/local-files/?d=100% drive #1 ü.mp4"),
         ("my (2) drive.mp4", "/data/upload/1/1a2b3c4d-my_2_drive.mp4"),
     ],
 )
@@ -255,7 +257,7 @@ def test_a_single_task_about_another_video_is_taken_and_told(tmp_path: Path) -> 
 
 def test_the_upload_tells_where_the_address_does_not(tmp_path: Path) -> None:
     tasks = [*_about(OTHER), *_about("https://host/v/17", file_upload="1a2b3c4d-drive.mp4")]
-    tasks[1]["predictions"][0]["result"][0]["value"]["sequence"][0]["frame"] = 13
+    tasks[1]["predictions"][0]["result"][0]["value"]["sequence"][0] |= {"frame": 13, "time": 0.52}
     assert _first(_read(tmp_path, tasks)) == 12
 
 
@@ -308,6 +310,55 @@ def test_exports_of_less_are_told_apart(tmp_path: Path, name: str, content: str)
     path.write_text(content)
     with pytest.raises(ImportFormatError, match=rf"{name}.*Export as JSON, not JSON-MIN"):
         read_dataset(path, target_of(a_dataset()))
+
+
+def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
+    """The sample with these frames and times."""
+    content = copy.deepcopy(SAMPLE)
+    box = {"x": 10, "y": 20, "width": 5, "height": 10, "enabled": True}
+    value = content[0]["predictions"][0]["result"][0]["value"]
+    value["sequence"] = [{"frame": frame, **box} | ({} if time is None else {"time": time}) for frame, time in keys]
+    value["sequence"][-1]["enabled"] = False
+    del value["framesCount"], value["duration"]
+    return content
+
+
+@pytest.mark.parametrize("keys", [((11, 0.44), (41, 1.64)), ((11, 0.4), (41, 1.6)), ((11, None), (41, None))])
+def test_times_of_both_customs_are_right(tmp_path: Path, keys: tuple[tuple[int, float | None], ...]) -> None:
+    assert _read(tmp_path, _keys(*keys)).repaired == ()
+
+
+def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:
+    at_24 = tuple((frame, frame / 24) for frame in (41, 61, 81))
+    with pytest.raises(ImportFormatError, match=r"key frame 1: frame 41 is at 1\.708.* drive\.mp4 has 25 frames/s"):
+        _read(tmp_path, _keys(*at_24))
+    with pytest.raises(ImportFormatError, match="key frame 1: frame 13 is at 0.4 s"):
+        _read(tmp_path, _keys((13, 0.4), (43, 1.6)))
+    told = _read(tmp_path, _keys((11, 0.44), (20, 0.1), (41, 1.64))).repaired
+    assert told == ("Key frames were taken by their number; their time is that of another: 1; the first is tasks.json, "
+                    "task 1, region 1, key frame 2.",)  # fmt: skip
+    told = _read(tmp_path, _with("0/data/fps", 30.0)).repaired
+    assert told == ("tasks.json, task 1: says 30 frames/s, drive.mp4 has 25 frames/s.",)
+
+
+def test_labels_that_stand_elsewhere(tmp_path: Path) -> None:
+    content = _with(f"{REGION}/value/labels", ...)
+    assert "Regions have no label: 1" in _read(tmp_path, content).repaired[0]
+    results = content[0]["predictions"][0]["result"]
+    results.append({"id": "t7", "type": "labels", "from_name": "videoLabels", "value": {"labels": ["stop"]}})
+    found = _read(tmp_path, content)
+    assert (tracks_of(found)["7f3a"].label, found.repaired, found.skipped) == (14, (), ())
+    results[1]["value"]["labels"] = ["stop", "yield"]
+    assert "Regions of several labels have the first one: 1" in _read(tmp_path, content).repaired[0]
+
+
+def test_a_region_that_does_not_say_where_it_ends(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    for key in content[0]["predictions"][0]["result"][0]["value"]["sequence"]:
+        del key["enabled"]
+    found = _read(tmp_path, content)
+    assert tracks_of(found)["7f3a"].frames[-1] == 99
+    assert "Regions without enabled do not say where they end" in found.repaired[0]
 
 
 def test_turned_boxes_become_upright(tmp_path: Path) -> None:

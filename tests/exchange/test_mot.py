@@ -171,3 +171,43 @@ def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
     _file(tmp_path, "seqinfo.ini", "[Sequence]\nimWidth=many\n")
     with pytest.raises(ImportFormatError, match="seqinfo.ini.*whole numbers"):
         _read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("other/gt/gt.txt", True), ("drive/gt/gt.txt", False), ("MOT17-02/gt/gt.txt", False), ("train/gt/gt.txt", False)],
+)
+def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, told: bool) -> None:
+    _file(tmp_path, name, _mot_rows("1,1,1"))
+    _file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
+    (tmp_path / "readme.md").write_text("")
+    assert _told(_read(tmp_path), "speaks of other", "drive.mp4") == told
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("other.txt", True),
+        ("uav0000013.txt", True),
+        ("drive.txt", False),
+        ("det.txt", False),
+        ("my_results.txt", False),
+    ],
+)
+def test_a_file_called_after_another_video_is_told(tmp_path: Path, name: str, told: bool) -> None:
+    assert _told(_read(_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "speaks of ") == told
+
+
+def test_the_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
+    for name in ("drive", "other"):
+        _file(tmp_path, f"{name}/gt/gt.txt", _mot_rows("1,1,1"))
+        _file(tmp_path, f"{name}/gt/labels.txt", "stop\n")
+    found = _read(tmp_path)
+    assert list(tracks_of(found)) == ["track4"]
+    assert [item.reason for item in found.skipped] == ["They are not about drive.mp4: other."]
+
+
+def test_frame_zero_names_the_switch(tmp_path: Path) -> None:
+    path = _file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=range(3)))
+    with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100.*first_frame=0"):
+        _read(path)

@@ -230,11 +230,18 @@ def test_our_json_about_another_video_says_so(tmp_path: Path) -> None:
     assert _read(tmp_path, "rows.json", content).repaired == ()
 
 
+def test_pictures_of_another_size_are_told(tmp_path: Path) -> None:
+    rows = "frame,x1,y1,x2,y2,width,height\n0,10,10,50,50,{},360\n"
+    assert _told(_read(tmp_path, "rows.csv", rows.format(1280)), "pictures of 1280x360 px, drive.mp4 has 640x360")
+    assert not _told(_read(tmp_path, "rows.csv", rows.format(640)), "pictures of")
+
+
 def test_boxes_of_any_kind() -> None:
     corners = {"x1": 10, "y1": 20, "x2": 30, "y2": 10, "x3": 40, "y3": 30, "x4": 20, "y4": 40}
     assert edges_of(corners, sized=False) == (10, 10, 40, 40)
     assert edges_of("{10.0,20.0,30.0,40.0}", sized=False) == (10, 20, 30, 40)
     assert edges_of("10 20 30 40", sized=True) == (10, 20, 40, 60)
+    assert edges_of({"x_min": "10", "y_min": "2.5", "x_max": "3e1", "y_max": "9"}, sized=False) == (10, 2.5, 30, 9)
     assert edges_of({"cx": 20, "cy": 30, "w": 4, "h": 6}, sized=False) == (18, 27, 22, 33)
     for wrong in ("", "a", [1, 2, 3], {"x1": 1}, {"x1": True, "y1": 1, "x2": 2, "y2": 2}, 7, None, "[" * 5000):
         assert edges_of(wrong, sized=False) is None

@@ -107,15 +107,15 @@ def attributes_of(node: Node) -> dict[str, str]:
 
 
 def flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
-    """A flag that is written 0 or 1.
+    """A flag that is written 0 or 1, or as older versions of FiftyOne write it, False or True.
 
     Raises:
         ImportFormatError: another value, or missing without default.
     """
     value = node.attrib.get(name, default) if default is not None else attribute(node, name, file)
-    if value not in ("0", "1"):
+    if str(value).lower() not in ("0", "1", "false", "true"):
         raise refuse(file, node.line, f"{name} of <{node.tag}> must be 0 or 1. Got {str(value)[:40]!r}.")
-    return value == "1"
+    return str(value).lower() in ("1", "true")
 
 
 def box_edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> tuple[float, float, float, float]:

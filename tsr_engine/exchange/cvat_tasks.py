@@ -95,6 +95,7 @@ class TaskOfVideo:
         frames, stop = intake.target.video.frames, None if self._task is None else self._task.stop
         if stop is not None and stop >= frames:
             intake.repair(f"{file}: its task ends with frame {stop}, {intake.target.video.name} with {frames - 1}.")
+        self._said = ""
         self.others = 0
         """Elements of other tasks."""
         size = self._task.size if self._task is not None else meta.child("original_size")
@@ -118,6 +119,12 @@ class TaskOfVideo:
         """
         said = node.attrib.get("task_id", "")
         if self._task is None or not self._task.project:
+            self._said = self._said or said
+            if said and said != self._said:
+                of = (
+                    f"it is of task {said[:20]}, elements before of task {self._said[:20]}, and no <tasks> tell of both"
+                )
+                raise refuse(file, node.line, f"{of}. Export the task of this video alone.")
             return True
         if said not in {task.id for task in self._known} and (said or len(self._known) > 1):
             of = f"task_id {said[:20]!r} is the id of no task" if said else "it does not say its task_id"

@@ -118,20 +118,77 @@ def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> N
     if len(answers) > 1:
         intake.skip(f"{file}, {where}: {len(answers) - 1} annotations", "Only the first of a task is taken.")
     elsewhere = _others(task, answers[0]["result"], intake.target.video)
+    labels = {
+        region.get("id"): _list(region["value"].get("labels"))
+        for region in answers[0]["result"]
+        if isinstance(region, dict)
+        and region.get("type") == "labels"
+        and isinstance(region.get("value"), dict)
+        and isinstance(region.get("id"), str)
+    }
+    drawn = {region.get("id") for region in answers[0]["result"] if _is_rectangle(region)}
+    times = _Times(intake, file, where)
     other = 0
     for place, region in enumerate(answers[0]["result"]):
         spot = f"{where}, region {place + 1}"
         if not isinstance(region, dict):
             raise refuse(file, spot, "must be an object. Correct it.")
-        if region.get("type") != "videorectangle":
-            other += 1
+        if not _is_rectangle(region):
+            other += not (region.get("type") == "labels" and region.get("id") in drawn)
             continue
         if _drawn_on(region) in elsewhere:
             intake.skip(f"{file}, {spot}", f"It is drawn on {elsewhere[_drawn_on(region)]}.")
             continue
-        _read_region(region, intake, file, spot)
+        _read_region(region, labels.get(str(region.get("id")), []), times, intake, file, spot)
+    times.settle((task.get("data") or {}).get("fps") if isinstance(task.get("data"), dict) else None)
     if other:
         intake.skip(f"{file}, {where}: {other} results", "They are no video rectangles.")
+
+
+def _is_rectangle(region: Any) -> bool:
+    return isinstance(region, dict) and region.get("type") == "videorectangle"
+
+
+class _Times:
+    """Holds the times of key frames against their numbers, which Label Studio makes of them at its own rate."""
+
+    def __init__(self, intake: Intake, file: str, where: str) -> None:
+        self._intake = intake
+        self._file = file
+        self._where = where
+        self._rate = float(intake.target.video.rate or 0)
+        self._seen = 0
+        self._wrong: list[str] = []
+        self._first = ""
+
+    def look(self, frame: int, time: Any, spot: str) -> None:
+        """One key frame: its time is that of its number from 1, or of its ordinal."""
+        if type(time) not in (int, float):
+            return
+        self._seen += 1
+        # Half a frame on either side: times are rounded, and some are those of the player.
+        if not frame - 0.5 <= time * self._rate <= frame + 1.5:
+            self._wrong.append(spot)
+            self._first = self._first or f"frame {frame + 1} is at {time:g} s"
+
+    def settle(self, fps: Any) -> None:
+        """Tell of what contradicts.
+
+        Raises:
+            ImportFormatError: most times are those of other frames.
+        """
+        video, rate = self._intake.target.video, f"{self._rate:g} frames/s"
+        if len(self._wrong) * 2 > self._seen:
+            raise refuse(
+                self._file,
+                self._wrong[0],
+                f"{self._first}, but {video.name} has {rate}: it is another video, or Label Studio counted at another "
+                'rate. Set framerate="$fps" in the labelling configuration.',
+            )
+        for spot in self._wrong:
+            self._intake.count("Key frames were taken by their number; their time is that of another", self._file, spot)
+        if type(fps) in (int, float) and abs(fps - self._rate) > 0.01 * self._rate:
+            self._intake.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
 
 
 def _others(task: dict[str, Any], regions: list[Any], video: DatasetVideo) -> dict[str, str]:
@@ -147,13 +204,18 @@ def _list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else []
 
 
-def _read_region(region: dict[str, Any], intake: Intake, file: str, where: str) -> None:
+def _read_region(
+    region: dict[str, Any], labels: list[Any], times: _Times, intake: Intake, file: str, where: str
+) -> None:
     value = region.get("value")
     if not isinstance(value, dict) or not isinstance(value.get("sequence"), list):
         raise refuse(file, where, "must have a value with a sequence. Export as JSON again.")
     _check_count(value.get("framesCount"), intake, file, where)
-    names = value.get("labels")
-    label = intake.label(str(names[0]), file, where) if isinstance(names, list) and names else UNSAID
+    names = _list(value.get("labels")) or labels
+    label = intake.label(str(names[0]), file, where) if names else UNSAID
+    if len(names) != 1:
+        kind = "Regions of several labels have the first one" if names else "Regions have no label"
+        intake.count(kind, file, where)
     meta = _meta(region)
     uid = intake.unique((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
     video = intake.target.video
@@ -163,6 +225,7 @@ def _read_region(region: dict[str, Any], intake: Intake, file: str, where: str) 
         if not isinstance(key, dict):
             raise refuse(file, spot, "must be an object. Correct it.")
         frame = intake.frame(key.get("frame", ""), file, spot, origin=1)
+        times.look(frame, key.get("time"), spot)
         x, y, width, height = (_number(key, name, file, spot) for name in ("x", "y", "width", "height"))
         x, y, width, height = (
             x / 100 * video.width,
@@ -179,6 +242,10 @@ def _read_region(region: dict[str, Any], intake: Intake, file: str, where: str) 
     for frame, enabled in enabled_at.items():
         if not enabled and frame + 1 not in enabled_at:
             intake.end(uid, frame + 1)
+    if enabled_at and not any(isinstance(key, dict) and "enabled" in key for key in value["sequence"]):
+        intake.count(
+            "Regions without enabled do not say where they end; they were shown to the last frame", file, where
+        )
     intake.describe(
         uid,
         state=(meta.get("state") or ["open"])[0],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import configparser
 import io
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from tsr_engine.exchange.beside import is_called, is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.mot_columns import VISDRONE, Columns, columns_of
 from tsr_engine.exchange.names import safe_stem
@@ -34,6 +36,11 @@ _OCCLUDED = 0.5
 _MOSTLY = 2
 """VisDrone's occlusion of more than half of a sign."""
 _SUBSETS = ("train", "val", "test")
+_SAYS_NOTHING = re.compile(
+    "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
+    re.I,
+)
+"""Words in names of files and folders that are about no video."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +55,7 @@ class _Sequence:
 class _Counting:
     """Where numbers begin."""
 
-    frame: int
+    frame: FrameOrigin
     place: int
     label: int | None
 
@@ -65,10 +72,8 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     if origin == "auto":
         origin = told_by_manifest(path if path.is_dir() else path.parent, "origin") or "0"
     first = switches.get("first_class", "auto")
-    counting = _Counting(
-        int(switches.get("first_frame", "1")), int(origin == "1"), None if first == "auto" else int(first)
-    )
-    found = _sequences(path, target)
+    counting = _Counting(FrameOrigin(intake, 1), int(origin == "1"), None if first == "auto" else int(first))
+    found = _sequences(path, intake)
     loose = LooseBoxes(intake, path.name)
     for sequence in found:
         _read_sequence(sequence, path, counting, intake, loose)
@@ -76,8 +81,11 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     return intake.finish(found[0].rows.name)
 
 
-def _sequences(path: Path, target: ImportTarget) -> list[_Sequence]:
+def _sequences(path: Path, intake: Intake) -> list[_Sequence]:
+    video = intake.target.video
     if path.is_file():
+        if not _SAYS_NOTHING.search(path.stem):
+            _tell_name(path.stem, path.parent, path.name, intake)
         root = path.parent.parent if path.parent.name in ("gt", "det") else path.parent
         return [_Sequence(root, path)]
     for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
@@ -86,18 +94,32 @@ def _sequences(path: Path, target: ImportTarget) -> list[_Sequence]:
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
         raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
-    own = [part for part in parts if is_called(path, target.video, part.parent.parent.name)] or [
-        part for part in parts if part.parent.parent.parent == path and part.parent.parent.name in _SUBSETS
+    names = {part: part.parent.parent.name for part in parts}
+    own = [part for part in parts if likeness(names[part], video) or is_called(path, video, names[part])] or [
+        part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS
     ]
     if not own and len(parts) == 1:
         own = parts
+        if not _SAYS_NOTHING.search(names[parts[0]]):
+            _tell_name(names[parts[0]], path, path.name, intake)
     if not own:
-        names = ", ".join(part.parent.parent.name for part in parts[:5])
         raise ImportFormatError(
-            f"{path.name}: has {len(parts)} sequences ({names}), none called "
-            f"{safe_stem(target.video.name)}. Import the folder of one of them."
+            f"{path.name}: has {len(parts)} sequences ({', '.join(list(names.values())[:5])}), none called "
+            f"{safe_stem(video.name)}. Import the folder of one of them."
+        )
+    others = [name for part, name in names.items() if part not in own]
+    if others:
+        intake.skip(
+            f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
         )
     return [_Sequence(part.parent.parent, part) for part in own]
+
+
+def _tell_name(name: str, folder: Path, file: str, intake: Intake) -> None:
+    """Tell of a sequence that is called after another video."""
+    video = intake.target.video
+    if name and not likeness(name, video) and not is_called(folder, video, name):
+        intake.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
 
 
 def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake: Intake, loose: LooseBoxes) -> None:
@@ -117,7 +139,7 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
     uids = _described(sequence.rows.parent / SIDE)
     told: set[str] = set()
     for line, cells, values in rows:
-        frame = intake.frame(values[0], file, line, origin=counting.frame)
+        frame = counting.frame.frame(values[0], file, line)
         number, x, y, w, h = values[1:6]
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(file, line, f"the track id must be a whole number. Got {cells[1].strip()[:40]!r}.")
@@ -286,9 +308,7 @@ def _about(path: Path, folder: Path, intake: Intake) -> tuple[float, float]:
         first = str(error).splitlines()[0]
         raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
     video = intake.target.video
-    name = told.get("name", "").replace("\\", "/").rsplit("/", 1)[-1]
-    if name and not likeness(name, video) and not is_called(folder, video, name):
-        intake.repair(f"{path.name}: speaks of {name[:80]}. It was taken to be about {video.name}.")
+    _tell_name(told.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, intake)
     if math.isfinite(length) and length != video.frames:
         intake.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
     return intake.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)

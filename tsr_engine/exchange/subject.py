@@ -14,7 +14,7 @@ import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
-from urllib.parse import parse_qsl, unquote, unquote_plus, urlsplit
+from urllib.parse import unquote, unquote_plus, urlsplit
 
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import DatasetVideo
@@ -189,13 +189,16 @@ def _names(address: str) -> Iterator[tuple[str, bool]]:
         yield path, uploaded
     if _MEDIA.search(path):
         return
-    for key, value in parse_qsl(parts.query):
-        inner = _decoded(value) if key == "fileuri" else value
-        disposition = _DISPOSITION.search(inner)
-        inner = disposition[1] if disposition else inner
-        name = unquote(inner).replace("\\", "/").split("?", 1)[0].rstrip("/").rsplit("/", 1)[-1]
-        if _MEDIA.search(name):
-            yield name, uploaded
+    # A number sign belongs to a name that nobody has escaped.
+    for part in whole.partition("?")[2].split("&"):
+        key, _, value = part.partition("=")
+        for plain in dict.fromkeys((unquote_plus(value), unquote(value), value)):
+            inner = _decoded(plain) if key == "fileuri" else plain
+            disposition = _DISPOSITION.search(inner)
+            inner = disposition[1] if disposition else inner
+            name = inner.replace("\\", "/").split("?", 1)[0].rstrip("/").rsplit("/", 1)[-1]
+            if _MEDIA.search(name):
+                yield name, uploaded
 
 
 def _decoded(value: str) -> str:

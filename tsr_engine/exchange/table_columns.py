@@ -163,15 +163,16 @@ def edges_of(value: Any, *, sized: bool) -> tuple[float, float, float, float] | 
         named = columns_of(value).named
     except ValueError:
         return None
-    if not all(type(value[named[name]]) in (int, float) for name in _EDGES & named.keys()):
+    value = {name: _float(each) for name, each in value.items() if _is_number(each)}
+    if not {named[name] for name in _EDGES & named.keys()} <= value.keys():
         return None
-    return _edges({name: _float(value[column]) for name, column in named.items() if name in _EDGES}, value)
+    return _edges({name: value[column] for name, column in named.items() if name in _EDGES}, value)
 
 
-def _edges(numbers: Mapping[str, float], value: Mapping[str, Any]) -> tuple[float, float, float, float] | None:
+def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> tuple[float, float, float, float] | None:
     if numbers.keys() >= set(_FOUR):
         turned = [[value[name] for k in "1234" if (name := f"{axis}{k}") in value] for axis in "xy"]
-        xs, ys = ([_float(each) for each in axis if isinstance(each, (int, float))] for axis in turned)
+        xs, ys = turned
         if len(xs) == len(ys) == 4:
             return min(xs), min(ys), max(xs), max(ys)
         return numbers["x1"], numbers["y1"], numbers["x2"], numbers["y2"]
@@ -194,16 +195,18 @@ def _parsed(text: str) -> Any:
         return None
 
 
-def _float(value: float) -> float:
+def _float(value: float | str) -> float:
     try:
-        return float(value)
+        return real_number(value) if isinstance(value, str) else float(value)
     except OverflowError:
         return math.inf
 
 
-def _is_number(text: str) -> bool:
-    try:
-        real_number(text.strip())
-    except ValueError:
-        return False
-    return True
+def _is_number(value: Any) -> bool:
+    if isinstance(value, str):
+        try:
+            real_number(value.strip())
+        except ValueError:
+            return False
+        return True
+    return type(value) in (int, float)

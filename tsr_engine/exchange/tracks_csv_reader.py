@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, get_args
 
@@ -155,6 +156,8 @@ class _Table:
     def _take(self, said: Mapping[str, str], cells: Mapping[str, str], line: int) -> None:
         file, intake = self._name, self._intake
         frame = self._origin.frame(said["frame"], file, line)
+        if "w" not in said:
+            self._check_size(cells, line)
         edges = _edges(said, file, line)
         edges = edges if self._columns.own else whole_box(edges, file, line)
         visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
@@ -184,6 +187,16 @@ class _Table:
                 source=source if source in _SOURCES else "imported",
                 notes=notes_from_text(note, frame),
             )
+
+    def _check_size(self, cells: Mapping[str, str], line: int) -> None:
+        """Tell of pictures of another size, as tables that have corners put it beside them."""
+        video = self._intake.target.video
+        size = (cells.get("width", ""), cells.get("height", ""))
+        with suppress(ValueError):
+            if all(size) and tuple(map(real_number, size)) != (video.width, video.height):
+                what = f"Rows are about pictures of {size[0][:12]}x{size[1][:12]} px"
+                told = f"{what}, {video.name} has {video.width}x{video.height}; their boxes were not scaled"
+                self._intake.count(told, self._name, line)
 
     def _label(self, cells: Mapping[str, str], line: int) -> int:
         given = (cells[column].strip() for column in self._columns.classes)
