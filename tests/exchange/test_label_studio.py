@@ -184,6 +184,7 @@ def _about(*addresses: str, **more: Any) -> list[dict[str, Any]]:
         task["data"]["video"] = address
         for key in task["predictions"][0]["result"][0]["value"]["sequence"]:
             key["frame"] += place
+            key["time"] = key["frame"] / 25
         tasks.append({"id": place + 1, **task, **more})
     return tasks
 
@@ -323,9 +324,22 @@ def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
     return content
 
 
-@pytest.mark.parametrize("keys", [((11, 0.44), (41, 1.64)), ((11, 0.4), (41, 1.6)), ((11, None), (41, None))])
-def test_times_of_both_customs_are_right(tmp_path: Path, keys: tuple[tuple[int, float | None], ...]) -> None:
-    assert _read(tmp_path, _keys(*keys)).repaired == ()
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        (((11, 0.44), (41, 1.64)), ()),
+        (((11, None), (41, None)), ()),
+        (
+            ((11, 0.4), (41, 1.6)),
+            ("tasks.json, task 1: key frames were taken by their number, from 1; their times begin at 0.",),
+        ),
+    ],
+)
+def test_times_of_both_customs_are_taken(
+    tmp_path: Path, keys: tuple[tuple[int, float | None], ...], told: tuple[str, ...]
+) -> None:
+    found = _read(tmp_path, _keys(*keys))
+    assert (_first(found), found.repaired) == (10, told)
 
 
 def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:

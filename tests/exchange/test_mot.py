@@ -32,6 +32,11 @@ def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = ran
     ).replace(",", mark)
 
 
+def _quiet(dataset: Dataset) -> bool:
+    """Nothing is told but that frames 11 to 16 may count from 0 as well."""
+    return all("fit both. Import with first_frame=0" in sentence for sentence in dataset.repaired)
+
+
 def _told(dataset: Dataset, *words: str) -> bool:
     return any(all(word in sentence for word in words) for sentence in dataset.repaired)
 
@@ -46,7 +51,7 @@ def test_mot_is_found_out_whatever_stands_between_its_numbers(tmp_path: Path, ma
     (track,) = tracks_of(found).values()
     assert (track.frames.tolist(), track.boxes[0].tolist()) == (list(range(10, 16)), [110, 85, 150, 125])
     assert (track.score == 0.9).all()
-    assert found.repaired == ()
+    assert _quiet(found)
 
 
 def test_polygons_of_yolo_are_not_mot(tmp_path: Path) -> None:
@@ -58,7 +63,7 @@ def test_mot_ids_count_from_zero(tmp_path: Path) -> None:
     both = _mot_rows("0.9,-1,-1,-1", id="0") + _mot_rows("0.8,-1,-1,-1", id="1", frames=range(11, 13))
     found = _read(_file(tmp_path, "drive.txt", both))
     assert {uid: len(track.frames) for uid, track in tracks_of(found).items()} == {"track0": 6, "track1": 2}
-    assert found.repaired == ()
+    assert _quiet(found)
     none = _mot_rows("0.9,-1,-1,-1", id="-1")
     assert _told(_read(_file(tmp_path, "none.txt", none)), "6 boxes have no track id")
     twice = "1,0,10,10,20,20,1,-1,-1,-1\n1,0,200,10,20,20,1,-1,-1,-1\n"
@@ -158,7 +163,7 @@ def test_a_sequence_without_size_is_not_checked(tmp_path: Path, info: str) -> No
     _file(tmp_path, "gt/labels.txt", "stop\n")
     _file(tmp_path, "seqinfo.ini", info)
     found = _read(tmp_path)
-    assert (tracks_of(found)["track4"].frames.tolist(), found.repaired) == (list(range(10, 16)), ())
+    assert (tracks_of(found)["track4"].frames.tolist(), _quiet(found)) == (list(range(10, 16)), True)
 
 
 def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
@@ -211,3 +216,21 @@ def test_frame_zero_names_the_switch(tmp_path: Path) -> None:
     path = _file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=range(3)))
     with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100.*first_frame=0"):
         _read(path)
+
+
+@pytest.mark.parametrize(
+    ("frames", "told"), [(range(1, 5), False), (range(2, 5), True), (range(2, 101), False), (range(1, 101), False)]
+)
+def test_frames_that_may_count_from_zero_are_told(tmp_path: Path, frames: range, told: bool) -> None:
+    path = _file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=frames))
+    _file(tmp_path, "labels.txt", "stop\n")
+    found = _read(path)
+    assert tracks_of(found)["track4"].frames[0] == frames[0] - 1
+    assert _told(found, f"count from 1; its numbers {frames[0]} to {frames[-1]} fit both", "first_frame=0") == told
+    assert not _told(_read(path, first_frame="1"), "fit both")
+
+
+def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
+    text = _mot_rows("1,1,1", frames=range(1, 4))
+    assert _told(_read(_file(tmp_path, "gt.txt", text[:-1])), "last line does not end", "gt.txt")
+    assert not _told(_read(_file(tmp_path, "gt.txt", text)), "last line does not end")

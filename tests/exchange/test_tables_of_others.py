@@ -12,6 +12,7 @@ from exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.table_columns import columns_of, edges_of
 
 BOXES = [(110.0 + k, 85 + k / 2, 150.0 + k, 125 + k / 2) for k in range(6)]
@@ -234,6 +235,25 @@ def test_pictures_of_another_size_are_told(tmp_path: Path) -> None:
     rows = "frame,x1,y1,x2,y2,width,height\n0,10,10,50,50,{},360\n"
     assert _told(_read(tmp_path, "rows.csv", rows.format(1280)), "pictures of 1280x360 px, drive.mp4 has 640x360")
     assert not _told(_read(tmp_path, "rows.csv", rows.format(640)), "pictures of")
+
+
+@pytest.mark.parametrize("header", ["frame,track_id,x1,y1,x", "frame,speed", ""])
+def test_a_header_is_held_to_its_rule_without_rows(tmp_path: Path, header: str) -> None:
+    path = tmp_path / "rows.csv"
+    path.write_text(header)
+    with pytest.raises(ImportFormatError, match="rows.csv.*header"):
+        read_dataset(path, target_of(a_dataset()), FORMATS["tracks-csv"])
+
+
+def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
+    rows = "frame,x1,y1,x2,y2\n0,10,10,50,50"
+    assert _told(_read(tmp_path, "rows.csv", rows), "last line does not end", "rows.csv")
+    assert not _told(_read(tmp_path, "rows.csv", rows + "\n"), "last line does not end")
+
+
+def test_a_json_of_another_number_of_frames_is_told(tmp_path: Path) -> None:
+    content = {"video": {"frames": 200}, "tracks": [{"id": 7, "boxes": [{"frame": 3, "box": [1, 1, 30, 30]}]}]}
+    assert _told(_read(tmp_path, "rows.json", content), "a video of 200 frames, drive.mp4 has 100")
 
 
 def test_boxes_of_any_kind() -> None:

@@ -20,13 +20,21 @@ class FrameOrigin:
 
     Attributes:
         origin: number of the first frame.
+        settled: nothing is left to decide.
     """
 
-    def __init__(self, intake: Intake, usual: int | None = None) -> None:
-        """Take the video and the switch ``first_frame``; ``usual`` is where the tool counts from, None: not known."""
+    def __init__(self, intake: Intake, usual: int | None = None, *, sure: bool = False) -> None:
+        """Take the video and the switch ``first_frame``.
+
+        Args:
+            intake: of the import.
+            usual: where the tool counts from; None: not known.
+            sure: the file is one of ours, which counts from ``usual``.
+        """
         self._intake = intake
+        self._usual = usual
         said = intake.target.switches.get("first_frame", "auto")
-        self.settled = said != "auto" or usual is not None
+        self.settled = said != "auto" or sure
         self.origin = int(said) if said != "auto" else usual or 0
         self._numbers: set[float] = set()
 
@@ -35,20 +43,20 @@ class FrameOrigin:
         self._numbers.add(number)
 
     def decide(self, file: str, *, documented: bool = False) -> None:
-        """Settle the origin by all numbers; what they leave open is told, unless the layout is `documented`."""
+        """Settle the origin by all numbers; what they leave open is told, unless the layout is ``documented``."""
         frames = self._intake.target.video.frames
         self.settled = True
         if not self._numbers:
             return
         least, most = min(self._numbers), max(self._numbers)
         # Two rows may name two frames by mistake; half of all frames do not.
-        if (least, most) == (1, frames) and 2 * len(self._numbers) >= frames:
+        if self._usual is None and (least, most) == (1, frames) and 2 * len(self._numbers) >= frames:
             self.origin = 1
             self._intake.repair(f"{file}: frames were taken to count from 1, since its numbers are 1 to {frames}.")
-        elif 1 <= least <= most < frames and not documented:
+        elif 1 <= least <= most < frames and not documented and (self._usual is None or least > 1):
             self._intake.repair(
-                f"{file}: frames were taken to count from 0; its numbers {least:g} to {most:g} fit both. "
-                "Import with first_frame=1 if they count from 1."
+                f"{file}: frames were taken to count from {self.origin}; its numbers {least:g} to {most:g} fit both. "
+                f"Import with first_frame={1 - self.origin} if they count from {1 - self.origin}."
             )
 
     def frame(self, number: float | str, file: str, line: int | str) -> int:

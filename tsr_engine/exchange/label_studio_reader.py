@@ -160,12 +160,14 @@ class _Times:
         self._seen = 0
         self._wrong: list[str] = []
         self._first = ""
+        self._early = 0
 
     def look(self, frame: int, time: Any, spot: str) -> None:
         """One key frame: its time is that of its number from 1, or of its ordinal."""
         if type(time) not in (int, float):
             return
         self._seen += 1
+        self._early += abs(time * self._rate - frame) < 0.25
         # Half a frame on either side: times are rounded, and some are those of the player.
         if not frame - 0.5 <= time * self._rate <= frame + 1.5:
             self._wrong.append(spot)
@@ -185,6 +187,9 @@ class _Times:
                 f"{self._first}, but {video.name} has {rate}: it is another video, or Label Studio counted at another "
                 'rate. Set framerate="$fps" in the labelling configuration.',
             )
+        if self._early * 2 > self._seen:
+            told = "key frames were taken by their number, from 1; their times begin at 0"
+            self._intake.repair(f"{self._file}, {self._where}: {told}.")
         for spot in self._wrong:
             self._intake.count("Key frames were taken by their number; their time is that of another", self._file, spot)
         if type(fps) in (int, float) and abs(fps - self._rate) > 0.01 * self._rate:

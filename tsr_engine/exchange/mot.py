@@ -164,7 +164,7 @@ FORMAT = Format(
     ),
     import_switches=(
         Switch("origin", ("auto", "0", "1"), "As for export; auto: as the manifest beside tells, else 0."),
-        Switch("first_frame", ("1", "0"), "Number of the first frame in the file."),
+        Switch("first_frame", ("auto", "0", "1"), "Number of the first frame; auto: 1, as MOT says."),
         Switch(
             "first_class",
             ("auto", "1", "0"),

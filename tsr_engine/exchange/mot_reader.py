@@ -16,6 +16,7 @@ from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
+from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.mot_columns import VISDRONE, Columns, columns_of
 from tsr_engine.exchange.names import safe_stem
@@ -72,13 +73,19 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     if origin == "auto":
         origin = told_by_manifest(path if path.is_dir() else path.parent, "origin") or "0"
     first = switches.get("first_class", "auto")
-    counting = _Counting(FrameOrigin(intake, 1), int(origin == "1"), None if first == "auto" else int(first))
+    counting = _Counting(
+        FrameOrigin(intake, 1, sure=_is_ours(path)), int(origin == "1"), None if first == "auto" else int(first)
+    )
     found = _sequences(path, intake)
     loose = LooseBoxes(intake, path.name)
     for sequence in found:
         _read_sequence(sequence, path, counting, intake, loose)
     loose.settle()
     return intake.finish(found[0].rows.name)
+
+
+def _is_ours(path: Path) -> bool:
+    return bool(told_by_manifest(path if path.is_dir() else path.parent, "first_frame"))
 
 
 def _sequences(path: Path, intake: Intake) -> list[_Sequence]:
@@ -90,6 +97,9 @@ def _sequences(path: Path, intake: Intake) -> list[_Sequence]:
         return [_Sequence(root, path)]
     for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
         if (path / part).is_file():
+            # A folder by itself in another one, or in an archive, is called after its sequence.
+            if is_wrapper(path.parent) and path.suffix != ".zip" and not _SAYS_NOTHING.search(path.name):
+                _tell_name(path.name, path, path.name, intake)
             return [_Sequence(path, path / part)]
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
@@ -133,6 +143,11 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
     ]
     if not rows:
         return
+    if not counting.frame.settled:
+        for _, _, values in rows:
+            counting.frame.look(values[0])
+        counting.frame.decide(file)
+    tell_open_ends([(file, last_of(sequence.rows))], intake)
     columns = _columns([values for _, _, values in rows], sequence, names, file, intake)
     extras = _Extras(columns, names, counting.label, file, intake)
     zero = _zero_is_an_id([values for _, _, values in rows])
@@ -200,8 +215,8 @@ class _Extras:
             raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {cells[8].strip()[:40]!r}.")
         score = math.nan if at.score is None or values[at.score] == -1 else values[at.score]
         occluded = 0 <= seen < _OCCLUDED or (at.occlusion is not None and values[at.occlusion] >= _MOSTLY)
-        label = UNSAID if at.label is None else self._label(values[at.label], cells[at.label], line)
         region = at.names is VISDRONE and at.label is not None and values[at.label] == 0
+        label = UNSAID if at.label is None or region else self._label(values[at.label], cells[at.label], line)
         return label, score, flag == 0.0 or region, occluded
 
     def _label(self, number: float, cell: str, line: int) -> int:

@@ -14,11 +14,12 @@ from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
+from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.sidecar import read_rows
+from tsr_engine.exchange.sidecar import header_of, read_rows
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose
 from tsr_engine.exchange.table_columns import EMPTY, PICTURES, Columns, class_in, columns_of, edges_of, normal
@@ -89,7 +90,7 @@ class _Table:
         self._intake = intake
         self._loose = loose
         self._columns = Columns({}, (), False, False)
-        self._origin = FrameOrigin(intake, 0)
+        self._origin = FrameOrigin(intake)
         self._video: str | None = None
 
     def read(self) -> None:
@@ -102,6 +103,9 @@ class _Table:
                 self._look()
             if self._video is None or cells[self._columns.named["video"]] == self._video:
                 self._take(self._said(cells), cells, line)
+        if not known:
+            self._columns_of(dict.fromkeys(header_of(self._path, delimiter=_delimiter(self._path)), ""))
+        tell_open_ends([(self._name, last_of(self._path))], self._intake)
 
     def _columns_of(self, cells: Mapping[str, str]) -> Columns:
         try:
@@ -122,7 +126,7 @@ class _Table:
         """Look through the file for where frames begin, and which video is meant."""
         named = self._columns.named
         usual = 1 if self._columns.mot else 0 if self._columns.own else None
-        self._origin = FrameOrigin(self._intake, usual)
+        self._origin = FrameOrigin(self._intake, usual, sure=self._columns.own)
         if self._origin.settled and "video" not in named:
             return
         videos: dict[str, list[str]] = {}

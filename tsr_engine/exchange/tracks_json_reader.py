@@ -128,7 +128,7 @@ class _File:
         version = found.get("version", _VERSION)
         self._own = found.get("format") == "tsr-tracks"
         if self._own:
-            self._origin = FrameOrigin(self._intake, 0)
+            self._origin = FrameOrigin(self._intake, 0, sure=True)
         if self._own and version != _VERSION:
             raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
         video = found.get("video")
@@ -139,6 +139,11 @@ class _File:
         if isinstance(video, dict) and "width" in video and "height" in video:
             width, height = (self._number(video[side], side, "video") for side in ("width", "height"))
             self._scale = self._intake.scale(width, height, self._name, "video")
+        frames = video.get("frames") if isinstance(video, dict) else None
+        if isinstance(frames, int) and frames != self._intake.target.video.frames:
+            target = self._intake.target.video
+            told = f"is about a video of {frames} frames, {target.name} has {target.frames}"
+            self._intake.repair(f"{self._name}: {told}.")
         classes = found.get("classes")
         if classes is not None:
             if not isinstance(classes, list) or not all(isinstance(name, str) for name in classes):
