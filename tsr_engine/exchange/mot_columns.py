@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 from tsr_engine.exchange.formats import Switch
 
-__all__ = ["COLUMNS_SWITCH", "VISDRONE", "Columns", "columns_of"]
+__all__ = ["COLUMNS_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "columns_of"]
 
 COLUMNS_SWITCH = Switch(
     "columns",
@@ -45,7 +45,8 @@ VISDRONE = (
 _WIDTHS = {"truth": (9,), "boxmot": (9,), "results": (7, 10), "visdrone": (10,)}
 _HIDDEN = 0.5
 
-Rows = Sequence[Sequence[float]]
+Row = Sequence[float]
+Rows = Sequence[Row]
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.mot_columns import VISDRONE, Columns, columns_of
+from tsr_engine.exchange.mot_columns import VISDRONE, Columns, Row, Rows, columns_of
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import read_rows, real
@@ -38,7 +38,7 @@ _MOSTLY = 2
 """VisDrone's occlusion of more than half of a sign."""
 _SUBSETS = ("train", "val", "test")
 _SAYS_NOTHING = re.compile(
-    "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
+    "(?:^|[^a-z])(?:in(?:put)?(?![a-z])|gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
     re.I,
 )
 """Words in names of files and folders that are about no video."""
@@ -138,29 +138,29 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
     scale = _about(sequence.root / _SEQUENCE, path, intake)
     names = _names(sequence)
     rows = [
-        (line, cells, [_real(cell, at, file, line) for at, cell in enumerate(cells)])
+        (line, tuple(_real(cell, at, file, line) for at, cell in enumerate(cells)))
         for line, cells in _rows(sequence.rows, file)
     ]
     if not rows:
         return
     if not counting.frame.settled:
-        for _, _, values in rows:
+        for _, values in rows:
             counting.frame.look(values[0])
         counting.frame.decide(file)
     tell_open_ends([(file, last_of(sequence.rows))], intake)
-    columns = _columns([values for _, _, values in rows], sequence, names, file, intake)
+    columns = _columns([values for _, values in rows], sequence, names, file, intake)
     extras = _Extras(columns, names, counting.label, file, intake)
-    zero = _zero_is_an_id([values for _, _, values in rows])
+    zero = _zero_is_an_id([values for _, values in rows])
     uids = _described(sequence.rows.parent / SIDE)
     told: set[str] = set()
-    for line, cells, values in rows:
+    for line, values in rows:
         frame = counting.frame.frame(values[0], file, line)
         number, x, y, w, h = values[1:6]
         if not (math.isfinite(number) and number == int(number)):
-            raise refuse(file, line, f"the track id must be a whole number. Got {cells[1].strip()[:40]!r}.")
+            raise refuse(file, line, f"the track id must be a whole number. Got {number:g}.")
         x, y = x - counting.place, y - counting.place
         edges = (x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1])
-        label, score, ignore, occluded = extras(values, cells, line)
+        label, score, ignore, occluded = extras(values, line)
         if number < 0 or (number == 0 and not zero):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
             continue
@@ -173,15 +173,13 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
             intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
 
 
-def _zero_is_an_id(rows: list[list[float]]) -> bool:
+def _zero_is_an_id(rows: Rows) -> bool:
     """Whether id 0 is a track, as trackers that count from 0 have it: no frame has it twice."""
     frames = [values[0] for values in rows if values[1] == 0]
     return len(frames) == len(set(frames))
 
 
-def _columns(
-    rows: list[list[float]], sequence: _Sequence, names: list[str] | None, file: str, intake: Intake
-) -> Columns:
+def _columns(rows: Rows, sequence: _Sequence, names: list[str] | None, file: str, intake: Intake) -> Columns:
     said = intake.target.switches.get("columns", "auto")
     truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
     columns = columns_of(rows, said, truth=truth, named=names is not None)
@@ -203,25 +201,25 @@ class _Extras:
         self._file = file
         self._intake = intake
 
-    def __call__(self, values: list[float], cells: list[str], line: int) -> tuple[int, float, bool, bool]:
+    def __call__(self, values: Row, line: int) -> tuple[int, float, bool, bool]:
         """Of one row; refuses what a column cannot be."""
         at = self._columns
         flag = 1.0 if at.flag is None or (at.score is not None and values[at.flag] == -1) else values[at.flag]
         if flag not in (0.0, 1.0):
-            got = f"Got {cells[6].strip()[:40]!r}; results have 10 columns."
+            got = f"Got {flag:g}; results have 10 columns."
             raise refuse(self._file, line, f"column 7 must be 0 (ignore) or 1. {got}")
         seen = 1.0 if at.visibility is None else values[at.visibility]
         if not -1 <= seen <= 1:
-            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {cells[8].strip()[:40]!r}.")
+            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {seen:g}.")
         score = math.nan if at.score is None or values[at.score] == -1 else values[at.score]
         occluded = 0 <= seen < _OCCLUDED or (at.occlusion is not None and values[at.occlusion] >= _MOSTLY)
         region = at.names is VISDRONE and at.label is not None and values[at.label] == 0
-        label = UNSAID if at.label is None or region else self._label(values[at.label], cells[at.label], line)
+        label = UNSAID if at.label is None or region else self._label(values[at.label], line)
         return label, score, flag == 0.0 or region, occluded
 
-    def _label(self, number: float, cell: str, line: int) -> int:
+    def _label(self, number: float, line: int) -> int:
         if not (math.isfinite(number) and number == int(number)):
-            raise refuse(self._file, line, f"the class must be a whole number. Got {cell.strip()[:40]!r}.")
+            raise refuse(self._file, line, f"the class must be a whole number. Got {number:g}.")
         if number == -1:  # what the columns that nobody uses hold
             return UNSAID
         said = None if self._listed else self._intake.target.label_map.get(str(int(number)))
