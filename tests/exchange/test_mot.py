@@ -185,6 +185,8 @@ def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
 def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, told: bool) -> None:
     _file(tmp_path, name, _mot_rows("1,1,1"))
     _file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
+    assert _told(_read(tmp_path), "speaks of other", "drive.mp4") == told
+    assert not _told(_read(tmp_path / name.split("/")[0]), "speaks of"), "a person chose the folder"
     (tmp_path / "readme.md").write_text("")
     assert _told(_read(tmp_path), "speaks of other", "drive.mp4") == told
 

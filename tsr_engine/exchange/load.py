@@ -97,6 +97,8 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     if chosen.read is None:
         raise UsageError(f"{chosen.title} is written only, not read. Choose another format.")
     target = replace(target, switches=_switches(chosen, target, named=format is not None))
+    if place != path and place.is_dir():
+        target = replace(target, wrapper=place.name)
     told = told_beside(place) if place.is_dir() else None
     entry = None if told is None else told.entry(target.video)
     if told is not None and told.videos and entry is None:

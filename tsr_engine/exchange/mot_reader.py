@@ -38,7 +38,7 @@ _MOSTLY = 2
 """VisDrone's occlusion of more than half of a sign."""
 _SUBSETS = ("train", "val", "test")
 _SAYS_NOTHING = re.compile(
-    "(?:^|[^a-z])(?:in(?:put)?(?![a-z])|gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
+    "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
     re.I,
 )
 """Words in names of files and folders that are about no video."""
@@ -97,9 +97,9 @@ def _sequences(path: Path, intake: Intake) -> list[_Sequence]:
         return [_Sequence(root, path)]
     for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
         if (path / part).is_file():
-            # A folder by itself in another one, or in an archive, is called after its sequence.
-            if is_wrapper(path.parent) and path.suffix != ".zip" and not _SAYS_NOTHING.search(path.name):
-                _tell_name(path.name, path, path.name, intake)
+            wrapper = intake.target.wrapper
+            if not _SAYS_NOTHING.search(wrapper):
+                _tell_name(wrapper, path, wrapper, intake)
             return [_Sequence(path, path / part)]
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
