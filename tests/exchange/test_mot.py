@@ -236,3 +236,13 @@ def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
     text = _mot_rows("1,1,1", frames=range(1, 4))
     assert _told(_read(_file(tmp_path, "gt.txt", text[:-1])), "last line does not end", "gt.txt")
     assert not _told(_read(_file(tmp_path, "gt.txt", text)), "last line does not end")
+
+
+def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
+    path = _file(tmp_path, "det.txt", _mot_rows("0.5,-1,-1,-1|12.3,-1,-1,-1", id="-1", frames=range(1, 5)))
+    with pytest.raises(ImportFormatError, match="det.txt, line 1: score 12.3 must be in 0 to 1.*scores=drop"):
+        _read(path)
+    found = _read(path, scores="drop")
+    (track,) = tracks_of(found).values()
+    assert np.isnan(track.score).tolist() == [True, False, True, False]
+    assert _told(found, "Scores outside of 0 to 1 were left out: 2", "line 1")

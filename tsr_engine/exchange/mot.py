@@ -16,8 +16,9 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.mot_columns import COLUMNS_SWITCH
-from tsr_engine.exchange.mot_reader import NAMES, SIDE, SIDE_COLUMNS, read_mot, sniff_mot
+from tsr_engine.exchange.mot_columns import COLUMNS_SWITCH, SCORES_SWITCH
+from tsr_engine.exchange.mot_extras import NAMES
+from tsr_engine.exchange.mot_reader import SIDE, SIDE_COLUMNS, read_mot, sniff_mot
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
@@ -171,6 +172,7 @@ FORMAT = Format(
             "Number of the first class, the first line of labels.txt; auto: 1, but 0 in BoxMOT's rows.",
         ),
         COLUMNS_SWITCH,
+        SCORES_SWITCH,
         SIZE_SWITCH,
         LINK_SWITCH,
     ),

@@ -19,13 +19,16 @@ from dataclasses import dataclass
 
 from tsr_engine.exchange.formats import Switch
 
-__all__ = ["COLUMNS_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "columns_of"]
+__all__ = ["COLUMNS_SWITCH", "HIDDEN", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "columns_of"]
 
 COLUMNS_SWITCH = Switch(
     "columns",
     ("auto", "truth", "boxmot", "results", "visdrone"),
     "What stands behind the box: flag, class, visibility; flag, class, score; score, positions; VisDrone's. auto: as "
     "the values and files beside tell.",
+)
+SCORES_SWITCH = Switch(
+    "scores", ("refuse", "drop"), "Scores outside of 0 to 1, as detectors of MOTChallenge have them: leave them out."
 )
 VISDRONE = (
     "ignored regions",
@@ -43,7 +46,8 @@ VISDRONE = (
 )
 """Names of VisDrone's categories, from 0."""
 _WIDTHS = {"truth": (9,), "boxmot": (9,), "results": (7, 10), "visdrone": (10,)}
-_HIDDEN = 0.5
+HIDDEN = 0.5
+"""Signs that are less visible count as hidden."""
 
 Row = Sequence[float]
 Rows = Sequence[Row]
@@ -104,10 +108,10 @@ def _nine(rows: Rows, said: str, *, truth: bool, named: bool) -> Columns:
         told = "Column 9 was taken as a score, column 8 as a class from 0, as BoxMOT writes them"
         told += "; with columns=truth column 9 is a visibility" if said == "auto" else ""
         return Columns(flag=6, label=7, score=8, first_class=0, told=told)
-    hidden = sum(0 <= row[8] < _HIDDEN for row in rows)
+    hidden = sum(0 <= row[8] < HIDDEN for row in rows)
     told = ""
     if said == "auto" and (not plain or (hidden and not sure)):
-        told = f"Column 9 was taken as the visibility, {hidden} boxes below {_HIDDEN} came in as hidden"
+        told = f"Column 9 was taken as the visibility, {hidden} boxes below {HIDDEN} came in as hidden"
         told += "; with columns=boxmot it is a score"
     first = 0 if not named and any(row[7] == 0 for row in rows) else 1
     return Columns(flag=6, label=7, visibility=8, first_class=first, told=told)

@@ -13,29 +13,25 @@ from pathlib import Path
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.beside import is_called, is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
-from tsr_engine.exchange.dataset import UNSAID, Dataset
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.mot_columns import VISDRONE, Columns, Row, Rows, columns_of
+from tsr_engine.exchange.mot_columns import Columns, Rows, columns_of
+from tsr_engine.exchange.mot_extras import NAMES, Extras
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import read_rows, real
 from tsr_engine.exchange.subject import likeness
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["NAMES", "SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
+__all__ = ["SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
 
-NAMES = "labels.txt"
 SIDE = "tracks.csv"
 SIDE_COLUMNS = ("id", "uid", "state", "source", "note")
 _SEQUENCE = "seqinfo.ini"
 _WIDTHS = (7, 9, 10)
-_OCCLUDED = 0.5
-"""Signs that are less visible count as occluded."""
-_MOSTLY = 2
-"""VisDrone's occlusion of more than half of a sign."""
 _SUBSETS = ("train", "val", "test")
 _SAYS_NOTHING = re.compile(
     "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
@@ -149,7 +145,7 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
         counting.frame.decide(file)
     tell_open_ends([(file, last_of(sequence.rows))], intake)
     columns = _columns([values for _, values in rows], sequence, names, file, intake)
-    extras = _Extras(columns, names, counting.label, file, intake)
+    extras = Extras(columns, names, counting.label, file, intake)
     zero = _zero_is_an_id([values for _, values in rows])
     uids = _described(sequence.rows.parent / SIDE)
     told: set[str] = set()
@@ -188,60 +184,6 @@ def _columns(rows: Rows, sequence: _Sequence, names: list[str] | None, file: str
     if columns.told:
         intake.repair(f"{file}: {columns.told}.")
     return columns
-
-
-class _Extras:
-    """Class, score, ignored and occluded of a row."""
-
-    def __init__(self, columns: Columns, names: list[str] | None, first: int | None, file: str, intake: Intake) -> None:
-        self._columns = columns
-        self._listed = names is not None
-        self._names = names if columns.names is None else list(columns.names)
-        self._first = columns.first_class if first is None or columns.names is not None else first
-        self._file = file
-        self._intake = intake
-
-    def __call__(self, values: Row, line: int) -> tuple[int, float, bool, bool]:
-        """Of one row; refuses what a column cannot be."""
-        at = self._columns
-        flag = 1.0 if at.flag is None or (at.score is not None and values[at.flag] == -1) else values[at.flag]
-        if flag not in (0.0, 1.0):
-            got = f"Got {flag:g}; results have 10 columns."
-            raise refuse(self._file, line, f"column 7 must be 0 (ignore) or 1. {got}")
-        seen = 1.0 if at.visibility is None else values[at.visibility]
-        if not -1 <= seen <= 1:
-            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {seen:g}.")
-        score = math.nan if at.score is None or values[at.score] == -1 else values[at.score]
-        occluded = 0 <= seen < _OCCLUDED or (at.occlusion is not None and values[at.occlusion] >= _MOSTLY)
-        region = at.names is VISDRONE and at.label is not None and values[at.label] == 0
-        label = UNSAID if at.label is None or region else self._label(values[at.label], line)
-        return label, score, flag == 0.0 or region, occluded
-
-    def _label(self, number: float, line: int) -> int:
-        if not (math.isfinite(number) and number == int(number)):
-            raise refuse(self._file, line, f"the class must be a whole number. Got {number:g}.")
-        if number == -1:  # what the columns that nobody uses hold
-            return UNSAID
-        said = None if self._listed else self._intake.target.label_map.get(str(int(number)))
-        if said is not None:
-            return said
-        place = int(number) - self._first
-        if self._names is not None:
-            if not 0 <= place < len(self._names):
-                raise refuse(
-                    self._file,
-                    line,
-                    f"class {int(number)} must be {self._first} to {len(self._names) - 1 + self._first}, the lines of "
-                    f"{NAMES}. Import with first_class={1 - self._first} if it counts from there.",
-                )
-            return self._intake.label(self._names[place], self._file, line)
-        self._intake.count(
-            f"Rows without {NAMES} took their class number, counted from {self._first} (first_class), as the tool's",
-            self._file,
-            line,
-        )
-        known = 0 <= place < len(self._intake.target.labels)
-        return place if known else self._intake.label(f"class {int(number)} of column 8", self._file, line)
 
 
 def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
