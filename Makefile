@@ -1,5 +1,6 @@
 # Two commands do everything from a clean checkout: `make review` and `make test`.
-# Needed beforehand: make, and Python 3.11 or newer with venv (on Debian 12: apt install make python3-venv).
+# Needed beforehand: make, and Python 3.11 or newer with venv (on Debian 12: apt install make python3-venv). What else the
+# tests need is fetched; a browser too where there is none (tests/e2e/chromium.py).
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -11,7 +12,6 @@ PYTEST := $(VENV)/bin/python -m pytest --numprocesses $(TOGETHER) --dist loadfil
 ORACLES ?= .oracles
 # PyTorch without CUDA; where this does not answer, pip's usual index is asked.
 TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
-CHROMIUM ?= $(shell command -v chromium || command -v chromium-browser)
 NODE := $(BIN)/node
 
 .DEFAULT_GOAL := help
@@ -40,10 +40,9 @@ install: $(VENV)/.installed ## make the environment (VENV, default .venv)
 review: $(VENV)/.installed ## open the review tool on the sample drive (HOME_DIR, default out/review; ARGS for tsr review)
 	$(BIN)/tsr review --home $(HOME_DIR) $(ARGS)
 
-test: $(VENV)/.installed $(VENV)/.tools ## all tests, the browser's too; those on real data run where TSR_DATA names them
-	@test -n "$(CHROMIUM)" || { echo "The browser tests need Chromium. On Debian: apt install chromium. Without it: make test-quick"; exit 1; }
+test: $(VENV)/.installed $(VENV)/.tools ## all tests; TSR_DATA names the real data, CHROMIUM a browser (unset: found, or fetched)
 	$(NODE) --test 'tests/js/**/*.test.js'
-	$(PYTEST)
+	CHROMIUM="$$($(BIN)/python -m tests.e2e.chromium)" $(PYTEST)
 
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(PYTEST) --ignore tests/e2e

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import tarfile
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from tests.e2e.chromium import HOW
 
 # The same random examples every time: a change is judged by what it changes. TSR_EXPLORE=1 draws new ones.
 settings.register_profile("same", derandomize=True, deadline=None)
@@ -53,3 +56,21 @@ def gtsrb(data_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def clips(data_root: Path) -> Path:
     """The folder of real dash-cam clips."""
     return data_root / "clips"
+
+
+NEEDS = (
+    ("TSR_DATA is not set", "tests did not run: they need real data. Name its folder: make test TSR_DATA=/path."),
+    ("e2e/", f"tests did not run: they need a browser, and there is no Chromium. {HOW}"),
+)
+"""What is said where a test is skipped, and how to make it run."""
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> Generator[None]:
+    """Before the closing line: which tests did not run, and how to make them."""
+    yield
+    skipped = [str(report.longrepr) for report in terminalreporter.stats.get("skipped", ())]
+    for reason, sentence in NEEDS:
+        count = sum(reason in text for text in skipped)
+        if count:
+            terminalreporter.write_line(f"{count} {sentence}", yellow=True)

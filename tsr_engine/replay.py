@@ -23,7 +23,6 @@ from tsr_engine.pipeline import (
     ResultStream,
     TrackSummary,
     input_of,
-    one_blas_thread,
     rescored,
     start_core,
 )
@@ -138,7 +137,7 @@ def replay(
     """
     report = ReplayReport() if report is None else report
     began = time.perf_counter()
-    with EvidenceReader(folder) as reader, one_blas_thread():
+    with EvidenceReader(folder) as reader:
         before = run_params(reader)
         changed = changed_parameters(before, params)
         _refuse_fixed(folder, changed)

@@ -37,7 +37,6 @@ from tsr_engine.pipeline import (
     FrameInput,
     TrackingCore,
     keep_regions,
-    one_blas_thread,
     rebuild,
 )
 from tsr_engine.records import FrameEvidence
@@ -83,7 +82,7 @@ def track_video(
     """
     refuse_outputs(request)
     stop = stop or (lambda: False)
-    with open_video(request.video, limits=request.limits) as video, one_blas_thread():
+    with open_video(request.video, limits=request.limits) as video:
         began = time.perf_counter()
         params, focus = _aim(request, stop, aiming)
         run = _Run(replace(request, params=params), components, video, progress, stop)

@@ -115,7 +115,7 @@ def open_running(settings: Settings, video: Path | None, browser: bool, options:
             say(f"warning: {', '.join(options)} changes nothing there. End that server first, then start it so.")
         _say_link(settings, link)
         if browser:
-            webbrowser.open(link)
+            _show(link)
         return True
     return False
 
@@ -204,7 +204,12 @@ def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, brow
     _say_link(settings, link)
     say("Press Ctrl-C to stop. Everything is stored as it happens.")
     if browser:
-        webbrowser.open(link)
+        _show(link)
+
+
+def _show(link: str) -> None:
+    if not webbrowser.open(link):
+        say("No browser was found here. Open the address above in one.")
 
 
 def _say_link(settings: Settings, link: str) -> None:

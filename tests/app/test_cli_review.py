@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.serve import ReviewServer, serve
+from app.cli.serve import ReviewServer, _show, serve
 from app.settings import Settings
 from tests.patience import within
 
@@ -219,3 +219,12 @@ def test_the_end_is_not_held_up_by_what_the_interpreter_would_look_through(
             server.started = True  # whoever waits to tell the link ends
             server.config.app.state.context.close()
     assert not (tmp_path / "server.json").exists()
+
+
+def test_where_no_browser_opens_the_address_is_left_to_the_person(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for opens, said in ((True, ""), (False, "tsr: No browser was found here. Open the address above in one.\n")):
+        monkeypatch.setattr("app.cli.serve.webbrowser.open", lambda link, opens=opens: opens)
+        _show("http://127.0.0.1:1/login/x")
+        assert capsys.readouterr().err == said

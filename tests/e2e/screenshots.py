@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 from playwright.sync_api import Browser, Page, Route, sync_playwright
 
 from sample_videos import SHIPPED
+from tests.e2e.chromium import CHROMIUM
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshot_views import GRAPHICS, SHOWN, record
 
-CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 PATIENCE = 60_000
 """How long a scene may take on a slow machine, ms."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import re
 import zipfile
 from collections.abc import Mapping
@@ -141,8 +142,8 @@ REFUSED: dict[str, Bad] = {
     "nan in xml": Bad("cvat-video", cvat('frame="10" xtl="nan"'), ("annotations.xml", "line 4", "four finite numbers")),
     "nan in json": Bad(
         "coco",
-        {"annotations/a.json": '{"images": [], "categories": [],\n"annotations": [{"bbox": [NaN, 1, 2, 3]}]}'},
-        ("a.json", "line 2", "NaN is no JSON number"),
+        coco(annotations=[{"id": 1, "image_id": 1, "category_id": 1, "bbox": [math.nan, 1, 2, 3]}]),
+        ("instances_default.json", "annotation 1", "bbox must be a finite number", "NaN", "bad_boxes=skip"),
     ),
     "nan in text": Bad("yolo", yolo("0 nan 0.5 0.1 0.1"), ("frame_000010.txt", "line 1", "finite numbers")),
     "a Python number in rows": Bad(
@@ -175,7 +176,7 @@ REFUSED: dict[str, Bad] = {
         coco(annotations=[{"id": 1, "image_id": 1, "category_id": 1, "bbox": [10, 10, -5, 20]}]),
         ("instances_default.json", "annotation 1", "positive width and height"),
     ),
-    "negative box in text": Bad("yolo", yolo("0 0.5 0.5 -0.1 0.1"), ("frame_000010.txt", "line 1", "0 to 1")),
+    "negative box in text": Bad("yolo", yolo("0 0.5 0.5 -0.1 0.1"), ("frame_000010.txt", "line 1", "positive width")),
     "negative box of a region": Bad(
         "label-studio", label_studio(width=-1), ("tasks.json", "region 1, key frame 1", "positive width and height")
     ),

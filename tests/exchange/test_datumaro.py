@@ -186,7 +186,7 @@ def test_pictures_of_another_size(tmp_path: Path) -> None:
         (_with(f"{BOX}/bbox", [1, 2, 10**400, 4]), "item 1, box 1: a number is too large"),
         (_with(f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a number"),
         (_with(f"{BOX}/attributes/score", 1.5), "item 1, box 1: score 1.5"),
-        (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[NaN, 1, 1, 1]"), "NaN is no JSON number"),
+        (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[NaN, 1, 1, 1]"), "item 1, box 1: bbox must be four numbers"),
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[1e999, 1, 1, 1]"), "item 1, box 1: box .* finite"),
     ],
 )

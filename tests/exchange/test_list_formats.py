@@ -15,7 +15,6 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.exchange.yaml_names import names_of, quoted_name
 
 
 def _read(path: Path, name: str, **switches: str) -> Dataset:
@@ -64,7 +63,7 @@ def test_coco_of_somebody_else(tmp_path: Path) -> None:
     [
         ({"annotations": _note(bbox=[10, 10, -5, 22])}, ("instances.json", "annotation 1", "positive width")),
         ({"annotations": _note(bbox=[10, 10, 20])}, ("annotation 1", "four numbers")),
-        ({"annotations": _note(bbox=["a", 1, 2, 3])}, ("annotation 1", "must be a number")),
+        ({"annotations": _note(bbox=["a", 1, 2, 3])}, ("annotation 1", "must be a finite number")),
         ({"annotations": _note(category_id=7)}, ("annotation 1", "category_id '7'")),
         ({"annotations": _note(image_id=9)}, ("annotation 1", "image_id '9'")),
         ({"annotations": _note(score=1.5)}, ("annotation 1", "score")),
@@ -270,26 +269,6 @@ def test_yolo_in_another_encoding(tmp_path: Path) -> None:
     path = _yolo(tmp_path, "0 0.5 0.5 0.1 0.1\n")
     (path / "data.yaml").write_bytes("names: [Überholverbot]\n".encode("latin-1"))
     _refused(path, "yolo", "data.yaml, line 1", "UTF-8")
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "names:\n  0: stop\n  1: 'it''s 50'\n",
-        'nc: 2\nnames: [stop, "it\'s 50"]  # two\n',
-        'names: {0: stop, 1: "it\'s 50"}\n',
-        "names:\n- stop\n- it's 50\nnc: 2\n",
-        'names: [\n  "stop",\n  "it\'s 50",\n]\n',
-    ],
-)
-def test_names_in_yaml(text: str) -> None:
-    assert names_of(text, "data.yaml") == {0: "stop", 1: "it's 50"}
-
-
-def test_names_in_yaml_survive() -> None:
-    hard = ['a: "b" # c', "", "\\ \x85\u2028\x07", "[x, y]", "Überholen 停"]
-    text = "names:\n" + "".join(f"  {k}: {quoted_name(name)}\n" for k, name in enumerate(hard))
-    assert names_of(text, "data.yaml") == dict(enumerate(hard))
 
 
 # ----------------------------------------------------------------------------------------------------------------- VOC

@@ -62,8 +62,8 @@ def test_options_hold_for_the_format_that_is_found_out(tmp_path: Path) -> None:
 
 def test_a_free_option_takes_any_text_but_none() -> None:
     found = switches_of(FORMATS["label-studio"], {"task": "drive #2.mp4"}, reading=True)
-    assert found == {"task": "drive #2.mp4"}
-    assert switches_of(FORMATS["label-studio"], {}, reading=True) == {"task": "auto"}
+    assert found["task"] == "drive #2.mp4"
+    assert switches_of(FORMATS["label-studio"], {}, reading=True)["task"] == "auto"
     with pytest.raises(UsageError, match="option task"):
         switches_of(FORMATS["label-studio"], {"task": " "}, reading=True)
 

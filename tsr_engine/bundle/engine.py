@@ -11,7 +11,7 @@ from tsr_engine.errors import VideoError
 from tsr_engine.evidence import FramePixels
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Components, FrameInput, TrackingCore, one_blas_thread
+from tsr_engine.pipeline import Components, FrameInput, TrackingCore
 from tsr_engine.records import FrameEvidence
 from tsr_engine.tracking.camera_shift import CameraShift
 
@@ -57,7 +57,7 @@ def run_engine(
         VideoError: the clip cannot be decoded, is too short, or has pictures of another size.
     """
     facts = bundle.manifest
-    with open_video(bundle.clip, limits=limits) as video, one_blas_thread():
+    with open_video(bundle.clip, limits=limits) as video:
         if (video.width, video.height) != (facts.clip.width, facts.clip.height):
             raise VideoError(
                 f"{facts.clip.file} of {bundle.name} has pictures of {video.width}x{video.height}, expected "

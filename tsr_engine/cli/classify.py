@@ -43,14 +43,13 @@ def classify(
     from tsr_engine.evaluation.classification import crop_of
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.io.gtsrb import read_items
-    from tsr_engine.pipeline import load_classifier, one_blas_thread
+    from tsr_engine.pipeline import load_classifier
 
     items = [(source if source.is_dir() else source.parent, item) for source in sources for item in read_items(source)]
     refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
     classifier = load_classifier(models)
     unreadable = done = right = known = 0
     with (
-        one_blas_thread(),
         stop_on_interrupt() as stopped,
         atomic_text(csv) as out,
         progress_bar("classifying", "crops") as show,

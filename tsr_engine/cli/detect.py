@@ -59,14 +59,13 @@ def detect(
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.io.pictures import find_pictures, read_picture
-    from tsr_engine.pipeline import load_components, one_blas_thread
+    from tsr_engine.pipeline import load_components
 
     paths = list(find_pictures(sources))
     refuse_inputs([jsonl], paths)
     components = load_components(params, models, network)
     unreadable = found = done = 0
     with (
-        one_blas_thread(),
         stop_on_interrupt() as stopped,
         atomic_text(jsonl) as out,
         progress_bar("detecting", "pictures") as show,

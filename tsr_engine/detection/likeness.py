@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import ARRAYS, SignClassifier
 from tsr_engine.recognition.crops import cut
+from tsr_engine.recognition.features import linear
 from tsr_engine.records import FloatArray, Picture
 
 
@@ -50,8 +51,7 @@ class Likeness:
             features = self.machines.read(crops)
             out[inside] = self.machines.margins_of(features).max(axis=1)
             if self.common is not None:
-                # row by row, so that a crop's answer does not depend on what else is asked
-                every = [np.dot(row, self.common[:-1]) + self.common[-1] for row in features]
+                every = linear(features, self.common[:-1, None], self.common[-1:])[:, 0]
                 out[inside] = (out[inside] + every) / 2
         return out
 

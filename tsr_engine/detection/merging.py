@@ -12,6 +12,7 @@ import numpy as np
 
 from tsr_engine.detection.nms import suppress
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.products import product
 from tsr_engine.records import FloatArray
 
 __all__ = ["SPREAD", "TOGETHER", "merge"]
@@ -40,4 +41,4 @@ def merge(boxes: FloatArray, scores: FloatArray, overlap: float, limit: int) -> 
         return np.zeros((0, 4)), np.zeros(0)
     near = iou(boxes[kept], boxes) > TOGETHER
     weights = near * np.exp((scores - scores.max()) / SPREAD)
-    return weights @ boxes / weights.sum(axis=1, keepdims=True), scores[kept]
+    return product(weights, boxes) / weights.sum(axis=1, keepdims=True), scores[kept]

@@ -42,7 +42,7 @@ def cut_patch(
         matrix = np.array([[scale, 0.0, side / 2 - scale * cx + beyond], [0.0, scale, side / 2 - scale * cy + beyond]])
     else:
         linear = scale * distortion
-        shift = side / 2 - linear @ np.array([cx, cy]) + 0.5 * (linear.sum(axis=1) - 1)
+        shift = side / 2 - (linear[:, 0] * cx + linear[:, 1] * cy) + 0.5 * (linear.sum(axis=1) - 1)
         matrix = np.column_stack([linear, shift])
     patch = cv2.warpAffine(picture, matrix, (side, side), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(patch, dtype=np.uint8)

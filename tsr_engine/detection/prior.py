@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
 from tsr_engine.params.detector import PriorParams
+from tsr_engine.products import product
 from tsr_engine.records import FloatArray
 
 GRID: Final = 128
@@ -61,7 +62,7 @@ def parzen(centres: ArrayLike, bandwidth: float) -> NDArray[np.float32]:
     nodes = (np.arange(GRID) + 0.5) / GRID
     kernel_x = np.exp(-0.5 * ((nodes[None] - points[:, :1]) / bandwidth) ** 2)
     kernel_y = np.exp(-0.5 * ((nodes[None] - points[:, 1:]) / bandwidth) ** 2)
-    density = kernel_y.T @ kernel_x
+    density = product(np.ascontiguousarray(kernel_y.T), kernel_x)
     return np.asarray(density / density.max(), dtype=np.float32)
 
 

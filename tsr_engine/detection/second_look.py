@@ -19,6 +19,7 @@ from tsr_engine.channels.quantise import channel_bytes
 from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.trees import TreeEnsemble
+from tsr_engine.products import product
 from tsr_engine.records import FloatArray, Picture
 
 SIGN: Final = 28.0
@@ -57,8 +58,9 @@ class SecondLook:
 
     def step(self, number: int, boxes: FloatArray, features: NDArray[np.uint8]) -> FloatArray:
         """Boxes (n, 4) after step 0 or 1, from the features around them."""
-        answer = features.astype(np.float32) @ self.weights[number] / np.float32(255.0) + self.biases[number]
-        return move(boxes, np.asarray(answer, dtype=np.float64))
+        # whole bytes times weights that were stored in 16 bits: sums in 64 bits have no rounding
+        answer = product(features.astype(np.float64), self.weights[number].astype(np.float64)) / 255.0
+        return move(boxes, answer + self.biases[number])
 
 
 def features_of(picture: Picture, boxes: FloatArray) -> NDArray[np.uint8]:

@@ -7,26 +7,41 @@ and makes the tracks. ``check_track`` guards the writers.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from tsr_engine.errors import ExportError
+from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.formats import ImportTarget, Switch
+from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget, Switch
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, place_of, read_json, read_text, refuse
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, dense
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["MAX_BOXES", "MAX_JSON_BYTES", "SIZE_SWITCH", "Intake", "check_track", "read_json", "read_text", "refuse"]
+__all__ = [
+    "MAX_BOXES",
+    "MAX_JSON_BYTES",
+    "NO_BOX",
+    "SIZE_SWITCH",
+    "Intake",
+    "check_track",
+    "read_json",
+    "read_text",
+    "refuse",
+]
 
 MAX_BOXES = 10_000_000
 """Most boxes of one import; a few bytes of key frames can stand for any number of frames."""
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _SAME_PX = 1e-6
 
+Edges = tuple[float, float, float, float]
+Numbers = TypeVar("Numbers", bound=tuple[float, ...])
+
+NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
+"""What ``Intake.edges`` gives for a box that is left out; told by its identity."""
 
 SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file is about pictures of another size.")
 
@@ -67,9 +82,10 @@ def check_track(track: Track, video: DatasetVideo, labels: Sequence[str]) -> Non
 class Intake:
     """Takes rows of a file in any order, checks them, and makes the data set.
 
-    Refused (``ImportFormatError``): numbers that are not finite, boxes without area, frames outside of the video, two
-    different boxes of one track in one frame. Repaired, each kind with one sentence: boxes that reach over the
-    picture's edge are cut there, the same row twice is taken once. Skipped: boxes wholly outside of the picture.
+    Refused (``ImportFormatError``): frames outside of the video, two different boxes of one track in one frame, and,
+    unless the switch ``bad_boxes`` says ``skip``, boxes without area or without four finite numbers. Repaired, each
+    kind with one sentence: boxes that reach over the picture's edge are cut there, the same row twice is taken once.
+    Skipped: boxes wholly outside of the picture.
     Names of no class say nothing about it, which is told with a sentence; ``strict`` refuses them.
     """
 
@@ -80,6 +96,7 @@ class Intake:
         self._strict = strict
         self._boxes = 0
         self._outside, self._first_outside = 0, ""
+        self._bad, self._first_bad = 0, ""
         self._tracks: dict[str, TrackRows] = {}
         self._skipped: list[Skipped] = []
         self._repaired: list[str] = []
@@ -199,11 +216,49 @@ class Intake:
             )
         return ordinal
 
+    def edges(self, read: Callable[[], Numbers]) -> Numbers:
+        """The edges, or other numbers of a box, that ``read`` finds; ``NO_BOX`` where the box is left out instead.
+
+        Raises:
+            ImportFormatError: that of ``read``, with what else a person can do.
+        """
+        try:
+            return read()
+        except ImportFormatError as error:
+            self._leave_out(error)
+            return cast(Numbers, NO_BOX)
+
+    def takes(self, edges: Edges, file: str, line: int | str | None = None) -> bool:
+        """Whether edges are those of a box; False: it is left out.
+
+        Raises:
+            ImportFormatError: they are not, unless the switch ``bad_boxes`` says ``skip``.
+        """
+        if edges is NO_BOX:
+            return False
+        x1, y1, x2, y2 = edges
+        # NaN fails every comparison.
+        if -math.inf < x1 < x2 < math.inf and -math.inf < y1 < y2 < math.inf:
+            return True
+        if not all(map(math.isfinite, edges)):
+            rule = f"box {_text(edges)} must have four finite numbers. Correct it."
+        else:
+            rule = f"box {_text(edges)} must have a positive width and height. Correct it, or delete the row."
+        self._leave_out(refuse(file, line, rule))
+        return False
+
+    def _leave_out(self, error: ImportFormatError) -> None:
+        if self.target.switches.get(BAD_BOXES.name) != "skip":
+            way_out = f"Or import with {BAD_BOXES.name}=skip, which leaves such boxes out."
+            raise ImportFormatError(f"{error} {way_out}", error.kind) from None
+        self._bad += 1
+        self._first_bad = self._first_bad or str(error)
+
     def box(
         self,
         uid: str,
         frame: int,
-        edges: tuple[float, float, float, float],
+        edges: Edges,
         label: int,
         *,
         file: str,
@@ -218,15 +273,10 @@ class Intake:
         Raises:
             ImportFormatError: it breaks a rule.
         """
+        if not self.takes(edges, file, line):
+            return False
         video = self.target.video
         x1, y1, x2, y2 = edges
-        # NaN and infinities fail every one of these comparisons or the size check.
-        if not (math.isfinite(x1) and math.isfinite(y1) and math.isfinite(x2) and math.isfinite(y2)):
-            raise refuse(file, line, f"box {_text(edges)} must have four finite numbers. Correct it.")
-        if not (x1 < x2 and y1 < y2):
-            raise refuse(
-                file, line, f"box {_text(edges)} must have a positive width and height. Correct it, or delete the row."
-            )
         if not 0 <= frame < video.frames:
             self.frame(frame, file, line)
         if not (score != score or 0.0 <= score <= 1.0):
@@ -304,6 +354,8 @@ class Intake:
     def _tell_counts(self) -> None:
         if self._outside:
             self.skip(f"{self._outside} boxes", f"They lie outside of the picture; the first: {self._first_outside}.")
+        if self._bad:
+            self.skip(f"{self._bad} boxes", f"They are none ({BAD_BOXES.name}=skip); the first: {self._first_bad}")
         for what, (count, file, line) in self._counts.items():
             self._repaired.append(f"{what}: {count}; the first is {place_of(file, line)}.")
         for name, (count, file, line) in self._unknown.items():

@@ -208,7 +208,7 @@ class _File:
             "ignore": note.get("iscrowd", 0) in _TRUE or said.get("ignore", False) in _TRUE,
             "score": math.nan if score is None else _number(score, "score", self._name, where),
         }
-        edges = _edges(note["bbox"], image.scale, self._name, where)
+        edges = self._intake.edges(lambda: _edges(note["bbox"], image.scale, self._name, where))
         number = self._intake.label(label, self._name, where)
         track = said.get("track_id", note.get("track_id"))
         uid = str(said.get("uid", "")) or (f"track{track}" if track is not None else "")
@@ -287,7 +287,7 @@ class _Results:
         score = result.get("score")
         self._loose.add(
             frame,
-            _edges(result.get("bbox"), scale, self._name, where),
+            self._intake.edges(lambda: _edges(result.get("bbox"), scale, self._name, where)),
             label,
             file=self._name,
             line=where,
@@ -329,7 +329,8 @@ def _whole(value: Any, name: str, file: str, where: str) -> int:
 
 def _number(value: Any, name: str, file: str, where: str) -> float:
     if type(value) not in (int, float):
-        raise refuse(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
+        got = "null or NaN" if value is None else repr(str(value)[:40])
+        raise refuse(file, where, f"{name} must be a finite number. Got {got}.")
     try:
         return float(value)
     except OverflowError:

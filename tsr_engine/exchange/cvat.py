@@ -119,11 +119,15 @@ def flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
 
 
 def box_edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> tuple[float, float, float, float]:
-    """Edges of a ``<box>`` in px; a turned box becomes the upright one around it, with a sentence.
+    """Edges of a ``<box>`` in px, for ``Intake.box``; a turned box becomes the upright one around it, with a sentence.
 
     Raises:
         ImportFormatError: an edge is missing or no number, or the turn is not finite.
     """
+    return intake.edges(lambda: _edges(node, file, intake, scale))
+
+
+def _edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> tuple[float, float, float, float]:
     x1, y1, x2, y2 = (number(node, name, file) for name in ("xtl", "ytl", "xbr", "ybr"))
     if node.attrib.get("rotation", "0") not in ("0", "0.0", "0.00"):
         turn = number(node, "rotation", file)

@@ -208,9 +208,6 @@ def _annotation(
     label = note.get("label_id")
     if not isinstance(label, int) or not 0 <= label < len(names):
         raise refuse(file, where, f"label_id {label!r} must be 0 to {len(names) - 1}. Correct it.")
-    box = note.get("bbox")
-    if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
-        raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     said = note.get("attributes", {})
     said = said if isinstance(said, dict) else {}
     track = said.get("track_id")
@@ -224,12 +221,11 @@ def _annotation(
     score = said.get("score")
     if score is not None and type(score) not in (int, float):
         raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
-    x, y, width, height = (_float(side, file, where) for side in box)
     known = uid in intake
     taken = intake.box(
         uid,
         frame,
-        (x * scale[0], y * scale[1], (x + width) * scale[0], (y + height) * scale[1]),
+        intake.edges(lambda: _edges(note.get("bbox"), scale, file, where)),
         intake.label(names[label], file, where),
         file=file,
         line=where,
@@ -246,6 +242,13 @@ def _annotation(
             notes=notes_from_text(str(said.get("note", "")), frame),
         )
     return True
+
+
+def _edges(box: Any, scale: tuple[float, float], file: str, where: str) -> tuple[float, float, float, float]:
+    if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
+        raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
+    x, y, width, height = (_float(side, file, where) for side in box)
+    return x * scale[0], y * scale[1], (x + width) * scale[0], (y + height) * scale[1]
 
 
 def _float(value: float, file: str, where: str) -> float:

@@ -15,7 +15,7 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.spool import Spool
 
-__all__ = ["ExportOptions", "Format", "ImportTarget", "Switch", "Writer"]
+__all__ = ["BAD_BOXES", "ExportOptions", "Format", "ImportTarget", "Switch", "Writer"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,15 @@ class Switch:
     values: tuple[str, ...]
     help: str
     free: bool = False
+
+
+BAD_BOXES = Switch(
+    "bad_boxes",
+    ("refuse", "skip"),
+    "What to do with boxes without area or with coordinates that are missing or no numbers: refuse the file, or leave "
+    "them out and tell how many.",
+)
+"""An option of every reader."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +115,7 @@ class Format:
         read: None: export only.
         sniff: looks at a folder or file and says whether it is of this format; cheap.
         export_switches: options of the writer.
-        import_switches: options of the reader.
+        import_switches: options of the reader; ``BAD_BOXES`` is added to them.
         needs_pictures: an export without pictures makes no sense (crop folders).
         key_frames: the writer marks key frames, so that ``ExportOptions.thin_px`` says how many there are.
         docs: page under ``docs/formats/``.
@@ -123,3 +132,7 @@ class Format:
     needs_pictures: bool = False
     key_frames: bool = False
     docs: str = ""
+
+    def __post_init__(self) -> None:
+        if self.read is not None:
+            object.__setattr__(self, "import_switches", (*self.import_switches, BAD_BOXES))

@@ -111,17 +111,26 @@ def _read_row(
         if pictures.is_other(cells[0]):
             return
         raise refuse(file, line, f"the picture {cells[0][:60]!r} has no frame number. Call it 00010.ppm.")
-    try:
-        left, top, right, bottom, label = (whole_number(cell) for cell in cells[1:])
-    except ValueError:
-        raise refuse(file, line, f"must have whole numbers after the file. Got {content.strip()[:60]!r}.") from None
+    label = _whole(cells[5], content, file, line)
     if not 0 <= label < len(intake.target.labels):
         raise refuse(file, line, f"class {label} must be 0 to {len(intake.target.labels) - 1}. Correct it.")
+    ordinal = intake.frame(frame, file, line)
+    edges = intake.edges(lambda: _edges(cells, content, 1 if corners == "inclusive" else 0, file, line))
+    loose.add(ordinal, edges, label, file=file, line=line)
+
+
+def _edges(cells: list[str], content: str, extra: int, file: str, line: int) -> tuple[float, float, float, float]:
+    left, top, right, bottom = (_whole(cell, content, file, line) for cell in cells[1:5])
     if min(left, top) < 0 or max(left, top, right, bottom) > 1_000_000:
         raise refuse(file, line, f"corners must be pixels from 0. Got {left};{top};{right};{bottom}.")
-    ordinal = intake.frame(frame, file, line)
-    extra = 1 if corners == "inclusive" else 0
-    loose.add(ordinal, (left, top, right + extra, bottom + extra), label, file=file, line=line)
+    return left, top, right + extra, bottom + extra
+
+
+def _whole(cell: str, content: str, file: str, line: int) -> int:
+    try:
+        return whole_number(cell)
+    except ValueError:
+        raise refuse(file, line, f"must have whole numbers after the file. Got {content.strip()[:60]!r}.") from None
 
 
 def _files(path: Path) -> list[Path]:

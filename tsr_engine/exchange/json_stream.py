@@ -26,7 +26,8 @@ def members(
     """The members of the object in a file, or the elements of the list.
 
     Yields ``(key, None, value)`` for a value that is no list; for a list first ``(key, 0, None)``, then ``(key, n,
-    element)`` for each element. A file that is no object counts as one whose only key is empty.
+    element)`` for each element. A file that is no object counts as one whose only key is empty. NaN, which pandas
+    writes for what is missing, is taken as null.
 
     Args:
         path: UTF-8, with or without byte order mark.
@@ -34,8 +35,8 @@ def members(
         limit: most bytes.
 
     Raises:
-        ImportFormatError: not JSON, another encoding, NaN or infinities, a key twice, too large or nested too deeply;
-            says the line.
+        ImportFormatError: not JSON, another encoding, infinities, a key twice, too large or nested too deeply; says the
+            line.
     """
     file = path.name if name is None else name
     size = path.stat().st_size
@@ -190,7 +191,9 @@ class _Text:
         self._newlines += content.count(b"\n")
         self._buffer, self._at = rest + more, 0
 
-    def _constant(self, name: str) -> Any:
+    def _constant(self, name: str) -> None:
+        if name == "NaN":
+            return
         found = max(self._buffer.find(name, self._at), self._at)
         line = self._before + self._buffer.count("\n", 0, found)
         raise refuse(self.file, line, f"{name} is no JSON number. Write finite numbers.")

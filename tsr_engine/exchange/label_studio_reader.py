@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -231,18 +232,8 @@ def _read_region(
             raise refuse(file, spot, "must be an object. Correct it.")
         frame = intake.frame(key.get("frame", ""), file, spot, origin=1)
         times.look(frame, key.get("time"), spot)
-        x, y, width, height = (_number(key, name, file, spot) for name in ("x", "y", "width", "height"))
-        x, y, width, height = (
-            x / 100 * video.width,
-            y / 100 * video.height,
-            width / 100 * video.width,
-            height / 100 * video.height,
-        )
-        turn = _number(key, "rotation", file, spot) if key.get("rotation") else 0.0
-        if turn % 360 and math.isfinite(turn):
-            x, y, width, height = _upright(x, y, width, height, turn)
-            intake.count("Turned boxes were replaced by the upright boxes around them", file, spot)
-        if intake.box(uid, frame, (x, y, x + width, y + height), label, file=file, line=spot):
+        edges = intake.edges(partial(_edges, key, intake, file, spot))
+        if intake.box(uid, frame, edges, label, file=file, line=spot):
             enabled_at[frame] = key.get("enabled", True) is not False
     for frame, enabled in enabled_at.items():
         if not enabled and frame + 1 not in enabled_at:
@@ -259,6 +250,19 @@ def _read_region(
         # Enabled at its last key frame, a region stays to the end of the video.
         until=video.frames - 1 if enabled_at and enabled_at[max(enabled_at)] else -1,
     )
+
+
+def _edges(key: dict[str, Any], intake: Intake, file: str, where: str) -> tuple[float, float, float, float]:
+    video = intake.target.video
+    x, y, width, height = (
+        _number(key, name, file, where) / 100 * side
+        for name, side in (("x", video.width), ("y", video.height), ("width", video.width), ("height", video.height))
+    )
+    turn = _number(key, "rotation", file, where) if key.get("rotation") else 0.0
+    if turn % 360 and math.isfinite(turn):
+        x, y, width, height = _upright(x, y, width, height, turn)
+        intake.count("Turned boxes were replaced by the upright boxes around them", file, where)
+    return x, y, x + width, y + height
 
 
 def _check_count(count: Any, intake: Intake, file: str, where: str) -> None:

@@ -70,7 +70,9 @@ class LooseBoxes:
         ignore: bool = False,
         score: float = math.nan,
     ) -> None:
-        """One box, as ``Intake.box`` takes it; it is checked when the boxes are settled."""
+        """One box, as ``Intake.box`` takes it; all but its edges is checked when the boxes are settled."""
+        if not self._intake.takes(edges, file, line):
+            return
         self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score), file))
 
     def settle(self) -> None:

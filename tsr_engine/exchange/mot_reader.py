@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
@@ -18,7 +19,7 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
-from tsr_engine.exchange.mot_columns import Columns, Rows, columns_of
+from tsr_engine.exchange.mot_columns import Columns, Row, Rows, columns_of
 from tsr_engine.exchange.mot_extras import NAMES, Extras
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
@@ -38,6 +39,8 @@ _SAYS_NOTHING = re.compile(
     re.I,
 )
 """Words in names of files and folders that are about no video."""
+_BOX = range(2, 6)
+"""Columns of the box, from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,10 +136,15 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
     file = sequence.rows.relative_to(inside).as_posix()
     scale = _about(sequence.root / _SEQUENCE, path, intake)
     names = _names(sequence)
-    rows = [
-        (line, tuple(_real(cell, at, file, line) for at, cell in enumerate(cells)))
-        for line, cells in _rows(sequence.rows, file)
-    ]
+    rows: list[tuple[int, Row]] = []
+    broken: dict[int, list[str]] = {}
+    for line, cells in _rows(sequence.rows, file):
+        others = tuple(math.nan if at in _BOX else _real(cell, at, file, line) for at, cell in enumerate(cells))
+        try:
+            rows.append((line, (*others[:2], *(real_number(cells[at]) for at in _BOX), *others[6:])))
+        except ValueError:
+            rows.append((line, others))
+            broken[line] = cells
     if not rows:
         return
     if not counting.frame.settled:
@@ -151,11 +159,10 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
     told: set[str] = set()
     for line, values in rows:
         frame = counting.frame.frame(values[0], file, line)
-        number, x, y, w, h = values[1:6]
+        number = values[1]
         if not (math.isfinite(number) and number == int(number)):
             raise refuse(file, line, f"the track id must be a whole number. Got {number:g}.")
-        x, y = x - counting.place, y - counting.place
-        edges = (x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1])
+        edges = intake.edges(partial(_edges, values, broken.get(line), counting.place, scale, file, line))
         label, score, ignore, occluded = extras(values, line)
         if number < 0 or (number == 0 and not zero):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
@@ -167,6 +174,15 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
         if taken and uid not in told:
             told.add(uid)
             intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
+
+
+def _edges(
+    values: Row, broken: list[str] | None, origin: int, scale: tuple[float, float], file: str, line: int
+) -> tuple[float, float, float, float]:
+    """Edges of a row; ``broken`` are its cells where one of the box is no number."""
+    x, y, w, h = values[2:6] if broken is None else (_real(broken[at], at, file, line) for at in _BOX)
+    x, y = x - origin, y - origin
+    return x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1]
 
 
 def _zero_is_an_id(rows: Rows) -> bool:

@@ -79,13 +79,15 @@ def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
 
 
 def read_json(path: Path, *, limit: int = MAX_JSON_BYTES) -> Any:
-    """A JSON file in UTF-8; NaN and infinities are refused here already.
+    """A JSON file in UTF-8; NaN is taken as null, infinities are refused here already.
 
     Raises:
         ImportFormatError: not JSON, too large or nested too deeply; says the line.
     """
 
-    def constant(name: str) -> Any:
+    def constant(name: str) -> None:
+        if name == "NaN":
+            return
         raise refuse(path.name, None, f"{name} is no JSON number. Write finite numbers.")
 
     try:

@@ -162,8 +162,7 @@ class _Table:
         frame = self._origin.frame(said["frame"], file, line)
         if "w" not in said:
             self._check_size(cells, line)
-        edges = _edges(said, file, line)
-        edges = edges if self._columns.own else whole_box(edges, file, line)
+        edges = intake.edges(lambda: _edges(said, self._columns.own, file, line))
         visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
         if not -1 <= visibility <= 1:
             raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
@@ -227,7 +226,7 @@ def _delimiter(path: Path) -> str:
     return max((",", ";", "\t"), key=lambda mark: start.count(mark.encode()))
 
 
-def _edges(said: Mapping[str, str], file: str, line: int) -> tuple[float, float, float, float]:
+def _edges(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
     if "x1" in said:
         x1, y1, x2, y2 = (_real(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
         edges = (x1, y1, x2, y2)
@@ -243,7 +242,7 @@ def _edges(said: Mapping[str, str], file: str, line: int) -> tuple[float, float,
         if found is None:
             raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {said[name][:60]!r}.")
         edges = found
-    return edges
+    return edges if own else whole_box(edges, file, line)
 
 
 def whole_box(

@@ -206,7 +206,7 @@ class _File:
             "ignore": self._flag(box, "ignore", where, False),
             "score": math.nan if score is None else self._number(score, "score", where),
         }
-        edges = self._box_edges(box, where)
+        edges = self._intake.edges(lambda: self._box_edges(box, where))
         label = self._label(box, where, UNSAID if track is None else track[1])
         uid = self._id(box, where) if track is None else track[0]
         if uid:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.beside import told_by_manifest
-from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
+from tsr_engine.exchange.checks import NO_BOX, SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
@@ -258,11 +258,18 @@ def _objects_in(
         return
     ordinal = intake.frame(frame, file)
     for node in objects:
-        box = node.child("bndbox")
-        if box is None:
-            raise refuse(file, node.line, "<object> must have <bndbox>. Correct it.")
-        corners = tuple(_real(box, name, file) for name in _CORNERS)
+        corners = intake.edges(partial(_corners_of, node, file))
+        if corners is NO_BOX:
+            continue
         yield _object(node, corners, file, ordinal, scale, intake, about)
+
+
+def _corners_of(node: XmlNode, file: str) -> tuple[float, float, float, float]:
+    box = node.child("bndbox")
+    if box is None:
+        raise refuse(file, node.line, "<object> must have <bndbox>. Correct it.")
+    x1, y1, x2, y2 = (_real(box, name, file) for name in _CORNERS)
+    return x1, y1, x2, y2
 
 
 def _offset(path: Path, found: list[_Object], intake: Intake) -> int:

@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
-from tsr_engine.exchange.checks import MAX_JSON_BYTES, Intake, read_text, refuse
+from tsr_engine.exchange.checks import MAX_JSON_BYTES, NO_BOX, Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.linking import LooseBoxes
@@ -89,7 +90,7 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     for place in (path, path.parent):
         for name in ("data.yaml", "dataset.yaml", "data.yml"):
             if (place / name).is_file():
-                found = names_of(read_text(place / name, limit=1 << 24), name)
+                found = names_of(place / name)
                 if found is not None:
                     return found, name
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
@@ -108,23 +109,30 @@ def _lines(
         cells = content.split()
         if not cells:
             continue
-        try:
-            values = [real_number(cell) for cell in cells]
-        except ValueError:
-            raise refuse(file, line, f"must be numbers. Got {content.strip()[:60]!r}. Correct it.") from None
-        if not all(math.isfinite(value) for value in values):
-            raise refuse(file, line, f"must be finite numbers. Got {content.strip()[:60]!r}. Correct it.")
-        if len(values) < 5:
-            raise refuse(
-                file, line, f"must have 5 columns: class, centre x, centre y, width, height. Got {len(values)}."
-            )
+        values = intake.edges(partial(_values, cells, file, line))
+        if values is NO_BOX:
+            continue
         number = values[0]
         if number != int(number) or number < 0:
             raise refuse(file, line, f"the class must be a whole number from 0 on. Got {cells[0][:40]}.")
         if names is not None and int(number) not in names:
             raise refuse(file, line, f"class {int(number)} is none of the {len(names)} classes in {named_by}. Add it.")
         label = intake.label(str(int(number)) if names is None else names[int(number)], file, line)
-        yield YoloLine(file, line, frame, content.strip(), label, tuple(values[1:]))
+        yield YoloLine(file, line, frame, content.strip(), label, values[1:])
+
+
+def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
+    """The numbers of a row: the class, four or more of the box, others."""
+    row = " ".join(cells)[:60]
+    try:
+        values = tuple(real_number(cell) for cell in cells)
+    except ValueError:
+        raise refuse(file, line, f"must be numbers. Got {row!r}. Correct it.") from None
+    if not all(math.isfinite(value) for value in values):
+        raise refuse(file, line, f"must be finite numbers. Got {row!r}. Correct it.")
+    if len(values) < 5:
+        raise refuse(file, line, f"must have 5 columns: class, centre x, centre y, width, height. Got {len(values)}.")
+    return values
 
 
 def _take_with_columns(rows: list[YoloRow], intake: Intake, loose: LooseBoxes) -> None:

@@ -9,13 +9,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat
+from math import inf
 
 from tsr_engine.exchange.checks import Intake, refuse
 
 __all__ = ["YoloLine", "YoloRow", "boxed"]
 
-_MOST = 1.01
-"""What Ultralytics lets pass as a part of the picture."""
+_LEAST, _MOST = -0.01, 1.01
+"""What Ultralytics lets pass as a part of the picture: rounding, which is cut at the edge."""
+_LEAST_OF_BOX = (_LEAST, _LEAST, -inf, -inf)
+"""A box of negative size is none, which the intake says."""
 _EITHER = 6
 """Numbers behind the class that may be either."""
 
@@ -124,8 +128,8 @@ def _row(line: YoloLine, triangles: bool, intake: Intake) -> YoloRow:
             line.line,
             f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.",
         )
-    for value in values if polygon else values[:4]:
-        if not 0 <= value <= _MOST:
+    for value, least in zip(values, repeat(_LEAST) if polygon else _LEAST_OF_BOX, strict=False):
+        if not least <= value <= _MOST:
             hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
             raise refuse(
                 line.file,

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tsr_engine.products import product
 from tsr_engine.records import FloatArray, Picture
 
 MIRROR: NDArray[np.intp] = (
@@ -27,6 +29,8 @@ the sense of rotation of the 8 orientation bins. No second SIFT pass is needed.
 """
 MIRROR.setflags(write=False)
 
+_EDGE, _SIGMA = 10.0, 1.6
+"""OpenCV's defaults, which must be given along with the type of the descriptors."""
 _ANGLES, _OFFSETS = 36, 32
 """Cells of the Hough space: 5 degrees by 1/32 of the side."""
 _ANGLE_SIGMA = math.radians(6.0)
@@ -71,7 +75,14 @@ class SymmetryDetector:
 
     def __init__(self, size: int = 48, contrast: float = 0.003, layers: int = 3, features: int = 80) -> None:
         self.size = size
-        self._sift = cv2.SIFT.create(nfeatures=features, nOctaveLayers=layers, contrastThreshold=contrast)
+        self._sift = cv2.SIFT.create(
+            nfeatures=features,
+            nOctaveLayers=layers,
+            contrastThreshold=contrast,
+            edgeThreshold=_EDGE,
+            sigma=_SIGMA,
+            descriptorType=cv2.CV_8U,
+        )
 
     def measure(self, crop: Picture) -> Symmetry:
         """The strongest mirror axis of a near-square crop.
@@ -91,7 +102,7 @@ class SymmetryDetector:
             return _none(len(keypoints))
         points = np.array([(*k.pt, k.size, np.deg2rad(k.angle)) for k in keypoints], dtype=np.float64)
         points[:, :2] -= (self.size - 1) / 2
-        likeness = _likeness(np.asarray(descriptors, dtype=np.float32))
+        likeness = _likeness(descriptors)
         angle, offset, magnitude, partner, agreement = _strongest_axis(points, likeness, float(self.size))
         support = np.flatnonzero(partner >= 0)
         scale = np.array([width, height]) / self.size
@@ -107,12 +118,17 @@ def _none(features: int) -> Symmetry:
     return Symmetry(0.0, 0.0, 0.0, np.zeros((0, 4)), np.zeros(0), features)
 
 
-def _likeness(descriptors: NDArray[np.float32]) -> FloatArray:
-    """How well each feature, mirrored, looks like each other: shape (n, n), in [0, 1], symmetric."""
-    unit = descriptors / np.maximum(np.linalg.norm(descriptors, axis=1, keepdims=True), 1e-6)
-    cosine = unit @ unit[:, MIRROR].T
+def _likeness(descriptors: NDArray[Any]) -> FloatArray:
+    """How well each feature, mirrored, looks like each other: shape (n, n), in [0, 1], symmetric.
+
+    Args:
+        descriptors: shape (n, 128), whole numbers from 0 to 255: their products have no rounding.
+    """
+    rows = descriptors.astype(np.int32)
+    length = np.sqrt(np.maximum((rows * rows).sum(axis=1), 1))
+    cosine = product(rows, np.ascontiguousarray(rows[:, MIRROR].T)) / (length[:, None] * length)
     low, high = _COSINE_RANGE
-    return np.asarray(np.clip((cosine - low) / (high - low), 0.0, 1.0), dtype=np.float64)
+    return np.asarray(np.clip((cosine - low) / (high - low), 0.0, 1.0))
 
 
 @njit(cache=True, nogil=True)

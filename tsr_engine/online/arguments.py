@@ -65,7 +65,7 @@ def check_reach(samples: FloatArray, C: float) -> None:
     Raises:
         ValueError: ``C |x|^2`` above :data:`REACH`.
     """
-    reach = C * float(np.einsum("ij,ij->i", samples, samples).max(initial=0.0))
+    reach = C * float((samples * samples).sum(axis=1).max(initial=0.0))
     if reach > REACH:
         raise ValueError(
             f"The samples X of IncrementalSVC must have C |x|^2 <= {REACH:g} with a linear kernel. Got {reach:.3g} "

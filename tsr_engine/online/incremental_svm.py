@@ -19,6 +19,7 @@ from tsr_engine.online.path import CANDIDATE, follow_path
 from tsr_engine.online.repair import repair
 from tsr_engine.online.settle import gradient, settle, violation
 from tsr_engine.online.store import SampleStore
+from tsr_engine.products import dot, product
 from tsr_engine.records import FloatArray
 
 __all__ = ["IncrementalSVC"]
@@ -139,14 +140,14 @@ class IncrementalSVC:
         if not len(self._store) or not len(samples):
             return np.full(len(samples), self._b)
         if self.kernel == "linear":
-            return np.asarray(samples @ self.coef_ + self._b)
+            return np.asarray(product(samples, self.coef_[:, None])[:, 0] + self._b)
         store = self._store
         weights = store.y[: store.n] * store.alpha[: store.n]
         values = np.empty(store.n)
         result = np.empty(len(samples))
         for k, x in enumerate(samples):
             kernel_row(store.X, store.n, x, RBF, self._width(), values)
-            result[k] = weights @ values
+            result[k] = dot(weights, values)
         return result + self._b
 
     def predict(self, X: ArrayLike) -> NDArray[np.int64]:
@@ -239,7 +240,7 @@ class IncrementalSVC:
         if self.kernel != "linear":
             raise AttributeError("IncrementalSVC has 'coef_' only with kernel='linear'.")
         if self._coef is None:
-            self._coef = self.dual_coef_ @ self.X_
+            self._coef = product(self.dual_coef_[None], self.X_)[0]
             self._coef.flags.writeable = False
         return self._coef
 
@@ -247,7 +248,8 @@ class IncrementalSVC:
     def dual_objective_(self) -> float:
         """``sum alpha - 1/2 alpha' Q alpha``; the maximum of the dual."""
         alpha = self._store.alpha[: self._store.n]
-        return float(alpha.sum() - 0.5 * alpha @ self._store.Q[: len(alpha), : len(alpha)] @ alpha)
+        curved = product(alpha[None], self._store.Q[: len(alpha), : len(alpha)])[0]
+        return float(alpha.sum() - 0.5 * dot(curved, alpha))
 
     # -- the steps -----------------------------------------------------------------------------------------
 
@@ -260,8 +262,7 @@ class IncrementalSVC:
         row[:n] *= store.y[:n] * label
         store.diagonal[slot] = row[slot]
         store.Q[:n, slot] = row[:n]
-        gradient_of_new = row[:n] @ store.alpha[:n] + label * self._b - 1.0
-        store.g[slot] = gradient_of_new
+        store.g[slot] = dot(row[:n], store.alpha[:n]) + label * self._b - 1.0
         self._follow(slot, adding=True)
 
     def _remove(self, position: int) -> None:
@@ -357,7 +358,7 @@ class IncrementalSVC:
         store = self._store
         X, y = store.X[: store.n], store.y[: store.n]
         if self.kernel == "linear":
-            return np.ascontiguousarray(X @ X.T * np.outer(y, y))
+            return np.asarray(product(X, X.T) * np.outer(y, y))
         squares = np.empty((store.n, store.n))
         with np.errstate(over="ignore"):  # what lies too far apart for doubles has the kernel value 0
             for i in range(store.n):

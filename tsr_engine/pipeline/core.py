@@ -23,6 +23,7 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline.companion import Companion, Parts
 from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.sentences import astray, rejected, relabelled, relocalised, sought
+from tsr_engine.products import dot, solve
 from tsr_engine.protocols import DETECTION, PixelSource, Sight
 from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recognition.crops import crop_bounds
@@ -191,7 +192,7 @@ class TrackingCore:
         """
         p = self.params.pipeline
         off = to_cxcywh(found.box)[:2] - to_cxcywh(prediction.box)[:2]
-        sigmas = float(np.sqrt(off @ np.linalg.solve(prediction.covariance[:2, :2], off)))
+        sigmas = float(np.sqrt(dot(off, solve(prediction.covariance[:2, :2], off[:, None])[:, 0])))
         if p.sought_sigmas is not None and sigmas > p.sought_sigmas:
             return astray(track_id, alone, prediction.box, found, sigmas)
         sure = found.probability >= p.sure_probability

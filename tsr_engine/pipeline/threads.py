@@ -1,4 +1,7 @@
-"""One thread for linear algebra: its matrices are small here, and sums then have one order on every machine."""
+"""One thread for the linear algebra of training: sums then have one order, whatever the number of cores.
+
+A run needs no such block: it multiplies with :mod:`tsr_engine.products`.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,6 @@ __all__ = ["one_blas_thread"]
 
 
 def one_blas_thread() -> AbstractContextManager[Any]:
-    """A block in which BLAS runs on one thread.
-
-    Waking a second thread costs more than it saves on products of a few hundred rows, above all while the detector
-    uses both cores.
-    """
+    """A block in which BLAS runs on one thread."""
     limits: AbstractContextManager[Any] = threadpool_limits(limits=1, user_api="blas")
     return limits

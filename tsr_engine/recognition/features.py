@@ -16,6 +16,7 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.products import product
 from tsr_engine.recognition.descriptor import CHANNELS, GRID
 
 WINDOW = 4
@@ -86,7 +87,7 @@ class FeatureMap:
         out = np.empty((len(descriptors), self.length), dtype=np.float32)
         for first in range(0, len(descriptors), together):
             rows = slice(first, first + together)
-            found = windows(descriptors[rows]) @ self.filters
+            found = product(windows(descriptors[rows]), self.filters)
             found += self.filter_bias
             _combine(found.reshape(together, -1), self.hidden, self.hidden_bias, out[rows])
         return out
@@ -94,11 +95,7 @@ class FeatureMap:
 
 def linear(features: Array, weights: Array, bias: Array) -> Array:
     """``features @ weights + bias``, shapes (n, h), (h, k), (k,) -> (n, k); a row does not depend on the others."""
-    out = np.empty((len(features), weights.shape[1]), dtype=np.float32)
-    for row, feature in zip(out, features, strict=True):
-        np.dot(feature, weights, out=row)
-    out += bias
-    return out
+    return np.asarray(product(features, weights) + bias)
 
 
 def windows(descriptors: Array) -> Array:

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numba import njit
 
+from tsr_engine.products import solve
 from tsr_engine.records import FloatArray, Picture
 
 _POINTS = 120
@@ -128,7 +129,7 @@ def _reweighted(
             across[i] = abs(ux * (flow[i, 1] - dy) - uy * (flow[i, 0] - dx))
         spread = 2.0 * max(1.4826 * np.median(across), least)
         normal = np.zeros((3, 3))
-        target = np.zeros(3)
+        target = np.zeros((3, 1))
         for i in range(n):
             radius = max(np.hypot(points[i, 0], points[i, 1]), 1e-6)
             ux, uy = points[i, 0] / radius, points[i, 1] / radius
@@ -144,14 +145,14 @@ def _reweighted(
             normal[0, 2] += b * ux * radius
             normal[1, 2] += b * uy * radius
             normal[2, 2] += b * radius * radius
-            target[0] += b * ux * run - a * uy * cross
-            target[1] += b * uy * run + a * ux * cross
-            target[2] += b * radius * run
+            target[0, 0] += b * ux * run - a * uy * cross
+            target[1, 0] += b * uy * run + a * ux * cross
+            target[2, 0] += b * radius * run
         normal[1, 0], normal[2, 0], normal[2, 1] = normal[0, 1], normal[0, 2], normal[1, 2]
         for k in range(3):
             normal[k, k] += 1e-9
-        solved = np.linalg.solve(normal, target)
-        dx, dy, growth = solved[0], solved[1], solved[2]
+        solved = solve(normal, target)
+        dx, dy, growth = solved[0, 0], solved[1, 0], solved[2, 0]
     return np.array([dx, dy, growth])
 
 

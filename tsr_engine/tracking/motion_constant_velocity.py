@@ -1,13 +1,13 @@
-"""Constant velocity of centre and size: the usual filter of box trackers, by filterpy."""
+"""Constant velocity of centre and size: the usual filter of box trackers."""
 
 from __future__ import annotations
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
-from filterpy.kalman import predict, update
 
+from tsr_engine.products import product
 from tsr_engine.protocols import DETECTION, MotionState, Sight
 from tsr_engine.records import FloatArray
+from tsr_engine.tracking.kalman import correct, spread
 from tsr_engine.tracking.noise import MeasurementNoise
 
 _H = np.eye(4, 8)
@@ -45,20 +45,22 @@ class ConstantVelocityMotion:
         F = np.eye(8)
         F[:4, 4:] = dt * np.eye(4)
         w, h = state.mean[2:4]
-        block = Q_discrete_white_noise(dim=2, dt=dt, var=1.0)
+        block = np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
         Q = np.kron(block, np.diag((self._process * np.array([w, h, w, h])) ** 2))
-        B = np.eye(8, 2)
-        x, P = predict(state.mean, state.covariance, F=F, Q=Q, u=np.asarray(shift, dtype=np.float64), B=B)
+        x = state.mean.copy()
+        x[:4] += dt * x[4:]
+        x[:2] += shift
         x[2:4] = np.maximum(x[2:4], 1.0)
-        return MotionState(np.asarray(x), np.asarray(P))
+        return MotionState(x, spread(state.covariance, F) + Q)
 
     def update(self, state: MotionState, measurement: FloatArray, sight: Sight = DETECTION) -> MotionState:
         """Standard Kalman update."""
         R = self._noise.covariance(state.mean[2], state.mean[3], sight)
-        z = np.asarray(measurement, dtype=np.float64)
-        x, P = update(state.mean, state.covariance, z, R, H=_H)[:2]
+        K, P = correct(state.covariance, _H, R)
+        innovation = np.asarray(measurement, dtype=np.float64) - state.mean[:4]
+        x = state.mean + product(K, innovation[:, None])[:, 0]
         x[2:4] = np.maximum(x[2:4], 1.0)
-        return MotionState(np.asarray(x), np.asarray(P))
+        return MotionState(x, P)
 
     def box_of(self, state: MotionState) -> FloatArray:
         """``cx, cy, w, h``, shape (4,)."""

@@ -13,8 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from tsr_engine.products import product
 from tsr_engine.protocols import DETECTION, MotionState, Sight
 from tsr_engine.records import FloatArray
+from tsr_engine.tracking.kalman import correct, spread
 from tsr_engine.tracking.noise import MeasurementNoise
 
 CX, CY, Q, RATE, ASPECT, VX, VY, FX, FY = range(9)
@@ -114,7 +116,7 @@ class LoomingMotion:
         """``H P H' + R``, shape (4, 4), px^2."""
         box = self.box_of(state)
         H = _jacobian(state.mean)
-        return np.asarray(H @ state.covariance @ H.T + self._noise.covariance(box[2], box[3]))
+        return np.asarray(spread(state.covariance, H) + self._noise.covariance(box[2], box[3]))
 
 
 @njit(cache=True, nogil=True)
@@ -145,7 +147,7 @@ def _time_update(
     F[Q, RATE] = dt
     mean[Q] = min(ahead, 1.0 / _NARROWEST)
     w, h = 1.0 / mean[Q], mean[ASPECT] / mean[Q]
-    P = F @ P @ F.T
+    P = spread(P, F)
     P[CX, CX] += dt * ((wander[0] * w) ** 2 + wander[1] ** 2)
     P[CY, CY] += dt * ((wander[0] * h) ** 2 + wander[1] ** 2)
     P[Q, Q] += dt * (wander[2] * mean[Q]) ** 2
@@ -161,12 +163,12 @@ def _measurement_update(x: FloatArray, P: FloatArray, z: FloatArray, R: FloatArr
     """Mean and covariance after one measurement, linearised at ``x``, Joseph form."""
     w, h = 1.0 / x[Q], x[ASPECT] / x[Q]
     H = _jacobian(x)
-    K = np.linalg.solve(H @ P @ H.T + R, H @ P).T.copy()
-    mean = x + K @ (z - np.array([x[CX], x[CY], w, h]))
+    K, P = correct(P, H, R)
+    innovation = z - np.array([x[CX], x[CY], w, h])
+    mean = x + product(K, innovation.reshape(4, 1))[:, 0]
     mean[Q] = min(max(mean[Q], 1.0 / _WIDEST), 1.0 / _NARROWEST)
     mean[ASPECT] = min(max(mean[ASPECT], _ASPECTS[0]), _ASPECTS[1])
-    rest = np.eye(_STATES) - K @ H
-    return mean, rest @ P @ rest.T + K @ R @ K.T
+    return mean, P
 
 
 @njit(cache=True, nogil=True)

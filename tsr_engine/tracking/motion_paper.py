@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tsr_engine.products import product
 from tsr_engine.protocols import DETECTION, MotionState, Sight
 from tsr_engine.records import FloatArray
+from tsr_engine.tracking.kalman import correct
 from tsr_engine.tracking.noise import MeasurementNoise
 
 
@@ -55,12 +57,9 @@ class PaperMotion:
         """Standard Kalman update of ``cx, cy, w, h``; the earlier estimates stay."""
         x, P = state.mean[:4], state.covariance
         R = self._noise.covariance(x[2], x[3], sight)
-        # P and R are symmetric, so K' = S^-1 P.
-        K = np.linalg.solve(P + R, P).T
-        x = x + K @ (np.asarray(measurement, dtype=np.float64) - x)
+        K, P = correct(P, np.eye(4), R)
+        x = x + product(K, (np.asarray(measurement, dtype=np.float64) - x)[:, None])[:, 0]
         x[2:] = np.maximum(x[2:], 1.0)
-        rest = np.eye(4) - K
-        P = rest @ P @ rest.T + K @ R @ K.T
         return MotionState(np.concatenate([x, state.mean[4:]]), P)
 
     def box_of(self, state: MotionState) -> FloatArray:

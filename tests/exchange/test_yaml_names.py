@@ -1,0 +1,119 @@
+"""Class names in the ``data.yaml`` of YOLO, in all the ways that YAML has to write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from exchange_toys import a_dataset, target_of, tracks_of
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.yaml_names import MAX_YAML_BYTES, names_of, quoted_name
+
+BOTH = {0: "stop", 1: "it's 50"}
+
+
+def read(folder: Path, text: str | bytes) -> dict[int, str] | None:
+    path = folder / "data.yaml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return names_of(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "names:\n  0: stop\n  1: 'it''s 50'\n",
+        'nc: 2\nnames: [stop, "it\'s 50"]  # two\n',
+        'names: {0: stop, 1: "it\'s 50"}\n',
+        "names:\n- stop\n- it's 50\nnc: 2\n",
+        'names: [\n  "stop",\n  "it\'s 50",\n]\n',
+        '"names":\n  "0": stop\n  \'1\': it\'s 50\n',
+        "'names' :\n    0: stop\n    1: it's 50\n",
+        '{"train": "a", "names": {"0": "stop", "1": "it\'s 50"}}\n',
+        "? names\n: ? 0\n  : stop\n  ? 1\n  : it's 50\n",
+        "all: &all [stop, it's 50]\nnames: *all\n",
+        "names: &n\n  1: it's 50\n  0: stop\nval: x\n",
+        "%YAML 1.2\n---\nnames:\n  - &first stop\n  - it's 50\n...\n",
+        "names:\n  - !!str stop\n  - >-\n    it's\n    50\n",
+        "\ufeffnames: [stop, it's 50]\n",
+        "names: [stop, it's 50]\r\ntrain: x\r\n",
+    ],
+)
+def test_all_ways_to_write_them(tmp_path: Path, text: str) -> None:
+    assert read(tmp_path, text) == BOTH
+
+
+def test_names_survive(tmp_path: Path) -> None:
+    hard = ['a: "b" # c', "", "\\ \x85\u2028\x07", "[x, y]", "Überholen 停", "😀", "null", "- x", "\x7f\ufeff"]
+    text = "names:\n" + "".join(f"  {k}: {quoted_name(name)}\n" for k, name in enumerate(hard))
+    assert read(tmp_path, text) == dict(enumerate(hard))
+
+
+def test_names_are_texts_as_they_are_written(tmp_path: Path) -> None:
+    written = ["no", "on", "30", "1.50", "2024-05-01", "0x1F", "~", "12:30"]
+    assert read(tmp_path, f"names: [{', '.join(written)}]") == dict(enumerate(written))
+
+
+@pytest.mark.parametrize("text", ["", "# nothing\n", "nc: 2\ntrain: x\n", "info:\n  names: [a]\n"])
+def test_without_names(tmp_path: Path, text: str) -> None:
+    assert read(tmp_path, text) is None
+
+
+def test_names_of_nothing_are_no_names(tmp_path: Path) -> None:
+    assert read(tmp_path, "names:\nnc: 2\n") == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("train: x\nnames: [a\nnc: 2\n", "line 3: is no YAML: .*Quote names that hold marks"),
+        ("names:\n  0: limit: 30\n", "line 2: is no YAML: .*Quote names"),
+        ("names:\n\t0: a\n", "line 2: is no YAML"),
+        ("names: [a]\n---\nnames: [b]\n", "line 2: is no YAML"),
+        ("names: *gone\n", "line 1: is no YAML: found undefined alias"),
+        ("names: [a]\nnc: 1\nnames: [b]\n", "line 3: has names twice. Delete one"),
+        ("names:\n  0: a\n  1: b\n  0: c\n", "line 4: class 0 is there twice. Give each class its own number"),
+        ('names:\n  0: a\n  "0": c\n', "line 3: class 0 is there twice"),
+        ("names:\n  stop: 14\n", "line 2: a name must be written '0: stop', by the number of its class. Got 'stop'"),
+        ("names:\n  -1: a\n", "line 2: a name must be written"),
+        ("names:\n  [1]: a\n", "line 2: a name must be written .* Got a list"),
+        ("names:\n  - 0: stop\n", "line 2: a name must be a text. Got a map"),
+        ("names: [[stop]]\n", "line 1: a name must be a text. Got a list"),
+        ("a: 1\nnames: classes.txt\n", "line 2: names must be a list or a map, .* Got 'classes.txt'"),
+        ("names: &a [*a]\n", "line 1: a name must be a text. Got a list"),
+        ("base: &b {names: [a]}\n<<: *b\n", r"line 2: a merge key \(<<\) is not read"),
+        ("names:\n  <<: {0: a}\n  1: b\n", "line 2: a name must be written .* Got '<<'"),
+        ("names: !!python/object/apply:os.getcwd []\n", "line 1: the tag .*python/object.* is not read"),
+        ("names: [!secret a]\n", "line 1: the tag '!secret' is not read"),
+        ("- a\n- b\n", "line 1: must be a map with names"),
+        ("just text", "line 1: must be a map with names"),
+        ("names: [\x01]\n", "is no YAML"),
+        ("names: " + "[" * 100_000, "is no YAML|nested too deeply"),
+        ("names: [Überholverbot]\n".encode("latin-1"), "line 1: byte 0xdc is not UTF-8"),
+        ("#" * (MAX_YAML_BYTES + 1), "more than the 1048576 that are read"),
+    ],
+)
+def test_what_is_refused_says_the_line(tmp_path: Path, text: str | bytes, words: str) -> None:
+    with pytest.raises(ImportFormatError, match=f"^data.yaml(, |: |.*){words}"):
+        read(tmp_path, text)
+
+
+def test_aliases_of_aliases_take_no_room(tmp_path: Path) -> None:
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 60)]
+    assert read(tmp_path, "\n".join([*lines, "names: [stop]\n"])) == {0: "stop"}
+    with pytest.raises(ImportFormatError, match="a name must be a text"):
+        read(tmp_path, "\n".join([*lines, "names: *a59\n"]))
+
+
+def test_quoted_names_of_a_whole_import(tmp_path: Path) -> None:
+    """As somebody's script wrote it: the class of number 0 is a stop sign, not the tool's class 0."""
+    label = tmp_path / "labels" / "train" / "frame_000010.txt"
+    label.parent.mkdir(parents=True)
+    label.write_text("0 0.5 0.5 0.0625 0.1\n")
+    (tmp_path / "data.yaml").write_text('"names":\n  0: stop\n')
+    found = read_dataset(tmp_path, target_of(a_dataset()))
+    (track,) = tracks_of(found).values()
+    assert track.label == 14
+    assert not any("names no classes" in sentence for sentence in found.repaired)

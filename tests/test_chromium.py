@@ -1,0 +1,112 @@
+"""Where the tests' browser comes from, and what is said where there is none."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.e2e import chromium
+
+ROOT = Path(__file__).parents[1]
+
+
+def program(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.fixture
+def empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A machine without a browser: the folder that is all of its PATH."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    monkeypatch.setenv("PATH", str(folder))
+    monkeypatch.delenv("CHROMIUM", raising=False)
+    monkeypatch.setattr(chromium, "OWN", tmp_path / "own")
+    return folder
+
+
+def test_a_named_browser_comes_first_and_an_empty_name_means_none(empty: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program(empty / "chromium", "")
+    monkeypatch.setenv("CHROMIUM", "/elsewhere/chrome")
+    assert chromium.find() == Path("/elsewhere/chrome")
+    monkeypatch.setenv("CHROMIUM", "")
+    assert chromium.find() is None
+    monkeypatch.delenv("CHROMIUM")
+    assert chromium.find() == empty / "chromium"
+
+
+def test_other_names_are_known_and_a_fetched_one_is_found_again(empty: Path) -> None:
+    assert chromium.find() is None
+    fetched = program(chromium.OWN / "start", "")
+    assert chromium.find() == fetched
+    program(empty / "google-chrome", "")
+    assert chromium.find() == empty / "google-chrome"
+
+
+def test_root_gets_the_package_of_debian(
+    empty: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    made = empty / "chromium"
+    program(
+        empty / "apt-get", f'echo "$@" >> {empty}/asked; [ "$1" = update ] || {{ : > {made}; /bin/chmod +x {made}; }}'
+    )
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    chromium.main()
+    assert capfd.readouterr().out == f"{made}\n"
+    assert (empty / "asked").read_text() == "update -qq\ninstall -y -qq chromium\n"
+    chromium.main()
+    assert (empty / "asked").read_text().count("install") == 1
+
+
+def test_others_get_one_from_npm_that_has_started_once(
+    empty: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    tools = tmp_path / "tools"
+    program(empty / "dirname", 'exec /usr/bin/dirname "$@"')
+    program(empty / "apt-get", "exit 1")
+    program(tools / "npm", 'echo "$@" > "$3/asked"')
+    program(
+        tools / "node", r'printf "#!/bin/sh\necho Chromium 1" > "$TMPDIR/chromium"; /bin/chmod +x "$TMPDIR/chromium"'
+    )
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    monkeypatch.setattr(sys, "executable", str(tools / "python"))
+    chromium.main()
+    assert capfd.readouterr().out == f"{chromium.OWN / 'start'}\n"
+    assert (chromium.OWN / "asked").read_text().endswith("@sparticuz/chromium\n")
+    # one that does not start is none
+    program(tools / "node", r'printf "#!/bin/sh\nexit 1" > "$TMPDIR/chromium"; /bin/chmod +x "$TMPDIR/chromium"')
+    (chromium.OWN / "start").unlink()
+    chromium.main()
+    assert capfd.readouterr().out == ""
+    assert not (chromium.OWN / "start").exists()
+
+
+def test_what_cannot_be_fetched_is_told_and_stops_nothing(
+    empty: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    program(empty / "apt-get", "exit 100")
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    chromium.main()
+    said = capfd.readouterr()
+    assert said.out == ""
+    assert "No Chromium could be fetched" in said.err
+    assert "are left out" in said.err
+
+
+@pytest.mark.parametrize("named", ["", "/elsewhere/chrome"])
+def test_what_did_not_run_is_said_before_the_closing_line_of_the_runner(named: str) -> None:
+    environment = {**os.environ, "CHROMIUM": named}
+    environment.pop("TSR_DATA", None)
+    command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "2", "tests/e2e/test_two_pages.py"]
+    result = subprocess.run([*command, "tests/geometry"], env=environment, cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout
+    *_, hint, closing = result.stdout.strip().splitlines()
+    assert hint == f"3 tests did not run: they need a browser, and there is no Chromium. {chromium.HOW}"
+    assert " passed, 3 skipped in " in closing
