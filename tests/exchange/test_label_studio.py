@@ -375,6 +375,20 @@ def test_a_region_that_does_not_say_where_it_ends(tmp_path: Path) -> None:
     assert "Regions without enabled do not say where they end" in found.repaired[0]
 
 
+@pytest.mark.parametrize("value", [None, ["drive.mp4"], ...])
+def test_a_task_that_names_no_video_is_told(tmp_path: Path, value: Any) -> None:
+    found = _read(tmp_path, _with("0/data/video", value))
+    assert found.repaired == ("tasks.json, task 1: does not say which video it is about. It was taken for drive.mp4.",)
+
+
+def test_an_empty_annotation_before_predictions_is_told(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    content[0]["annotations"] = [{"result": []}]
+    found = _read(tmp_path, content)
+    assert tracks_of(found) == {}
+    assert "it has no video rectangles, and others have" in found.skipped[0].reason
+
+
 def test_turned_boxes_become_upright(tmp_path: Path) -> None:
     content = _with(f"{REGION}/value/sequence/0/rotation", 90)
     found = _read(tmp_path, content)

@@ -156,7 +156,7 @@ def test_mot_classes_without_a_list_are_told(tmp_path: Path, number: str, switch
     assert _told(found, "Rows without labels.txt took their class number", "first_class")
 
 
-@pytest.mark.parametrize("info", ["", "[Sequence]\n", "[Sequence]\nname=drive\nimDir=img1\nframeRate=30\nimExt=.jpg\n",
+@pytest.mark.parametrize("info", ["", "[Sequence]\n", "[Sequence]\nname=drive\nimDir=img1\nframeRate=25\nimExt=.jpg\n",
                                   "[Sequence]\nimWidth=\n", "[Other]\na=1\n"])  # fmt: skip
 def test_a_sequence_without_size_is_not_checked(tmp_path: Path, info: str) -> None:
     _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
@@ -246,3 +246,17 @@ def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
     (track,) = tracks_of(found).values()
     assert np.isnan(track.score).tolist() == [True, False, True, False]
     assert _told(found, "Scores outside of 0 to 1 were left out: 2", "line 1")
+
+
+def test_a_column_of_zeros_hides_nothing_in_silence(tmp_path: Path) -> None:
+    _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,0"))
+    _file(tmp_path, "gt/labels.txt", "stop\n")
+    assert _told(_read(tmp_path), "Column 9 was taken as the visibility, 6 boxes")
+
+
+def test_a_sequence_at_another_rate_is_told(tmp_path: Path) -> None:
+    _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
+    _file(tmp_path, "gt/labels.txt", "stop\n")
+    for rate, told in ((14, True), (25, False)):
+        _file(tmp_path, "seqinfo.ini", f"[Sequence]\nframeRate={rate}\n")
+        assert _told(_read(tmp_path), f"its sequence has {rate} frames/s, drive.mp4 has 25") == told

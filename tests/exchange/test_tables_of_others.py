@@ -256,6 +256,35 @@ def test_a_json_of_another_number_of_frames_is_told(tmp_path: Path) -> None:
     assert _told(_read(tmp_path, "rows.json", content), "a video of 200 frames, drive.mp4 has 100")
 
 
+@pytest.mark.parametrize("column", ["filename", "source", "path"])
+def test_any_column_that_names_a_video_counts(tmp_path: Path, column: str) -> None:
+    table = f"{column},frame,x1,y1,x2,y2\n{{}},0,10,10,50,50\n"
+    assert _told(_read(tmp_path, "rows.csv", table.format("a/other.mp4")), "speaks of other.mp4")
+    assert not _told(_read(tmp_path, "rows.csv", table.format("a/drive.mp4")), "speaks of")
+    assert not _told(_read(tmp_path, "rows.csv", table.format("camera")), "speaks of")
+
+
+def test_the_head_of_a_json_says_video_and_size(tmp_path: Path) -> None:
+    box = {"frame": 3, "box": [1, 1, 30, 30]}
+    content: dict[str, Any] = {"video": "other.mp4", "detections": [box]}
+    assert _told(_read(tmp_path, "rows.json", content), "speaks of other.mp4")
+    with pytest.raises(ImportFormatError, match="1280x720"):
+        _read(tmp_path, "rows.json", {"width": 1280, "height": 720, "detections": [box]})
+    scaled = _read(
+        tmp_path, "rows.json", {"width": 1280, "height": 720, "detections": [box]}, switches={"size": "scale"}
+    )
+    assert tracks_of(scaled)["box1"].boxes.tolist() == [[0.5, 0.5, 15, 15]]
+
+
+def test_two_columns_of_frames_must_agree(tmp_path: Path) -> None:
+    table = "frame_index,frame_number,x1,y1,x2,y2\n10,{},10,10,50,50\n"
+    with pytest.raises(ImportFormatError, match="line 2: frame_number says 11 and frame_index 10"):
+        _read(tmp_path, "rows.csv", table.format(11))
+    assert tracks_of(_read(tmp_path, "rows.csv", table.format("10.0")))["box1"].frames.tolist() == [10]
+    with pytest.raises(ImportFormatError, match="entry 1: says frame 11 and frame_index 10"):
+        _read(tmp_path, "rows.json", [{"frame_index": 10, "frame_number": 11, "box": [1, 1, 9, 9]}])
+
+
 def test_boxes_of_any_kind() -> None:
     corners = {"x1": 10, "y1": 20, "x2": 30, "y2": 10, "x3": 40, "y3": 30, "x4": 20, "y4": 40}
     assert edges_of(corners, sized=False) == (10, 10, 40, 40)

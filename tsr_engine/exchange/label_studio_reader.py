@@ -45,6 +45,8 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
     parts = [part for file in files for part in _tasks(file, video)]
     for part in choose(parts, intake, files[0].name if len(files) == 1 else path.name, "task", merge=_are_ours(parts)):
         task, file_name, where = part.content
+        if not part.name and part.known is None:
+            intake.repair(f"{file_name}, {where}: does not say which video it is about. It was taken for {video.name}.")
         _read_task(task, intake, file_name, where)
     return intake.finish(files[0].name, interpolate=True)
 
@@ -107,6 +109,12 @@ def _answers(task: dict[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
+def _left(answers: list[dict[str, Any]]) -> str:
+    drawn = [any(map(_is_rectangle, answer["result"])) for answer in answers]
+    empty = "; it has no video rectangles, and others have" if any(drawn) and not drawn[0] else ""
+    return f"Only the first of a task is taken{empty}."
+
+
 def _drawn_on(region: Any) -> str:
     name = region.get("to_name") if isinstance(region, dict) else None
     return name if isinstance(name, str) else ""
@@ -117,7 +125,7 @@ def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> N
     if not answers:
         raise refuse(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
     if len(answers) > 1:
-        intake.skip(f"{file}, {where}: {len(answers) - 1} annotations", "Only the first of a task is taken.")
+        intake.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left(answers))
     elsewhere = _others(task, answers[0]["result"], intake.target.video)
     labels = {
         region.get("id"): _list(region["value"].get("labels"))

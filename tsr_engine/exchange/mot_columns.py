@@ -78,7 +78,7 @@ class Columns:
     told: str = ""
 
 
-def columns_of(rows: Rows, said: str, *, truth: bool, named: bool) -> Columns | None:
+def columns_of(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool = False) -> Columns | None:
     """Find out what the columns of a file mean.
 
     Args:
@@ -86,6 +86,7 @@ def columns_of(rows: Rows, said: str, *, truth: bool, named: bool) -> Columns | 
         said: the value of the switch ``columns``.
         truth: the file is called, or lies, as ground truth does.
         named: a list of the class names lies beside.
+        ours: a manifest of ours lies beside.
 
     Returns:
         None: the file has another number of columns than what was said.
@@ -94,11 +95,11 @@ def columns_of(rows: Rows, said: str, *, truth: bool, named: bool) -> Columns | 
     if said != "auto" and width not in _WIDTHS[said]:
         return None
     if width == 9:
-        return _nine(rows, said, truth=truth, named=named)
+        return _nine(rows, said, truth=truth, named=named, ours=ours)
     return _ten(rows, said, named=named) if width == 10 else Columns(score=6)
 
 
-def _nine(rows: Rows, said: str, *, truth: bool, named: bool) -> Columns:
+def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Columns:
     sure = truth or named
     seen = {row[8] for row in rows}
     plain = seen <= {-1.0, 0.0, 1.0}
@@ -110,7 +111,7 @@ def _nine(rows: Rows, said: str, *, truth: bool, named: bool) -> Columns:
         return Columns(flag=6, label=7, score=8, first_class=0, told=told)
     hidden = sum(0 <= row[8] < HIDDEN for row in rows)
     told = ""
-    if said == "auto" and (not plain or (hidden and not sure)):
+    if said == "auto" and (not plain or (hidden and not sure) or (hidden == len(rows) and not ours)):
         told = f"Column 9 was taken as the visibility, {hidden} boxes below {HIDDEN} came in as hidden"
         told += "; with columns=boxmot it is a score"
     first = 0 if not named and any(row[7] == 0 for row in rows) else 1

@@ -194,7 +194,8 @@ def _zero_is_an_id(rows: Rows) -> bool:
 def _columns(rows: Rows, sequence: _Sequence, names: list[str] | None, file: str, intake: Intake) -> Columns:
     said = intake.target.switches.get("columns", "auto")
     truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
-    columns = columns_of(rows, said, truth=truth, named=names is not None)
+    ours = bool(told_by_manifest(sequence.root, "first_frame"))
+    columns = columns_of(rows, said, truth=truth, named=names is not None, ours=ours)
     if columns is None:
         raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={said} does not fit. Choose another value.")
     if columns.told:
@@ -272,8 +273,9 @@ def _about(path: Path, folder: Path, intake: Intake) -> tuple[float, float]:
     try:
         parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
         told = parser["Sequence"] if parser.has_section("Sequence") else {}
-        length, width, height = (
-            real_number(told[name]) if told.get(name) else math.nan for name in ("seqLength", "imWidth", "imHeight")
+        length, rate, width, height = (
+            real_number(told[name]) if told.get(name) else math.nan
+            for name in ("seqLength", "frameRate", "imWidth", "imHeight")
         )
     except (configparser.Error, ValueError) as error:
         first = str(error).splitlines()[0]
@@ -282,6 +284,8 @@ def _about(path: Path, folder: Path, intake: Intake) -> tuple[float, float]:
     _tell_name(told.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, intake)
     if math.isfinite(length) and length != video.frames:
         intake.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
+    if video.rate is not None and abs(rate - float(video.rate)) > 1:
+        intake.repair(f"{path.name}: its sequence has {rate:g} frames/s, {video.name} has {float(video.rate):g}.")
     return intake.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)
 
 

@@ -21,7 +21,7 @@ from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.names import is_name_of, safe_stem
 
-__all__ = ["TASK_SWITCH", "Part", "choose", "likeness", "name_in"]
+__all__ = ["TASK_SWITCH", "Part", "choose", "is_video", "likeness", "name_in"]
 
 TASK_SWITCH = Switch(
     "task",
@@ -81,6 +81,11 @@ def likeness(address: str, video: DatasetVideo) -> int:
             if hashed or _forms(stem, "NFC") & _forms(_stem(video.name), "NFC", "NFD"):
                 best = ALIKE
     return best
+
+
+def is_video(name: str) -> bool:
+    """Whether a name ends as those of videos do."""
+    return _MEDIA.search(name.strip()) is not None
 
 
 def name_in(address: str) -> str:

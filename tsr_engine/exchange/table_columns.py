@@ -10,13 +10,25 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+from tsr_engine.exchange.subject import is_video
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["CLASSES", "EMPTY", "NAMES", "PICTURES", "Columns", "class_in", "columns_of", "edges_of", "normal"]
+__all__ = [
+    "CLASSES",
+    "EMPTY",
+    "NAMES",
+    "PICTURES",
+    "Columns",
+    "class_in",
+    "columns_of",
+    "edges_of",
+    "normal",
+    "with_video",
+]
 
 NAMES: dict[str, tuple[str, ...]] = {
     "frame": (
@@ -75,12 +87,14 @@ class Columns:
         named: meaning -> column. A box has ``x1`` to ``y2``, or ``x``, ``y``, ``w``, ``h``, with ``cx``, ``cy`` for the
             centre, or all in ``box`` or ``bbox``.
         classes: columns that may hold a class, in the order in which they count.
+        frames: further columns of frames.
         mot: the names are MOTChallenge's, whose frames count from 1.
         own: the table is one of ours: classes are numbers of the tool, frames count from 0.
     """
 
     named: Mapping[str, str]
     classes: tuple[str, ...]
+    frames: tuple[str, ...]
     mot: bool
     own: bool
 
@@ -121,8 +135,15 @@ def columns_of(names: Iterable[str]) -> Columns:
         for name in ("box", "bbox"):
             found.pop(name, None)
     classes = tuple(have[name] for name in CLASSES if name in have)
+    frames = tuple(have[name] for name in NAMES["frame"] if name in have)[1:]
     own = {"track", "source"} <= set(found) or {"track", "visibility", "ignore"} <= set(found)
-    return Columns(found, classes, sized is not None and sized[0] == MOT[0], own and "class_id" in have)
+    return Columns(found, classes, frames, sized is not None and sized[0] == MOT[0], own and "class_id" in have)
+
+
+def with_video(columns: Columns, cells: Mapping[str, str]) -> Columns:
+    """The columns with that of the video, where one that may name pictures names one in a first row."""
+    found = next((name for name in cells if normal(name) in (*PICTURES, "source") and is_video(cells[name])), None)
+    return columns if found is None else replace(columns, named={**columns.named, "video": found})
 
 
 def _sized(have: Mapping[str, str]) -> tuple[str, ...] | None:

@@ -22,7 +22,16 @@ from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import header_of, read_rows
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose
-from tsr_engine.exchange.table_columns import EMPTY, PICTURES, Columns, class_in, columns_of, edges_of, normal
+from tsr_engine.exchange.table_columns import (
+    EMPTY,
+    PICTURES,
+    Columns,
+    class_in,
+    columns_of,
+    edges_of,
+    normal,
+    with_video,
+)
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.records import Source
 
@@ -89,7 +98,7 @@ class _Table:
         self._guarded = guarded
         self._intake = intake
         self._loose = loose
-        self._columns = Columns({}, (), False, False)
+        self._columns = Columns({}, (), (), False, False)
         self._origin = FrameOrigin(intake)
         self._video: str | None = None
 
@@ -100,6 +109,8 @@ class _Table:
             if not known:
                 known = True
                 self._columns = self._columns_of(cells)
+                if "video" not in self._columns.named and not self._columns.own:
+                    self._columns = with_video(self._columns, cells)
                 self._look()
             if self._video is None or cells[self._columns.named["video"]] == self._video:
                 self._take(self._said(cells), cells, line)
@@ -160,6 +171,11 @@ class _Table:
     def _take(self, said: Mapping[str, str], cells: Mapping[str, str], line: int) -> None:
         file, intake = self._name, self._intake
         frame = self._origin.frame(said["frame"], file, line)
+        for other in self._columns.frames:
+            if _differ(cells[other], said["frame"]):
+                first, second = self._columns.named["frame"], cells[other].strip()[:40]
+                rule = f"{first} says {said['frame'][:40]} and {other} {second}. Keep one of the columns."
+                raise refuse(file, line, rule)
         if "w" not in said:
             self._check_size(cells, line)
         edges = intake.edges(lambda: _edges(said, self._columns.own, file, line))
@@ -218,6 +234,14 @@ class _Table:
         if not self._columns.own and name not in self._intake.target.label_map:
             self._intake.count(OWN_NUMBERS, self._name, line)
         return self._intake.label(name, self._name, line)
+
+
+def _differ(one: str, other: str) -> bool:
+    """Whether two cells are different numbers."""
+    try:
+        return real_number(one) != real_number(other)
+    except ValueError:
+        return False
 
 
 def _delimiter(path: Path) -> str:

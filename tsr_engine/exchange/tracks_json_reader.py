@@ -29,7 +29,7 @@ _BOXES = (("box", False), ("xyxy", False), ("bbox", True), ("xywh", True))
 """Keys of a box, and whether four numbers are a corner with a size."""
 _IDS = (*NAMES["track"], "uid")
 _VERSION = 1
-_HEADS = frozenset({"format", "version", "video", "classes"})
+_HEADS = frozenset({"format", "version", "video", "classes", "width", "height"})
 
 
 def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
@@ -132,6 +132,10 @@ class _File:
         if self._own and version != _VERSION:
             raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
         video = found.get("video")
+        if isinstance(video, str):
+            video = {"name": video}
+        if type(found.get("width")) in (int, float) and type(found.get("height")) in (int, float):
+            video = {"width": found["width"], "height": found["height"], **(video if isinstance(video, dict) else {})}
         if isinstance(video, dict) and isinstance(video.get("name"), str):
             digest, ours = video.get("sha256"), self._intake.target.video.sha256
             part = Part(None, (video["name"],), known=digest == ours if digest and ours else None)
@@ -190,6 +194,9 @@ class _File:
         if not self._own:
             box = {normal(name): value for name, value in box.items()}
         number = first_of(box, NAMES["frame"])
+        others = [name for name in NAMES["frame"] if type(box.get(name)) in (int, float) and box[name] != number]
+        if type(number) in (int, float) and others:
+            raise refuse(self._name, where, f"says frame {number} and {others[0]} {box[others[0]]}. Keep one of them.")
         if type(number) not in (int, float, str):
             raise refuse(
                 self._name,
