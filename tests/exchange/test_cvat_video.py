@@ -413,6 +413,7 @@ def test_a_file_about_another_video_says_so(read: Read, meta: str, told: str | N
         "<task><id>1</id></task>{}",
         "<project><tasks><task><id>1</id><size>9</size>{}</task></tasks></project>",
         "<project><tasks><task><id>1</id></task></tasks></project>{}",
+        "<project><tasks><task><id>1</id></task></tasks>{}</project>",
         "{}",
     ],
 )

@@ -57,7 +57,10 @@ def tasks_of(meta: Node, file: str) -> list[Task]:
         if inside is not None
         else [node for node in meta.children if node.tag in ("task", "job")]
     )
-    common = {tag: meta.child(tag) for tag in ("original_size", "source")}
+    around = [node for node in (meta, project) if node is not None]
+    common = {
+        tag: next(filter(None, (node.child(tag) for node in around)), None) for tag in ("original_size", "source")
+    }
     tasks: list[Task] = []
     subset, begin = "", 0
     for node in nodes:
