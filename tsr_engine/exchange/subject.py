@@ -162,9 +162,12 @@ def _degree(part: Part[Content], video: DatasetVideo) -> int:
 
 
 def _listed(parts: Sequence[Part[Content]]) -> str:
-    names = [f"{part.ids[0] if part.ids else ''} ({part.name or 'no name'})".strip()[:80] for part in parts]
-    more = f" and {len(names) - 8} more" if len(names) > 8 else ""
-    return ", ".join(names[:8]) + more
+    names = []
+    for part in parts[:8]:
+        name, first = part.name or "no name", part.ids[0] if part.ids else ""
+        names.append((f"{first} ({name})" if first and first != name else name)[:80])
+    more = f" and {len(parts) - 8} more" if len(parts) > 8 else ""
+    return ", ".join(names) + more
 
 
 def _is_called(address: str, said: str) -> bool:
