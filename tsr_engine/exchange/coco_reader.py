@@ -276,7 +276,7 @@ class _Results:
                 return
             frame = found
             number = _whole(category, "category_id", self._name, where) - self._first
-            label = self._intake.label(str(number), self._name, where)
+            label = self._intake.label(str(number), self._name, where, number=True)
         else:
             image = _look_up(self._images, key, "image", self._name, where)
             if image is None:

@@ -233,7 +233,7 @@ class _Table:
         name = str(int(number))
         if not self._columns.own and name not in self._intake.target.label_map:
             self._intake.count(OWN_NUMBERS, self._name, line)
-        return self._intake.label(name, self._name, line)
+        return self._intake.label(name, self._name, line, number=True)
 
 
 def _differ(one: str, other: str) -> bool:

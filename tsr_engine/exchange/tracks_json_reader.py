@@ -264,7 +264,7 @@ class _File:
             return self._intake.label(self._classes[number], self._name, where)
         if not self._own and cell not in self._intake.target.label_map:
             self._intake.count(OWN_NUMBERS, self._name, where)
-        return self._intake.label(cell, self._name, where)
+        return self._intake.label(cell, self._name, where, number=True)
 
     def _flag(self, box: Mapping[str, Any], name: str, where: str, default: bool) -> bool:
         value = box.get(name, default)
