@@ -45,7 +45,10 @@ def formats(json: JsonOption = False) -> None:
 
     table = Table("name", "out", "in", "what", "options (the first value is the default)", box=None)
     for view in views:
-        options = [f"{s['name']}={'|'.join(s['values'])}" for s in (*view["export_switches"], *view["import_switches"])]
+        options = [
+            f"{s['name']}={'|'.join([*s['values'], *(['TEXT'] if s['free'] else [])])}"
+            for s in (*view["export_switches"], *view["import_switches"])
+        ]
         table.add_row(
             view["name"],
             "yes" if view["can_export"] else "",

@@ -15,6 +15,8 @@ class SwitchView(Model):
     values: list[str]
     """The first is the default."""
     help: str
+    free: bool
+    """Any other text counts as well."""
 
 
 class FormatView(Model):
@@ -50,4 +52,4 @@ def format_view(format: Format) -> FormatView:
 
 
 def _switch(switch: Switch) -> SwitchView:
-    return SwitchView(name=switch.name, values=list(switch.values), help=switch.help)
+    return SwitchView(name=switch.name, values=list(switch.values), help=switch.help, free=switch.free)

@@ -43,7 +43,7 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.opened_zip import entry_names, is_archive
-from tsr_engine.exchange.registry import format_named, switches_of
+from tsr_engine.exchange.registry import format_named
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.locks import is_locked
 
@@ -282,14 +282,9 @@ def _read(incoming: Incoming, onto: _Onto) -> Dataset:
     chosen = None if incoming.format is None else format_named(incoming.format)
     if chosen is not None and chosen.read is None:
         raise Invalid(f"{chosen.title} can be exported, not imported. Choose another format.", field="format")
-    if chosen is None and incoming.switches:
-        raise Invalid(
-            "Options belong to a format: name it with format= (--format on the command line).", field="switches"
-        )
-    switches = {} if chosen is None else switches_of(chosen, dict(incoming.switches), reading=True)
     _no_annotations(incoming.path)
     video = onto.facts.without_tracks()
-    target = ImportTarget(video, LABELS, switches, dict(incoming.label_map))
+    target = ImportTarget(video, LABELS, dict(incoming.switches), dict(incoming.label_map))
     return read_dataset(incoming.path, target, chosen, scratch=incoming.scratch)
 
 

@@ -255,7 +255,7 @@
 
 /** @typedef {{seq: number, kind: string, subject: string, data: any}} ServerEvent */
 
-/** @typedef {{name: string, values: string[], help: string}} Switch   an option of a format; the first value is the default */
+/** @typedef {{name: string, values: string[], help: string, free: boolean}} Switch   an option of a format; the first value is the default; free: any other text counts as well */
 
 /**
  * @typedef {object} Format

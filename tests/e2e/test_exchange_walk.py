@@ -227,6 +227,25 @@ def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, desk: Desk
     expect(refused).to_contain_text("unknown.bin", timeout=WORK)
 
 
+def test_the_video_of_a_table_about_several_is_named(page: Page, desk: Desk) -> None:
+    _review(page, desk)
+    page.get_by_role("button", name="Import annotations").click()
+    dialog = page.get_by_role("dialog")
+    dialog.locator("[name=import-as][value=truth]").check()
+    rows = "".join(f"{name},{frame},1,10,10,50,50,stop\n" for name in ("left.mp4", "right.mp4") for frame in (0, 1))
+    _choose(page, "several.csv", f"video,frame,track_id,x1,y1,x2,y2,class\n{rows}".encode())
+    dialog.get_by_label("Format", exact=True).select_option("tracks-csv")
+    task = dialog.get_by_label("Task", exact=True)
+    expect(task).to_have_value("auto")
+    _accessible(page)
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    expect(dialog.locator(".import-refused")).to_contain_text("left.mp4, right.mp4", timeout=WORK)
+    task.fill("left.mp4")
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    expect(dialog.locator(".import-done")).to_contain_text("1 track with 2 boxes", timeout=WORK)
+    expect(dialog).to_contain_text("speaks of left.mp4")
+
+
 def test_models_show_what_is_in_use_and_retraining_asks_for_corrections(page: Page, desk: Desk) -> None:
     page.get_by_role("link", name="Models").click()
     shipped = page.get_by_role("listitem").filter(has_text="Shipped")

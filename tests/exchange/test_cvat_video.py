@@ -247,7 +247,7 @@ def test_pictures_of_another_size(read: Read) -> None:
         ("<annotations>" + "<track>" * 100, "nested deeper than 32"),
         ("<annotations><image/></annotations>", "line 1: has <image> elements: it is CVAT for images"),
         (_file('<track id="0"/>'), "line 2: <track> must have label"),
-        (_file(_track('<box frame="1"/>')), "line 3: <box> must have keyframe"),
+        (_file(_track('<box frame="1"/>')), "line 3: <box> must have xtl"),
         (_file(_track(BOX.format(1, "yes", 0, 20))), "line 3: keyframe of <box> must be 0 or 1. Got 'yes'"),
         (_file(_track(BOX.format(1, 1, 2, 20))), "line 3: outside of <box> must be 0 or 1"),
         (_file(_track(BOX.format(1, 1, 0, 20), BOX.format(100, 1, 0, 20))), "line 4: frame 100 must be in 0 to 99"),
@@ -296,3 +296,167 @@ def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
 def test_no_tracks_at_all(tmp_path: Path) -> None:
     empty = Dataset(CLASS_NAMES, (a_video(),))
     assert not tracks_of(there_and_back(empty, "cvat-video", tmp_path))
+
+
+TASK = (
+    "<task><id>{id}</id><name>{name}</name><size>{size}</size><mode>interpolation</mode><subset>{subset}</subset>"
+    "<start_frame>{start}</start_frame><stop_frame>{stop}</stop_frame><frame_filter>{filter}</frame_filter>"
+    "<original_size><width>{width}</width><height>360</height></original_size><source>{source}</source></task>"
+)
+
+
+def _task(id: int, source: str, **more: object) -> str:
+    told = {"name": source.rsplit(".", 1)[0], "size": 100, "subset": "default", "start": 0, "stop": 99, "filter": ""}
+    return TASK.format(**{**told, "width": 640, "id": id, "source": source, **more})
+
+
+def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task_id="{}"') -> str:
+    """A project's file; ``tracks`` has the frames of the track of each task, as the file numbers them."""
+    rows = "".join(
+        f'<track id="{place}" label="stop"{said.format(task)}>'
+        + "".join(BOX.format(frame, 1, int(frame == frames[-1]), 20) for frame in frames)
+        + "</track>\n"
+        for place, (task, frames) in enumerate(tracks.items())
+    )
+    return f"<annotations><meta><project><tasks>\n{''.join(tasks)}</tasks></project></meta>\n{rows}</annotations>"
+
+
+@pytest.mark.parametrize(
+    ("before", "offset"),
+    [
+        ({"size": 40}, 40),
+        ({"size": 20, "filter": "step=5"}, 100),
+        ({"size": 20, "start": 7, "filter": "step = 5"}, 107),
+        ({"size": 40, "subset": "train"}, 0),
+        ({"size": 40, "width": 1280}, 40),
+    ],
+)
+def test_of_a_project_the_task_of_the_video_counts(read: Read, before: dict[str, object], offset: int) -> None:
+    tasks = _task(1, "other.mp4", **before), _task(2, "drive.mp4")
+    found = read(_project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)}))
+    (track,) = tracks_of(found).values()
+    assert track.frames.tolist() == list(range(10, 16))
+    assert found.repaired == ()
+    assert [(item.what, item.reason) for item in found.skipped] == [
+        ("annotations.xml: 1 tasks", "They are not about drive.mp4: 1 (other.mp4)."),
+        ("annotations.xml: 1 tracks", "They are of other tasks."),
+    ]
+    again = read(_project(*tasks, tracks={1: (3, 8), 2: (offset + 10, offset + 16)}), task="1") if offset < 40 else None
+    if again is not None:
+        assert tracks_of(again)["cvat-0"].frames.tolist() == list(range(3, 8))
+        assert "speaks of other.mp4" in again.repaired[0]
+
+
+@pytest.mark.parametrize(
+    ("tasks", "tracks", "said", "rule"),
+    [
+        (("rear-drive.mp4", "other.mp4"), {1: (3, 8)}, ' task_id="{}"',
+         r"2 tasks, none about drive\.mp4: 1 \(rear-drive\.mp4\), 2 \(other\.mp4\).*task=ID"),
+        (("drive.mp4", "drive.mp4"), {1: (3, 8)}, ' task_id="{}"', r"has 2 tasks that fit drive\.mp4.*task=ID"),
+        (("other.mp4", "drive.mp4"), {2: (39, 41)}, ' task_id="{}"', "frame 39 must be in 100 to 199"),
+        (("other.mp4", "drive.mp4"), {7: (3, 8)}, ' task_id="{}"', "task_id '7' is the id of no task"),
+        (("other.mp4", "drive.mp4"), {1: (3, 8)}, "", "does not say its task_id"),
+    ],
+)  # fmt: skip
+def test_what_a_project_must_say(
+    read: Read, tasks: tuple[str, ...], tracks: dict[int, tuple[int, ...]], said: str, rule: str
+) -> None:
+    with pytest.raises(ImportFormatError, match=rf"^annotations\.xml.*{rule}"):
+        read(_project(*(_task(place, name) for place, name in enumerate(tasks, 1)), tracks=tracks, said=said))
+
+
+def test_tracks_of_two_tasks_without_tasks_are_refused(read: Read) -> None:
+    content = _project(tracks={1: (3, 8), 2: (43, 48)})
+    for text in (content, content.replace("<meta><project><tasks>\n</tasks></project></meta>", "")):
+        with pytest.raises(ImportFormatError, match="it is of task 2, elements before of task 1"):
+            read(text)
+    assert tracks_of(read(_project(tracks={1: (3, 8)})))["cvat-0"].frames[0] == 3
+
+
+def test_flags_in_words_as_older_fiftyone_has_them(read: Read) -> None:
+    rows = (FIFTYONE.format(frame, 100, frame == 16, 'keyframe="True"') for frame in (10, 16))
+    track = tracks_of(read(_file(_track(*rows))))["cvat-0"]
+    assert track.frames.tolist() == list(range(10, 16))
+
+
+def test_a_task_of_a_project_is_chosen_by_id_or_name(read: Read) -> None:
+    content = _project(_task(1, "a/drive.mp4"), _task(2, "b/drive.mp4", name="rear"), tracks={1: (3, 8), 2: (104, 109)})
+    assert tracks_of(read(content, task="1"))["cvat-0"].frames[0] == 3
+    assert tracks_of(read(content, task="2"))["cvat-1"].frames[0] == 4
+    assert tracks_of(read(content, task="rear"))["cvat-1"].frames[0] == 4
+
+
+@pytest.mark.parametrize(
+    ("meta", "told"),
+    [
+        (_task(1, "drive.mp4"), None),
+        (_task(1, "/home/django/data/drive.mp4"), None),
+        (_task(1, "other.mp4", name="drive"), "speaks of other.mp4"),
+        ("<task><name>drive</name></task><source>other.mp4</source>", "speaks of other.mp4"),
+        ("<task><name>elsewhere</name></task>", "speaks of elsewhere"),
+        (_task(1, "drive.mp4", stop=400), "its task ends with frame 400, drive.mp4 with 99"),
+        (f"<project><tasks>{_task(1, 'other.mp4')}</tasks></project>", "speaks of other.mp4"),
+    ],
+)
+def test_a_file_about_another_video_says_so(read: Read, meta: str, told: str | None) -> None:
+    found = read(SAMPLE.replace("<task><mode>", f"{meta}<x><mode>").replace("</task></meta>", "</x></meta>"))
+    assert tracks_of(found)["t-7f3a"].frames[0] == 10
+    assert len(found.repaired) == (told is not None)
+    assert told is None or told in found.repaired[0]
+
+
+@pytest.mark.parametrize(
+    "meta",
+    [
+        "<job><id>1</id><mode>interpolation</mode></job>{}",
+        "<job><id>1</id><mode>interpolation</mode>{}</job>",
+        "<task><id>1</id></task>{}",
+        "<project><tasks><task><id>1</id><size>9</size>{}</task></tasks></project>",
+        "<project><tasks><task><id>1</id></task></tasks></project>{}",
+        "<project><tasks><task><id>1</id></task></tasks>{}</project>",
+        "{}",
+    ],
+)
+def test_the_size_is_found_wherever_it_stands(read: Read, meta: str) -> None:
+    size = "<original_size><width>{}</width><height>{}</height></original_size>"
+    track = _track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20))
+    assert read(_file(f"<meta>{meta.format(size.format(640, 360))}</meta>", track)).repaired == ()
+    with pytest.raises(ImportFormatError, match="about pictures of 320x180 px"):
+        read(_file(f"<meta>{meta.format(size.format(320, 180))}</meta>", track))
+
+
+FIFTYONE = '<box frame="{}" xtl="{}" ytl="85" xbr="150" ybr="125" outside="{}" {}>\n</box>'
+
+
+@pytest.mark.parametrize("keys", [(), (10, 15), (10, 12, 15)])
+def test_boxes_of_fiftyone_without_key_frames(read: Read, keys: tuple[int, ...]) -> None:
+    # The edge of frame 12 does not lie on the line between its neighbours.
+    left = {10: 110, 11: 111, 12: 100, 13: 113, 14: 114, 15: 115, 16: 115}
+    rows = [
+        FIFTYONE.format(frame, x, int(frame == 16), ' keyframe="1" ' if frame in keys else "")
+        for frame, x in left.items()
+    ]
+    track = tracks_of(read(_file(_track(*rows))))["cvat-0"]
+    assert track.frames.tolist() == list(range(10, 16))
+    assert track.boxes[:, 0].tolist() == [110, 111, 100, 113, 114, 115]
+    assert track.frames[track.key].tolist() == list(keys or range(10, 16))
+
+
+def test_a_folder_of_fiftyone_has_a_file_for_each_video(tmp_path: Path) -> None:
+    for name, frame in (("drive", 10), ("other", 20)):
+        path = tmp_path / "labels" / f"{name}.xml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(_file(_track(FIFTYONE.format(frame, 100, 0, ""))))
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "drive.mp4").write_bytes(b"")
+    assert tracks_of(read_dataset(tmp_path, target_of(a_dataset())))["cvat-0"].frames[0] == 10
+    with pytest.raises(ImportFormatError, match=r"several videos \(drive, other\), none in a file called night"):
+        read_dataset(tmp_path, target_of(a_dataset(name="night.mp4")))
+
+
+def test_the_end_may_lie_one_step_behind_the_video(read: Read) -> None:
+    meta = "<meta><task><name>drive</name><frame_filter>step=5</frame_filter></task></meta>"
+    track = _track(BOX.format(90, 1, 0, 20), BOX.format(95, 0, 0, 20), BOX.format(103, 1, 1, 20))
+    assert tracks_of(read(_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
+    with pytest.raises(ImportFormatError, match="line 5: frame 103"):
+        read(_file(track))

@@ -176,6 +176,219 @@ def test_people_before_predictions_and_the_right_task(tmp_path: Path) -> None:
         _read(tmp_path, content, foreign)
 
 
+def _about(*addresses: str, **more: Any) -> list[dict[str, Any]]:
+    """A task for each address; the boxes of each begin one frame later than those of the one before."""
+    tasks = []
+    for place, address in enumerate(addresses):
+        task = copy.deepcopy(SAMPLE[0])
+        task["data"]["video"] = address
+        for key in task["predictions"][0]["result"][0]["value"]["sequence"]:
+            key["frame"] += place
+            key["time"] = key["frame"] / 25
+        tasks.append({"id": place + 1, **task, **more})
+    return tasks
+
+
+def _first(found: Dataset) -> int:
+    (track,) = tracks_of(found).values()
+    return int(track.frames[0])
+
+
+OTHER = "/data/upload/1/55aa3c4d-other.mp4"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "drive.mp4",
+        "videos/drive.mp4",
+        "C:\\videos\\drive.mp4",
+        "/data/local-files/?d=drive.mp4",
+        "/data/local-files/?d=dir%2Fsub/drive.mp4",
+        "/data/local-files/?d=dir#1/drive.mp4",
+        "https://bucket.s3.amazonaws.com/a/drive.mp4?X-Amz-Signature=abc&X-Amz-Expires=1",
+        "https://storage.googleapis.com/b/drive.mp4?GoogleAccessId=a%40b&Signature=x%2B",
+        "https://account.blob.core.windows.net/c/drive.mp4?sv=2020&sig=a%3D",
+        "s3://bucket/drive.mp4",
+        "/tasks/7/presign/?fileuri=czM6Ly9idWNrZXQvZHJpdmUubXA0",
+        "/data/upload/3/1a2b3c4d-drive.mp4",
+        "/data/upload/3/20240101-drive.mp4",
+        "https://host/get?file=drive.mp4",
+    ],
+)
+def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
+    found = _read(tmp_path, _about(OTHER, address))
+    assert _first(found) == 11
+    assert found.repaired == ()
+    assert [(item.what, "other.mp4" in item.reason) for item in found.skipped] == [("tasks.json: 1 tasks", True)]
+
+
+@pytest.mark.parametrize(
+    ("video", "address"),
+    [
+        ("100% drive #1 ü.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"),
+        ("100% drive #1 u\u0308.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"),
+        ("100% drive #1 ü.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_u.mp4"),
+        ("100% drive #1 ü.mp4", "/data/local-files/?d=100%25%20drive%20%231%20%C3%BC.mp4"),
+        ("100% drive #1 ü.mp4", "s3://bucket/100% drive #1 u\u0308.mp4"),
+        ("100% drive #1 ü.mp4", "/data/local-files/?d=100% drive #1 ü.mp4"),
+        ("my (2) drive.mp4", "/data/upload/1/1a2b3c4d-my_2_drive.mp4"),
+    ],
+)
+def test_the_task_is_found_under_a_name_that_label_studio_has_changed(tmp_path: Path, video: str, address: str) -> None:
+    found = _read(tmp_path, _about(OTHER, address), a_dataset(name=video))
+    assert (_first(found), found.repaired) == (11, ())
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["rear-drive.mp4", "my-drive.mp4", "1a2b3c4d-rear-drive.mp4", "1a2b3c4-drive.mp4", "20240101-drive.mp4",
+     "1a2b3c4d-1a2b3c4d-drive.mp4", "drive/other.mp4", "other.mp4?x=drive.mp4"],
+)  # fmt: skip
+def test_another_videos_task_is_not_taken_for_ours(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ImportFormatError, match=r"none about drive\.mp4: 1 \(.*\), 2 \(other\.mp4\).* task=ID"):
+        _read(tmp_path, _about(name, OTHER))
+
+
+def test_a_single_task_about_another_video_is_taken_and_told(tmp_path: Path) -> None:
+    found = _read(tmp_path, _about("/data/upload/1/1a2b3c4d-other.mp4"))
+    assert _first(found) == 10
+    assert found.repaired == ("tasks.json: speaks of other.mp4. It was taken to be about drive.mp4.",)
+
+
+def test_the_upload_tells_where_the_address_does_not(tmp_path: Path) -> None:
+    tasks = [*_about(OTHER), *_about("https://host/v/17", file_upload="1a2b3c4d-drive.mp4")]
+    tasks[1]["predictions"][0]["result"][0]["value"]["sequence"][0] |= {"frame": 13, "time": 0.52}
+    assert _first(_read(tmp_path, tasks)) == 12
+
+
+@pytest.mark.parametrize(("task", "first"), [("2", 11), ("other.mp4", 10), ("rear-drive", 11)])
+def test_a_person_chooses_the_task(tmp_path: Path, task: str, first: int) -> None:
+    path = tmp_path / "tasks.json"
+    path.write_text(json.dumps(_about(OTHER, "rear-drive.mp4")))
+    found = read_dataset(path, target_of(a_dataset(), switches={"task": task}))
+    assert _first(found) == first
+    assert "speaks of" in found.repaired[0]
+    with pytest.raises(ImportFormatError, match=r"2 tasks, none that is or names '7'.*other\.mp4"):
+        read_dataset(path, target_of(a_dataset(), switches={"task": "7"}))
+
+
+def test_two_tasks_that_fit_are_not_mixed(tmp_path: Path) -> None:
+    with pytest.raises(ImportFormatError, match=r"has 2 tasks that fit drive\.mp4: 1 .*, 2 .*task=ID"):
+        _read(tmp_path, _about("a/drive.mp4", "b/drive.mp4"))
+    # The name in full counts before one without its suffix.
+    assert _first(_read(tmp_path, _about("drive.avi", "drive.mp4"))) == 11
+
+
+def test_of_a_task_with_two_videos_the_regions_of_ours_count(tmp_path: Path) -> None:
+    (task,) = _about("drive.mp4")
+    task["data"]["rear"] = "rear.mp4"
+    (region,) = task["predictions"][0]["result"]
+    task["predictions"][0]["result"].append({**copy.deepcopy(region), "id": "r", "to_name": "rear"})
+    found = _read(tmp_path, [task])
+    assert list(tracks_of(found)) == ["7f3a"]
+    assert found.skipped[0].reason == "It is drawn on rear.mp4."
+    task["predictions"][0]["result"].pop(0)
+    assert "speaks of rear.mp4" in _read(tmp_path, [task]).repaired[0]
+
+
+MIN = [{"video": "/data/upload/1/1a2b3c4d-drive.mp4", "id": 1, "annotator": 1, "annotation_id": 1, "lead_time": 1.0,
+        "box": [{"framesCount": 100, "labels": ["stop"], "sequence": [{"frame": 11, "x": 1, "y": 1, "width": 5,
+                 "height": 5, "enabled": True}]}]}]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("min.json", json.dumps(MIN)),
+        ("min.json", json.dumps([{key: value for key, value in MIN[0].items() if key != "annotator"}])),
+        ("out.csv", "video,id,box,annotator,annotation_id,created_at,updated_at,lead_time\ndrive.mp4,1,[],1,1,a,b,2\n"),
+        ("out.tsv", "video\tid\tbox\tannotator\tannotation_id\tlead_time\ndrive.mp4\t1\t[]\t1\t1\t2\n"),
+    ],
+)
+def test_exports_of_less_are_told_apart(tmp_path: Path, name: str, content: str) -> None:
+    path = tmp_path / name
+    path.write_text(content)
+    with pytest.raises(ImportFormatError, match=rf"{name}.*Export as JSON, not JSON-MIN"):
+        read_dataset(path, target_of(a_dataset()))
+
+
+def _keys(*keys: tuple[int, float | None]) -> list[dict[str, Any]]:
+    """The sample with these frames and times."""
+    content = copy.deepcopy(SAMPLE)
+    box = {"x": 10, "y": 20, "width": 5, "height": 10, "enabled": True}
+    value = content[0]["predictions"][0]["result"][0]["value"]
+    value["sequence"] = [{"frame": frame, **box} | ({} if time is None else {"time": time}) for frame, time in keys]
+    value["sequence"][-1]["enabled"] = False
+    del value["framesCount"], value["duration"]
+    return content
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        (((11, 0.44), (41, 1.64)), ()),
+        (((11, None), (41, None)), ()),
+        (
+            ((11, 0.4), (41, 1.6)),
+            ("tasks.json, task 1: key frames were taken by their number, from 1; their times begin at 0.",),
+        ),
+    ],
+)
+def test_times_of_both_customs_are_taken(
+    tmp_path: Path, keys: tuple[tuple[int, float | None], ...], told: tuple[str, ...]
+) -> None:
+    found = _read(tmp_path, _keys(*keys))
+    assert (_first(found), found.repaired) == (10, told)
+
+
+def test_times_that_contradict_the_numbers(tmp_path: Path) -> None:
+    at_24 = tuple((frame, frame / 24) for frame in (41, 61, 81))
+    with pytest.raises(ImportFormatError, match=r"key frame 1: frame 41 is at 1\.708.* drive\.mp4 has 25 frames/s"):
+        _read(tmp_path, _keys(*at_24))
+    with pytest.raises(ImportFormatError, match="key frame 1: frame 13 is at 0.4 s"):
+        _read(tmp_path, _keys((13, 0.4), (43, 1.6)))
+    told = _read(tmp_path, _keys((11, 0.44), (20, 0.1), (41, 1.64))).repaired
+    assert told == ("Key frames were taken by their number; their time is that of another: 1; the first is tasks.json, "
+                    "task 1, region 1, key frame 2.",)  # fmt: skip
+    told = _read(tmp_path, _with("0/data/fps", 30.0)).repaired
+    assert told == ("tasks.json, task 1: says 30 frames/s, drive.mp4 has 25 frames/s.",)
+
+
+def test_labels_that_stand_elsewhere(tmp_path: Path) -> None:
+    content = _with(f"{REGION}/value/labels", ...)
+    assert "Regions have no label: 1" in _read(tmp_path, content).repaired[0]
+    results = content[0]["predictions"][0]["result"]
+    results.append({"id": "t7", "type": "labels", "from_name": "videoLabels", "value": {"labels": ["stop"]}})
+    found = _read(tmp_path, content)
+    assert (tracks_of(found)["7f3a"].label, found.repaired, found.skipped) == (14, (), ())
+    results[1]["value"]["labels"] = ["stop", "yield"]
+    assert "Regions of several labels have the first one: 1" in _read(tmp_path, content).repaired[0]
+
+
+def test_a_region_that_does_not_say_where_it_ends(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    for key in content[0]["predictions"][0]["result"][0]["value"]["sequence"]:
+        del key["enabled"]
+    found = _read(tmp_path, content)
+    assert tracks_of(found)["7f3a"].frames[-1] == 99
+    assert "Regions without enabled do not say where they end" in found.repaired[0]
+
+
+@pytest.mark.parametrize("value", [None, ["drive.mp4"], ...])
+def test_a_task_that_names_no_video_is_told(tmp_path: Path, value: Any) -> None:
+    found = _read(tmp_path, _with("0/data/video", value))
+    assert found.repaired == ("tasks.json, task 1: does not say which video it is about. It was taken for drive.mp4.",)
+
+
+def test_an_empty_annotation_before_predictions_is_told(tmp_path: Path) -> None:
+    content = copy.deepcopy(SAMPLE)
+    content[0]["annotations"] = [{"result": []}]
+    found = _read(tmp_path, content)
+    assert tracks_of(found) == {}
+    assert "it has no video rectangles, and others have" in found.skipped[0].reason
+
+
 def test_turned_boxes_become_upright(tmp_path: Path) -> None:
     content = _with(f"{REGION}/value/sequence/0/rotation", 90)
     found = _read(tmp_path, content)

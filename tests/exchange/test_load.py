@@ -17,7 +17,7 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.load import read_dataset, recognise
-from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.exchange.registry import FORMATS, switches_of
 
 MINE = ["cvat-video", "cvat-images", "datumaro", "label-studio"]
 
@@ -49,6 +49,23 @@ def test_a_format_that_was_named_says_what_is_wrong(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text("<html/>")
     with pytest.raises(ImportFormatError, match="outermost element is <html>"):
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()), FORMATS["cvat-video"])
+
+
+def test_options_hold_for_the_format_that_is_found_out(tmp_path: Path) -> None:
+    export_dataset(a_dataset(), FORMATS["cvat-video"], tmp_path / "o.zip", zipped=True)
+    assert read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"size": "scale"})).videos
+    with pytest.raises(UsageError, match=r"no option 'link'.* taken for CVAT for video 1\.1.*name it with format="):
+        read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"link": "iou"}))
+    with pytest.raises(UsageError, match=r"no option 'link'; its options are: [a-z_, ]+\. Leave it out\.$"):
+        read_dataset(tmp_path / "o.zip", target_of(a_dataset(), switches={"link": "iou"}), FORMATS["cvat-video"])
+
+
+def test_a_free_option_takes_any_text_but_none() -> None:
+    found = switches_of(FORMATS["label-studio"], {"task": "drive #2.mp4"}, reading=True)
+    assert found["task"] == "drive #2.mp4"
+    assert switches_of(FORMATS["label-studio"], {}, reading=True)["task"] == "auto"
+    with pytest.raises(UsageError, match="option task"):
+        switches_of(FORMATS["label-studio"], {"task": " "}, reading=True)
 
 
 def test_switches_are_checked(tmp_path: Path) -> None:

@@ -233,6 +233,32 @@ def test_crops_of_the_benchmark_say_no_place(tmp_path: Path) -> None:
     _refused(tmp_path, "gtsrb", "crops.csv", "where in the video")
 
 
+def _of_videos(folder: Path, *names: str) -> Path:
+    """Crops of the videos of these names, without a manifest; the box of each lies 10 px right of the one before."""
+    _file(
+        folder,
+        "00014/GT-00014.csv",
+        "Filename;Width;Height;RoiX1;RoiY1;RoiX2;RoiY2;ClassId\n"
+        + "".join(f"{k:05d}_00000.ppm;29;30;5;6;24;25;14;\n" for k in range(len(names))),
+    )
+    rows = "".join(
+        f"00014/{k:05d}_00000.ppm,{name},{'b' * 63}{k},3,{10 * k},0,,m{k},1,0,0,,open,engine,\n"
+        for k, name in enumerate(names)
+    )
+    head = "file,video,video_sha256,frame,left,top,picture_sha256,uid,key,occluded,ignore,score,state,source,note\n"
+    _file(folder, "crops.csv", head + rows)
+    return folder
+
+
+def test_crops_tell_of_their_video(tmp_path: Path) -> None:
+    found = _read(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
+    assert "speaks of other.mp4" in found.repaired[0]
+    assert _one(found) == ([3], [[5, 6, 24, 25]])
+    two = _of_videos(tmp_path / "two", "other.mp4", "rear-drive.mp4")
+    _refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")
+    assert _one(_read(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]
+
+
 # --------------------------------------------------------------------------------------------------------------- plain
 
 

@@ -60,6 +60,33 @@ def test_the_test_table_with_and_without_classes(tmp_path: Path) -> None:
     assert (item.class_id, item.path) == (None, tmp_path / "other" / "00000.ppm")
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["Filename;Width;Height;RoiX1;RoiY1;RoiX2;RoiY2;ClassId", "00003_00007.ppm;53;54;6;5;48;49;16"],
+        ["Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId;", "00003_00007.ppm;53;54;6;5;48;49;16;"],
+        [HEADER, "00003_00007.ppm;53;54;6;5;48;49;16;"],
+        [HEADER, "", "00003_00007.ppm;53;54;6;5;48;49;16", ""],
+        ["filename,width,height,roi_x1,roi_y1,roi_x2,roi_y2,class_id", "00003_00007.ppm,53,54,6,5,48,49,16"],
+        ["ClassId\tFilename\tRoi X1\tRoi Y1\tRoi X2\tRoi Y2", "16\t00003_00007.ppm\t6\t5\t48\t49"],
+    ],
+)
+def test_tables_in_the_variants_that_go_around(tmp_path: Path, lines: list[str]) -> None:
+    (item,) = read_table(table(tmp_path / "t.csv", *lines))
+    assert item == CropItem(tmp_path / "00003_00007.ppm", (6, 5, 48, 49), 16, (16, 3), 7)
+
+
+def test_tables_of_kaggle_have_paths(tmp_path: Path) -> None:
+    header = "Width,Height,Roi.X1,Roi.Y1,Roi.X2,Roi.Y2,ClassId,Path"
+    (item,) = read_table(table(tmp_path / "Train.csv", header, "27,26,5,5,22,20,20,Train/20/00020_00003_00007.png"))
+    assert item == CropItem(tmp_path / "Train/20/00020_00003_00007.png", (5, 5, 22, 20), 20, (20, 3), 7)
+    (item,) = read_table(table(tmp_path / "Test.csv", header, "53,54,6,5,48,49,16,Test/00000.png"))
+    assert (item.path, item.class_id, item.track) == (tmp_path / "Test/00000.png", 16, None)
+    for path in ("/etc/passwd", "../a.png", "Test/../../a.png", "C:/a.png"):
+        with pytest.raises(InputError, match="line 2: expected a path below the table's folder"):
+            read_table(table(tmp_path / "Test.csv", header, f"53,54,6,5,48,49,16,{path}"))
+
+
 def test_loose_pictures_have_no_roi(tmp_path: Path) -> None:
     for name in ("b.jpg", "a.png", "notes.txt"):
         if name.endswith("txt"):
@@ -80,6 +107,7 @@ def test_loose_pictures_have_no_roi(tmp_path: Path) -> None:
         ([HEADER, "00000_00000.ppm;29;30;5;6;24;25;43"], r"line 2.*0\.\.42.*43"),
         ([HEADER, "../escape.ppm;29;30;5;6;24;25;1"], "line 2.*file name without folders"),
         ([HEADER, "00000_00000.ppm;29;30"], "line 2.*whole number in Roi.X1"),
+        ([HEADER, "00000_00000.ppm;29;30;5;6;24;25;1;7"], "line 2: expected 8 cells, found 9"),
     ],
 )
 def test_a_damaged_table_is_named_with_its_line(tmp_path: Path, lines: list[str], message: str) -> None:

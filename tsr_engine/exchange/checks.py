@@ -109,14 +109,18 @@ class Intake:
     def __contains__(self, uid: str) -> bool:
         return uid in self._tracks
 
-    def label(self, name: str, file: str, line: int | str | None = None) -> int:
+    def label(self, name: str, file: str, line: int | str | None = None, *, number: bool = False) -> int:
         """The class number of a name, -1 for "unknown sign"; ``UNSAID`` where no class has it.
+
+        A name that is a number is told, unless the file has a ``number`` there, of which the reader tells itself.
 
         Raises:
             ImportFormatError: no class has it and the intake is strict.
         """
         found = self.matcher(name)
         if found is not None:
+            if not number and self.matcher.is_number(name):
+                self.count("Class names that are numbers were taken as the tool's class numbers", file, line)
             return found
         if self._strict:
             raise refuse(

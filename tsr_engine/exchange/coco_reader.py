@@ -190,7 +190,7 @@ class _Results:
                 number = int(key) if isinstance(key, str) else whole_of(key, "image_id", self._name, where)
                 frame = self._intake.frame(number, self._name, where, origin=self._first)
             number = whole_of(category, "category_id", self._name, where) - self._first
-            label = self._intake.label(str(number), self._name, where)
+            label = self._intake.label(str(number), self._name, where, number=True)
         else:
             image = _look_up(self._images, key, "image", self._name, where)
             if image is None:

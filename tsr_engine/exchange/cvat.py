@@ -12,6 +12,7 @@ from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.split import SUBSETS
+from tsr_engine.exchange.subject import likeness
 from tsr_engine.exchange.turned import upright
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted, text
 
@@ -106,15 +107,15 @@ def attributes_of(node: Node) -> dict[str, str]:
 
 
 def flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
-    """A flag that is written 0 or 1.
+    """A flag that is written 0 or 1, or as older versions of FiftyOne write it, False or True.
 
     Raises:
         ImportFormatError: another value, or missing without default.
     """
     value = node.attrib.get(name, default) if default is not None else attribute(node, name, file)
-    if value not in ("0", "1"):
+    if str(value).lower() not in ("0", "1", "false", "true"):
         raise refuse(file, node.line, f"{name} of <{node.tag}> must be 0 or 1. Got {str(value)[:40]!r}.")
-    return value == "1"
+    return str(value).lower() in ("1", "true")
 
 
 def box_edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> tuple[float, float, float, float]:
@@ -136,34 +137,38 @@ def _edges(node: Node, file: str, intake: Intake, scale: tuple[float, float]) ->
 def find_files(path: Path, video: DatasetVideo) -> list[tuple[Path, str]]:
     """The XML files about a video, with their names for messages.
 
-    A file is itself; a folder has ``annotations.xml``, or folders that have one each, of which those named after the
-    video or after a subset count.
+    A file is itself; a folder has ``annotations.xml``, or several files or folders, of which those that are named after
+    the video or after a subset count.
 
     Raises:
         ImportFormatError: there is none, or it is not clear which one.
     """
     if path.is_file():
         return [(path, path.name)]
-    for name in ("annotations.xml", *(sorted(entry.name for entry in path.glob("*.xml")))):
-        if (path / name).is_file():
-            return [(path / name, name)]
-    parts = sorted(path.glob("*/annotations.xml"))
-    if len(parts) > 1:
-        parts = [part for part in parts if _is_about(path, part.parent.name, video)]
-        if not parts:
+    if (path / "annotations.xml").is_file():
+        return [(path / "annotations.xml", "annotations.xml")]
+    # FiftyOne has a folder of labels with a file for each video; Datumaro and CVAT a folder or file for each subset.
+    for pattern in ("*.xml", "labels/*.xml", "*/annotations.xml"):
+        found = sorted(file for file in path.glob(pattern) if file.is_file())
+        folders = pattern.startswith("*/")
+        names = [file.parent.name if folders else file.stem for file in found]
+        parts = [
+            file for file, name in zip(found, names, strict=True) if len(found) == 1 or _is_about(path, name, video)
+        ]
+        if found and not parts:
             raise ImportFormatError(
-                f"{path.name}: has annotations of several videos, none in a folder called {safe_stem(video.name)}. "
-                "Import one of them."
+                f"{path.name}: has annotations of several videos ({', '.join(names[:8])}), none in a "
+                f"{'folder' if folders else 'file'} called {safe_stem(video.name)}. Import one of them."
             )
-    if not parts:
-        raise ImportFormatError(f"{path.name}: has no annotations.xml. Export as CVAT 1.1 again.")
-    return [(part, f"{part.parent.name}/{part.name}") for part in parts]
+        if parts:
+            return [(part, part.relative_to(path).as_posix()) for part in parts]
+    raise ImportFormatError(f"{path.name}: has no annotations.xml. Export as CVAT 1.1 again.")
 
 
-def _is_about(path: Path, folder: str, video: DatasetVideo) -> bool:
-    if folder in SUBSETS or is_called(path, video, folder):
+def _is_about(path: Path, called: str, video: DatasetVideo) -> bool:
+    if called in SUBSETS or is_called(path, video, called) or likeness(called, video):
         return True
-    name, _, subset = folder.rpartition("_")
+    name, _, subset = called.rpartition("_")
     return subset in SUBSETS and is_called(path, video, name)
 
 
@@ -173,7 +178,8 @@ def sniff_mode(path: Path) -> str | None:
     A broken file counts as ``interpolation``, so that its reader can say what is wrong with it.
     """
     if path.is_dir():
-        files = [path / "annotations.xml", *sorted(path.glob("*.xml")), *sorted(path.glob("*/annotations.xml"))]
+        below = (file for part in ("*.xml", "labels/*.xml", "*/annotations.xml") for file in sorted(path.glob(part)))
+        files = [path / "annotations.xml", *below]
         path = next((file for file in files if file.is_file()), path)
     if not path.is_file():
         return None

@@ -27,6 +27,7 @@ from tsr_engine.exchange.cvat import (
     sniff_mode,
     source_of,
 )
+from tsr_engine.exchange.cvat_tasks import TaskOfVideo
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
@@ -36,6 +37,7 @@ from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.pictures import WrittenPicture, frames_of, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.exchange.xml import Node, attribute, elements, quoted
 from tsr_engine.io.plain_numbers import real_number
@@ -160,29 +162,20 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
     files = find_files(path, target.video)
     for file, name in files:
-        scale = (1.0, 1.0)
+        task = TaskOfVideo(Node("meta", {}, 1), intake, name)
         for node in elements(file, "annotations", ("meta", "track", "image"), name=name):
             if node.tag == "meta":
-                scale = _scale(node, name, intake)
+                task = TaskOfVideo(node, intake, name)
             elif node.tag == "image":
                 raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it as that.")
-            else:
-                _read_track(node, name, intake, scale)
+            elif task.has(node, name):
+                _read_track(node, name, intake, task)
+        if task.others:
+            intake.skip(f"{name}: {task.others} tracks", "They are of other tasks.")
     return intake.finish(files[0][1], interpolate=True)
 
 
-def _scale(meta: Node, file: str, intake: Intake) -> tuple[float, float]:
-    size = next((size for kind in meta.children if (size := kind.child("original_size")) is not None), None)
-    if size is None:
-        return 1.0, 1.0
-    try:
-        width, height = real_number(size.value("width")), real_number(size.value("height"))
-    except ValueError:
-        raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
-    return intake.scale(width, height, file, size.line)
-
-
-def _read_track(node: Node, file: str, intake: Intake, scale: tuple[float, float]) -> None:
+def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> None:
     shapes = {child.tag for child in node.children} & SHAPES
     if shapes:
         intake.skip(f"{file}, line {node.line}: track", f"It consists of {', '.join(sorted(shapes))}, not boxes.")
@@ -193,13 +186,15 @@ def _read_track(node: Node, file: str, intake: Intake, scale: tuple[float, float
     uid = intake.unique(said or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
     first: dict[str, str] = {}
     last_row = -1
+    # FiftyOne says which boxes are key frames only of labels that know it. Its others are boxes of their own.
+    says = any("keyframe" in child.attrib for child, _ in rows)
     for child, values in rows:
-        is_key = flag(child, "keyframe", file)
+        is_key = flag(child, "keyframe", file, str(int(not says)))
         outside = flag(child, "outside", file, "0")
-        frame = _frame(child, file, intake, outside=outside)
+        frame = _frame(child, file, intake, task, outside=outside)
         if not outside:
             last_row = max(last_row, frame)
-        if not is_key:
+        if not is_key and "keyframe" in child.attrib:
             continue
         if outside:
             intake.end(uid, frame)
@@ -209,10 +204,11 @@ def _read_track(node: Node, file: str, intake: Intake, scale: tuple[float, float
         intake.box(
             uid,
             frame,
-            box_edges(child, file, intake, scale),
+            box_edges(child, file, intake, task.scale),
             intake.label(own, file, child.line) if own else label,
             file=file,
             line=child.line,
+            key=is_key,
             occluded=flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=_score(values.get("score", "").strip(), file, child),
@@ -226,12 +222,12 @@ def _read_track(node: Node, file: str, intake: Intake, scale: tuple[float, float
     )
 
 
-def _frame(node: Node, file: str, intake: Intake, *, outside: bool) -> int:
-    value = attribute(node, "frame", file)
-    # The mark of the end may lie one step behind the last frame.
-    if outside and value == str(intake.target.video.frames):
-        return intake.target.video.frames
-    return intake.frame(value, file, node.line)
+def _frame(node: Node, file: str, intake: Intake, task: TaskOfVideo, *, outside: bool) -> int:
+    value, count = attribute(node, "frame", file), intake.target.video.frames
+    # The mark of the end may lie one step of the task behind the last frame.
+    if outside and value in {str(task.offset + count + more) for more in range(task.step)}:
+        return count
+    return intake.frame(value, file, node.line, origin=task.offset)
 
 
 def _score(value: str, file: str, node: Node) -> float:
@@ -254,7 +250,7 @@ FORMAT = Format(
         Switch("rows", ("all", "keys"), "Every shown frame, as CVAT writes it, or only key frames: a smaller file."),
         Switch("image", ("png", "jpg"), "Format of the pictures, where they go out."),
     ),
-    import_switches=(SIZE_SWITCH,),
+    import_switches=(TASK_SWITCH, SIZE_SWITCH),
     key_frames=True,
     docs="cvat-video.md",
 )

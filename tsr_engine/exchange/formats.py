@@ -74,6 +74,7 @@ class ImportTarget:
             then by a number 0 to 42.
         switches: options of the format; all of them, defaults filled in.
         label_map: name in the file -> class number, said by a person; wins.
+        wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
         spool: small files of an unpacked archive that are not on the disk; readers of such ask it.
     """
 
@@ -81,6 +82,7 @@ class ImportTarget:
     labels: tuple[str, ...]
     switches: Mapping[str, str] = field(default_factory=dict)
     label_map: Mapping[str, int] = field(default_factory=dict)
+    wrapper: str = ""
     spool: Spool | None = field(default=None, repr=False, compare=False)
 
 

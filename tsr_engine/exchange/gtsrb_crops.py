@@ -27,6 +27,7 @@ from tsr_engine.exchange.pictures import encode, picture_sha256, stream_frames
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.sidecar import COLUMNS, SideText, csv_text
 from tsr_engine.exchange.split import subset_of
+from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.whole_pixels import whole_pixels
 
 __all__ = ["BORDER", "FORMAT", "LEAST_BORDER", "crop_with_border"]
@@ -196,6 +197,7 @@ FORMAT = Format(
         Switch("picture", ("ppm", "png"), "Format of the crops; both keep every pixel."),
         Switch("per_track", ("all", "30"), "All crops of a track, or 30 evenly chosen ones as in the benchmark."),
     ),
+    import_switches=(TASK_SWITCH,),
     needs_pictures=True,
     docs="gtsrb.md",
 )

@@ -8,14 +8,17 @@ from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.sidecar import read_side
+from tsr_engine.exchange.subject import Part, choose
+from tsr_engine.io.gtsrb import table_rows
 from tsr_engine.io.plain_numbers import whole_number
 
 __all__ = ["OWN", "SIDE", "read_crops", "sniff_crops"]
 
 SIDE = "crops.csv"
 OWN = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
-_COLUMNS = ("Filename", "Width", "Height", "Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
+_NUMBERS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")
 
 
 def read_crops(path: Path, target: ImportTarget) -> Dataset:
@@ -38,11 +41,19 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
     video = target.video
     side = list(read_side(root / SIDE, OWN))
-    hashes = {entry.own["video_sha256"] for entry in side}
-    own = video.sha256 if len(hashes) > 1 and video.sha256 in hashes else None
+    names = {(entry.own["video"], entry.own["video_sha256"]): None for entry in side}
+    parts = [
+        Part(key, (key[0],), ids=(key[0],), known=key[1] == video.sha256 if key[1] and video.sha256 else None)
+        for key in names
+    ]
+    own = {part.content for part in choose(parts, intake, SIDE, "video", merge=True)}
+    tell_open_ends(
+        ((path.relative_to(root).as_posix(), last_of(path)) for path in (root / SIDE, *sorted(root.rglob("GT-*.csv")))),
+        intake,
+    )
     others = missing = 0
     for entry in side:
-        if own is not None and entry.own["video_sha256"] != own:
+        if (entry.own["video"], entry.own["video_sha256"]) not in own:
             others += 1
             continue
         found = tables.pop(entry.own["file"], None)
@@ -72,27 +83,19 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         intake.skip(f"{others} crops", f"They are of another video than {video.name}.")
     if missing:
         intake.skip(f"{missing} crops of {SIDE}", "No table GT-*.csv lists them any more.")
-    if own is None and tables:
+    if len(names) == 1 and tables:
         intake.skip(f"{len(tables)} crops", f"{SIDE} does not say where they were cut out.")
     return intake.finish(SIDE)
 
 
 def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[int, ...]]]) -> None:
     name = table.relative_to(root).as_posix()
-    for line, content in enumerate(read_text(table).splitlines(), start=1):
-        cells = [cell.strip() for cell in content.split(";")]
-        if line == 1:
-            if tuple(cells) != _COLUMNS:
-                raise refuse(name, 1, f"the header must be {';'.join(_COLUMNS)}. Got {content[:80]!r}.")
-            continue
-        if not content.strip():
-            continue
-        if len(cells) != len(_COLUMNS):
-            raise refuse(name, line, f"must have {len(_COLUMNS)} cells. Got {len(cells)}.")
-        numbers = tuple(_whole(cell, column, name, line) for column, cell in zip(_COLUMNS[3:], cells[3:], strict=True))
-        file = (table.parent / cells[0]).relative_to(root).as_posix()
+    for line, row in table_rows(read_text(table), lambda line, rule: refuse(name, line, rule)):
+        numbers = tuple(_whole(row.get(column, ""), column, name, line) for column in _NUMBERS)
+        given = row.get("Path") or row.get("Filename", "")
+        file = (table.parent.relative_to(root) / given.lstrip("/")).as_posix()
         if file in out:
-            raise refuse(name, line, f"{cells[0][:60]} is there twice. Delete one of the lines.")
+            raise refuse(name, line, f"{given[:60]} is there twice. Delete one of the lines.")
         out[file] = (name, line, numbers)
 
 

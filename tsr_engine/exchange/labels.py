@@ -61,6 +61,11 @@ class LabelMatcher:
             self._found[name] = self._find(name)
         return self._found[name]
 
+    def is_number(self, name: str) -> bool:
+        """Whether a name counts as a class only since it is a number."""
+        said = name in self._said or name in self._exact or _loose(name) in self._loose
+        return not said and _NUMBER.fullmatch(name.strip()) is not None
+
     def _find(self, name: str) -> int | None:
         if name in self._said:
             return self._said[name]

@@ -96,7 +96,9 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     assert chosen is not None
     if chosen.read is None:
         raise UsageError(f"{chosen.title} is written only, not read. Choose another format.")
-    target = replace(target, switches=switches_of(chosen, dict(target.switches), reading=True))
+    target = replace(target, switches=_switches(chosen, target, named=format is not None))
+    if place != path and place.is_dir():
+        target = replace(target, wrapper=place.name)
     told = told_beside(place) if place.is_dir() else None
     entry = None if told is None else told.entry(target.video)
     if told is not None and told.videos and entry is None:
@@ -106,6 +108,18 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
         dataset = _with_origin(with_negatives(dataset, entry, target, MANIFEST), entry)
     _check(dataset, target, name)
     return dataset
+
+
+def _switches(chosen: Format, target: ImportTarget, *, named: bool) -> dict[str, str]:
+    try:
+        return switches_of(chosen, dict(target.switches), reading=True)
+    except UsageError as error:
+        if named:
+            raise
+        raise UsageError(
+            f"{error} The file is taken for {chosen.title}. If it is of another format, name it with format= "
+            "(--format on the command line)."
+        ) from None
 
 
 def _with_origin(dataset: Dataset, entry: Mapping[str, Any]) -> Dataset:

@@ -16,7 +16,9 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.labels import label_name, used_labels
 from tsr_engine.exchange.linking import LINK_SWITCH
-from tsr_engine.exchange.mot_reader import NAMES, SIDE, SIDE_COLUMNS, read_mot, sniff_mot
+from tsr_engine.exchange.mot_columns import COLUMNS_SWITCH, SCORES_SWITCH
+from tsr_engine.exchange.mot_extras import NAMES
+from tsr_engine.exchange.mot_reader import SIDE, SIDE_COLUMNS, read_mot, sniff_mot
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
@@ -163,8 +165,14 @@ FORMAT = Format(
     ),
     import_switches=(
         Switch("origin", ("auto", "0", "1"), "As for export; auto: as the manifest beside tells, else 0."),
-        Switch("first_frame", ("1", "0"), "Number of the first frame in the file."),
-        Switch("first_class", ("1", "0"), "Number of the first line of labels.txt."),
+        Switch("first_frame", ("auto", "0", "1"), "Number of the first frame; auto: 1, as MOT says."),
+        Switch(
+            "first_class",
+            ("auto", "1", "0"),
+            "Number of the first class, the first line of labels.txt; auto: 1, but 0 in BoxMOT's rows.",
+        ),
+        COLUMNS_SWITCH,
+        SCORES_SWITCH,
         SIZE_SWITCH,
         LINK_SWITCH,
     ),

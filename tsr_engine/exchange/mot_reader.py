@@ -1,11 +1,11 @@
-"""Reads MOT: ground truth (``gt/gt.txt``, nine columns) and results or detections (ten columns)."""
+"""Reads MOT's rows: ground truth (``gt/gt.txt``), results and detections, and those of other trackers."""
 
 from __future__ import annotations
 
 import configparser
-import csv
 import io
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -14,23 +14,31 @@ from pathlib import Path
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.beside import is_called, is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
-from tsr_engine.exchange.dataset import UNSAID, Dataset
+from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frame_origin import FrameOrigin
+from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
+from tsr_engine.exchange.mot_columns import Columns, Row, Rows, columns_of
+from tsr_engine.exchange.mot_extras import NAMES, Extras
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.sidecar import read_rows, real
+from tsr_engine.exchange.subject import likeness
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["NAMES", "SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
+__all__ = ["SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
 
-NAMES = "labels.txt"
 SIDE = "tracks.csv"
 SIDE_COLUMNS = ("id", "uid", "state", "source", "note")
 _SEQUENCE = "seqinfo.ini"
-_OCCLUDED = 0.5
-"""Signs that are less visible count as occluded."""
+_WIDTHS = (7, 9, 10)
 _SUBSETS = ("train", "val", "test")
+_SAYS_NOTHING = re.compile(
+    "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
+    re.I,
+)
+"""Words in names of files and folders that are about no video."""
 _BOX = range(2, 6)
 """Columns of the box, from 0."""
 
@@ -47,9 +55,9 @@ class _Sequence:
 class _Counting:
     """Where numbers begin."""
 
-    frame: int
+    frame: FrameOrigin
     place: int
-    label: int
+    label: int | None
 
 
 def read_mot(path: Path, target: ImportTarget) -> Dataset:
@@ -63,10 +71,11 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     origin = switches.get("origin", "auto")
     if origin == "auto":
         origin = told_by_manifest(path if path.is_dir() else path.parent, "origin") or "0"
+    first = switches.get("first_class", "auto")
     counting = _Counting(
-        int(switches.get("first_frame", "1")), int(origin == "1"), int(switches.get("first_class", "1"))
+        FrameOrigin(intake, 1, sure=_is_ours(path)), int(origin == "1"), None if first == "auto" else int(first)
     )
-    found = _sequences(path, target)
+    found = _sequences(path, intake)
     loose = LooseBoxes(intake, path.name)
     for sequence in found:
         _read_sequence(sequence, path, counting, intake, loose)
@@ -74,46 +83,88 @@ def read_mot(path: Path, target: ImportTarget) -> Dataset:
     return intake.finish(found[0].rows.name)
 
 
-def _sequences(path: Path, target: ImportTarget) -> list[_Sequence]:
+def _is_ours(path: Path) -> bool:
+    return bool(told_by_manifest(path if path.is_dir() else path.parent, "first_frame"))
+
+
+def _sequences(path: Path, intake: Intake) -> list[_Sequence]:
+    video = intake.target.video
     if path.is_file():
+        if not _SAYS_NOTHING.search(path.stem):
+            _tell_name(path.stem, path.parent, path.name, intake)
         root = path.parent.parent if path.parent.name in ("gt", "det") else path.parent
         return [_Sequence(root, path)]
     for part in ("gt/gt.txt", "det/det.txt", "gt.txt", "det.txt"):
         if (path / part).is_file():
+            wrapper = intake.target.wrapper
+            if not _SAYS_NOTHING.search(wrapper):
+                _tell_name(wrapper, path, wrapper, intake)
             return [_Sequence(path, path / part)]
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
         raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
-    own = [part for part in parts if is_called(path, target.video, part.parent.parent.name)] or [
-        part for part in parts if part.parent.parent.parent == path and part.parent.parent.name in _SUBSETS
+    names = {part: part.parent.parent.name for part in parts}
+    own = [part for part in parts if likeness(names[part], video) or is_called(path, video, names[part])] or [
+        part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS
     ]
     if not own and len(parts) == 1:
         own = parts
+        if not _SAYS_NOTHING.search(names[parts[0]]):
+            _tell_name(names[parts[0]], path, path.name, intake)
     if not own:
-        names = ", ".join(part.parent.parent.name for part in parts[:5])
         raise ImportFormatError(
-            f"{path.name}: has {len(parts)} sequences ({names}), none called "
-            f"{safe_stem(target.video.name)}. Import the folder of one of them."
+            f"{path.name}: has {len(parts)} sequences ({', '.join(list(names.values())[:5])}), none called "
+            f"{safe_stem(video.name)}. Import the folder of one of them."
+        )
+    others = [name for part, name in names.items() if part not in own]
+    if others:
+        intake.skip(
+            f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
         )
     return [_Sequence(part.parent.parent, part) for part in own]
+
+
+def _tell_name(name: str, folder: Path, file: str, intake: Intake) -> None:
+    """Tell of a sequence that is called after another video."""
+    video = intake.target.video
+    if name and not likeness(name, video) and not is_called(folder, video, name):
+        intake.repair(f"{file}: speaks of {name[:80]}. It was taken to be about {video.name}.")
 
 
 def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake: Intake, loose: LooseBoxes) -> None:
     inside = path if path.is_dir() else path.parent
     file = sequence.rows.relative_to(inside).as_posix()
-    scale = _scale(sequence.root / _SEQUENCE, intake)
+    scale = _about(sequence.root / _SEQUENCE, path, intake)
     names = _names(sequence)
+    rows: list[tuple[int, Row]] = []
+    broken: dict[int, list[str]] = {}
+    for line, cells in _rows(sequence.rows, file):
+        others = tuple(math.nan if at in _BOX else _real(cell, at, file, line) for at, cell in enumerate(cells))
+        try:
+            rows.append((line, (*others[:2], *(real_number(cells[at]) for at in _BOX), *others[6:])))
+        except ValueError:
+            rows.append((line, others))
+            broken[line] = cells
+    if not rows:
+        return
+    if not counting.frame.settled:
+        for _, values in rows:
+            counting.frame.look(values[0])
+        counting.frame.decide(file)
+    tell_open_ends([(file, last_of(sequence.rows))], intake)
+    columns = _columns([values for _, values in rows], sequence, names, file, intake)
+    extras = Extras(columns, names, counting.label, file, intake)
+    zero = _zero_is_an_id([values for _, values in rows])
     uids = _described(sequence.rows.parent / SIDE)
     told: set[str] = set()
-    for line, cells in _rows(sequence.rows, file):
-        values = [math.nan if at in _BOX else _real(cell, at, file, line) for at, cell in enumerate(cells)]
-        frame = intake.frame(values[0], file, line, origin=counting.frame)
+    for line, values in rows:
+        frame = counting.frame.frame(values[0], file, line)
         number = values[1]
         if not (math.isfinite(number) and number == int(number)):
-            raise refuse(file, line, f"the track id must be a whole number. Got {cells[1].strip()[:40]!r}.")
-        edges = intake.edges(partial(_edges, cells, counting.place, scale, file, line))
-        label, score, ignore, occluded = _rest(values, cells, names, counting, intake, file, line)
-        if number <= 0:
+            raise refuse(file, line, f"the track id must be a whole number. Got {number:g}.")
+        edges = intake.edges(partial(_edges, values, broken.get(line), counting.place, scale, file, line))
+        label, score, ignore, occluded = extras(values, line)
+        if number < 0 or (number == 0 and not zero):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
             continue
         uid, state, source, note = uids.get(int(number), (f"track{int(number)}", "open", "imported", ""))
@@ -126,52 +177,30 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
 
 
 def _edges(
-    cells: list[str], origin: int, scale: tuple[float, float], file: str, line: int
+    values: Row, broken: list[str] | None, origin: int, scale: tuple[float, float], file: str, line: int
 ) -> tuple[float, float, float, float]:
-    x, y, w, h = (_real(cells[at], at, file, line) for at in _BOX)
+    """Edges of a row; ``broken`` are its cells where one of the box is no number."""
+    x, y, w, h = values[2:6] if broken is None else (_real(broken[at], at, file, line) for at in _BOX)
     x, y = x - origin, y - origin
     return x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1]
 
 
-def _rest(
-    values: list[float],
-    cells: list[str],
-    names: list[str] | None,
-    counting: _Counting,
-    intake: Intake,
-    file: str,
-    line: int,
-) -> tuple[int, float, bool, bool]:
-    """Class, score, ignored and occluded of a row."""
-    if len(values) != 9:
-        # Results: confidence, then three columns for positions in space.
-        score = values[6] if len(values) > 6 else math.nan
-        return UNSAID, math.nan if score == -1 else score, False, False
-    flag, number, visibility = values[6:]
-    if flag not in (0.0, 1.0):
-        raise refuse(
-            file, line, f"column 7 must be 0 (ignore) or 1. Got {cells[6].strip()[:40]!r}; results have 10 columns."
-        )
-    if not -1 <= visibility <= 1:
-        raise refuse(file, line, f"the visibility must be in 0 to 1, or -1. Got {cells[8].strip()[:40]!r}.")
-    if not (math.isfinite(number) and number == int(number)):
-        raise refuse(file, line, f"the class must be a whole number. Got {cells[7].strip()[:40]!r}.")
-    if number == -1:  # what the columns that nobody uses hold
-        label = UNSAID
-    elif names is None:
-        label = intake.label(str(int(number)), file, line)
-        intake.count("Rows without labels.txt took their class number as the tool's", file, line)
-    else:
-        place = int(number) - counting.label
-        if not 0 <= place < len(names):
-            raise refuse(
-                file,
-                line,
-                f"class {int(number)} must be {counting.label} to {len(names) - 1 + counting.label}, the lines of "
-                f"{NAMES}. Import with first_class={1 - counting.label} if it counts from there.",
-            )
-        label = intake.label(names[place], file, line)
-    return label, math.nan, flag == 0.0, 0 <= visibility < _OCCLUDED
+def _zero_is_an_id(rows: Rows) -> bool:
+    """Whether id 0 is a track, as trackers that count from 0 have it: no frame has it twice."""
+    frames = [values[0] for values in rows if values[1] == 0]
+    return len(frames) == len(set(frames))
+
+
+def _columns(rows: Rows, sequence: _Sequence, names: list[str] | None, file: str, intake: Intake) -> Columns:
+    said = intake.target.switches.get("columns", "auto")
+    truth = sequence.rows.name == "gt.txt" or sequence.rows.parent.name == "gt"
+    ours = bool(told_by_manifest(sequence.root, "first_frame"))
+    columns = columns_of(rows, said, truth=truth, named=names is not None, ours=ours)
+    if columns is None:
+        raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={said} does not fit. Choose another value.")
+    if columns.told:
+        intake.repair(f"{file}: {columns.told}.")
+    return columns
 
 
 def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
@@ -180,10 +209,10 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
     for line, content in enumerate(read_text(path).splitlines(), start=1):
         if not content.strip():
             continue
-        cells = content.split(",") if "," in content else content.split()
+        cells = _cells(content)
         if not width:
             width = len(cells)
-            if width not in (7, 9, 10):
+            if width not in _WIDTHS:
                 raise refuse(
                     file,
                     line,
@@ -193,6 +222,13 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
         if len(cells) != width:
             raise refuse(file, line, f"must have {width} columns as the rows before. Got {len(cells)}.")
         yield line, cells
+
+
+def _cells(content: str) -> list[str]:
+    """Cells between commas, semicolons, tabs or spaces; one mark may close the row."""
+    mark = next((mark for mark in ",;" if mark in content), None)
+    cells = content.split(mark)
+    return cells[:-1] if mark and not cells[-1].strip() else cells
 
 
 def _real(cell: str, at: int, file: str, line: int) -> float:
@@ -229,18 +265,28 @@ def _described(path: Path) -> dict[int, tuple[str, str, str, str]]:
     return out
 
 
-def _scale(path: Path, intake: Intake) -> tuple[float, float]:
-    """By ``seqinfo.ini`` if there is one."""
+def _about(path: Path, folder: Path, intake: Intake) -> tuple[float, float]:
+    """What ``seqinfo.ini`` says of the sequence, if there is one: its name, length and size; gives the scale."""
     if not path.is_file():
         return 1.0, 1.0
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
-        width, height = (real_number(parser["Sequence"][name]) for name in ("imWidth", "imHeight"))
-    except (configparser.Error, KeyError, ValueError) as error:
+        told = parser["Sequence"] if parser.has_section("Sequence") else {}
+        length, rate, width, height = (
+            real_number(told[name]) if told.get(name) else math.nan
+            for name in ("seqLength", "frameRate", "imWidth", "imHeight")
+        )
+    except (configparser.Error, ValueError) as error:
         first = str(error).splitlines()[0]
-        raise refuse(path.name, None, f"must have [Sequence] with imWidth and imHeight: {first}. Correct it.") from None
-    return intake.scale(width, height, path.name)
+        raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
+    video = intake.target.video
+    _tell_name(told.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, intake)
+    if math.isfinite(length) and length != video.frames:
+        intake.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
+    if video.rate is not None and abs(rate - float(video.rate)) > 1:
+        intake.repair(f"{path.name}: its sequence has {rate:g} frames/s, {video.name} has {float(video.rate):g}.")
+    return intake.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)
 
 
 def sniff_mot(path: Path) -> bool:
@@ -260,8 +306,10 @@ def _looks_like_rows(path: Path) -> bool:
     with path.open("rb") as stream:
         start = stream.read(1 << 12)
     line = next((part for part in start.decode("latin-1").splitlines() if part.strip()), "")
-    cells = next(csv.reader([line]), [])
+    cells = _cells(line)
     try:
-        return len(cells) in (7, 9, 10) and all(math.isfinite(real_number(cell)) or cell for cell in cells)
+        values = [real_number(cell) for cell in cells]
     except ValueError:
         return False
+    # Polygons of YOLO have spaces between their numbers too, but shares of the picture for the second.
+    return len(values) in _WIDTHS and ("," in line or (values[0] == values[0] // 1 and values[1] == values[1] // 1))

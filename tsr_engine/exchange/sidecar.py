@@ -16,7 +16,7 @@ from tsr_engine.exchange.reading import open_text
 from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["COLUMNS", "SideRow", "SideText", "csv_text", "read_rows", "read_side", "real"]
+__all__ = ["COLUMNS", "SideRow", "SideText", "csv_text", "header_of", "read_rows", "read_side", "real"]
 
 COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
 """Columns about the track of a box; a format puts its own before. ``note`` stands at a track's first box only."""
@@ -85,6 +85,17 @@ def read_rows(path: Path, needed: Sequence[str], *, delimiter: str = ",") -> Ite
     """
     with open_text(path) as stream:
         yield from _rows_of(stream, path.name, needed, delimiter)
+
+
+def header_of(path: Path, *, delimiter: str = ",") -> list[str]:
+    """The names of the columns of a CSV; empty: it has none.
+
+    Raises:
+        ImportFormatError: another encoding.
+    """
+    with open_text(path) as stream:
+        cells = next((cells for cells in csv.reader(stream, delimiter=delimiter) if any(map(str.strip, cells))), [])
+    return [cell.strip().lower() for cell in cells]
 
 
 def _rows_of(stream: TextIO, file: str, needed: Sequence[str], delimiter: str) -> Iterator[tuple[int, dict[str, str]]]:

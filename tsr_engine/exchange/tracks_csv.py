@@ -16,6 +16,7 @@ import numpy as np
 from tsr_engine.evidence.reader import RESULT_HEADER
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_to_text
@@ -23,6 +24,7 @@ from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
 from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv_reader import read_tracks_csv, sniff_tracks_csv
 
 __all__ = ["FORMAT", "file_names"]
@@ -134,7 +136,8 @@ FORMAT = Format(
         Switch("formulas", ("plain", "quoted"), "Quote cells that a spreadsheet would take for formulas."),
     ),
     import_switches=(
-        Switch("first_frame", ("auto", "0", "1"), "Number of the first frame; auto: 1 with MOT's bb_left, else 0."),
+        FIRST_FRAME_SWITCH,
+        TASK_SWITCH,
         LINK_SWITCH,
     ),
     docs="tracks-csv.md",

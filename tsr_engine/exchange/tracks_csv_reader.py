@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,46 +13,37 @@ from tsr_engine.exchange.beside import is_called, told_by_manifest
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.frame_origin import FrameOrigin
+from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.sidecar import read_rows
+from tsr_engine.exchange.sidecar import header_of, read_rows
 from tsr_engine.exchange.split import SUBSETS
+from tsr_engine.exchange.subject import Part, choose
+from tsr_engine.exchange.table_columns import (
+    EMPTY,
+    PICTURES,
+    Columns,
+    class_in,
+    columns_of,
+    edges_of,
+    normal,
+    with_video,
+)
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.records import Source
 
-__all__ = ["own_files", "read_tracks_csv", "sniff_tracks_csv"]
+__all__ = ["OWN_NUMBERS", "own_files", "read_tracks_csv", "sniff_tracks_csv", "whole_box"]
 
-_NAMES: dict[str, tuple[str, ...]] = {
-    "frame": ("frame", "frame_id", "frame_number"),
-    "track": ("track_id", "track", "id", "object_id"),
-    "uid": ("uid",),
-    "x1": ("x1", "xmin", "left", "xtl"),
-    "y1": ("y1", "ymin", "top", "ytl"),
-    "x2": ("x2", "xmax", "right", "xbr"),
-    "y2": ("y2", "ymax", "bottom", "ybr"),
-    "class": ("class_id", "category_id"),
-    "label": ("label", "class", "class_name", "category"),
-    "score": ("score", "confidence", "conf"),
-    "source": ("source",),
-    "visibility": ("visibility",),
-    "occluded": ("occluded",),
-    "ignore": ("ignore",),
-    "key": ("key", "keyframe"),
-    "state": ("state",),
-    "note": ("note",),
-}
-_MOT = ("bb_left", "bb_top", "bb_width", "bb_height")
-"""As MOTChallenge calls them; its ``x,y,z`` beside them are positions in space."""
-_SIZED = (("x", "y", "w", "h"), ("left", "top", "width", "height"))
-"""Names that belong together."""
-_CORNERS = (("x", "y"), ("bb_left", "bb_top"), *zip(_NAMES["x1"], _NAMES["y1"], strict=True))
-_SIZES = (("w", "h"), ("width", "height"), ("bb_width", "bb_height"))
+OWN_NUMBERS = "Rows without a class name took their class number as the tool's"
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
 _LOG_ODDS = frozenset(get_args(Source))
 """What a row of ``tsr track --csv`` may have as its source."""
 _TEXT = frozenset({"uid", "note"})
+_OPTIONAL = frozenset({"track", "score", "visibility", "occluded", "ignore", "key"})
+"""Cells that may say in words that there is nothing."""
 _NO_SCORE = frozenset({"-1", "-1.0"})
 """As MOTChallenge says that there is none."""
 _OCCLUDED = 0.5
@@ -90,24 +82,166 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
     files = own_files(path, target.video, ".csv") if path.is_dir() else [path]
     guarded = told_by_manifest(path if path.is_dir() else path.parent, "formulas") == "quoted"
-    said_origin = target.switches.get("first_frame", "auto")
     loose = LooseBoxes(intake, files[0].name)
     for file in files:
-        columns: dict[str, str] | None = None
-        mot, origin = False, 0
-        for line, cells in read_rows(file, (), delimiter=_delimiter(file)):
-            if columns is None:
-                columns = _columns(cells, file.name)
-                mot = columns.get("x") == _MOT[0]
-                origin = int(mot) if said_origin == "auto" else int(said_origin)
-            said = {name: cells[column] if name in _TEXT else cells[column].strip() for name, column in columns.items()}
-            if guarded:
-                said = {name: cell.removeprefix("'") for name, cell in said.items()}
-            if mot and said.get("score") in _NO_SCORE:
-                said["score"] = ""
-            _take(said, file.name, line, origin, intake, loose)
+        _Table(file, guarded, intake, loose).read()
     loose.settle()
     return intake.finish(files[0].name)
+
+
+class _Table:
+    """One file."""
+
+    def __init__(self, path: Path, guarded: bool, intake: Intake, loose: LooseBoxes) -> None:
+        self._path = path
+        self._name = path.name
+        self._guarded = guarded
+        self._intake = intake
+        self._loose = loose
+        self._columns = Columns({}, (), (), False, False)
+        self._origin = FrameOrigin(intake)
+        self._video: str | None = None
+
+    def read(self) -> None:
+        """Take all rows."""
+        known = False
+        for line, cells in read_rows(self._path, (), delimiter=_delimiter(self._path)):
+            if not known:
+                known = True
+                self._columns = self._columns_of(cells)
+                if "video" not in self._columns.named and not self._columns.own:
+                    self._columns = with_video(self._columns, cells)
+                self._look()
+            if self._video is None or cells[self._columns.named["video"]] == self._video:
+                self._take(self._said(cells), cells, line)
+        if not known:
+            self._columns_of(dict.fromkeys(header_of(self._path, delimiter=_delimiter(self._path)), ""))
+        tell_open_ends([(self._name, last_of(self._path))], self._intake)
+
+    def _columns_of(self, cells: Mapping[str, str]) -> Columns:
+        try:
+            columns = columns_of(cells)
+        except ValueError as error:
+            rule = f"the header has more than one set of box columns: {error}. Keep one."
+            raise refuse(self._name, 1, rule) from None
+        if "frame" not in columns.named or not columns.box:
+            pictures = [name for name in cells if normal(name) in PICTURES]
+            if pictures and columns.box:
+                rule = f"names pictures ({pictures[0]}), not frames. Add a column frame, or export as COCO."
+                raise refuse(self._name, 1, rule)
+            rule = f"the header must have frame and x1,y1,x2,y2 or x,y,w,h. Got {','.join(cells)[:120]}. Add them."
+            raise refuse(self._name, 1, rule)
+        return columns
+
+    def _look(self) -> None:
+        """Look through the file for where frames begin, and which video is meant."""
+        named = self._columns.named
+        usual = 1 if self._columns.mot else 0 if self._columns.own else None
+        self._origin = FrameOrigin(self._intake, usual, sure=self._columns.own)
+        if self._origin.settled and "video" not in named:
+            return
+        videos: dict[str, list[str]] = {}
+        for _, cells in read_rows(self._path, (), delimiter=_delimiter(self._path)):
+            videos.setdefault(cells[named["video"]] if "video" in named else "", []).append(cells[named["frame"]])
+        if "video" in named:
+            parts = [Part(name, (name.strip(),), ids=(name.strip(),)) for name in videos]
+            self._video = choose(parts, self._intake, self._name, "video")[0].content
+        if not self._origin.settled:
+            for number in videos[self._video or ""]:
+                try:
+                    self._origin.look(real_number(number))
+                except ValueError:
+                    return  # the row is refused when it is read
+            self._origin.decide(self._name)
+
+    def _said(self, cells: Mapping[str, str]) -> dict[str, str]:
+        said = {
+            name: cells[column] if name in _TEXT else cells[column].strip()
+            for name, column in self._columns.named.items()
+        }
+        if self._guarded:
+            said = {name: cell.removeprefix("'") for name, cell in said.items()}
+        for name in _OPTIONAL & said.keys():
+            if said[name].lower() in EMPTY:
+                said[name] = ""
+        if self._columns.mot and said.get("score") in _NO_SCORE:
+            said["score"] = ""
+        return said
+
+    def _take(self, said: Mapping[str, str], cells: Mapping[str, str], line: int) -> None:
+        file, intake = self._name, self._intake
+        frame = self._origin.frame(said["frame"], file, line)
+        for other in self._columns.frames:
+            if _differ(cells[other], said["frame"]):
+                first, second = self._columns.named["frame"], cells[other].strip()[:40]
+                rule = f"{first} says {said['frame'][:40]} and {other} {second}. Keep one of the columns."
+                raise refuse(file, line, rule)
+        if "w" not in said:
+            self._check_size(cells, line)
+        edges = intake.edges(lambda: _edges(said, self._columns.own, file, line))
+        visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
+        if not -1 <= visibility <= 1:
+            raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
+        given: dict[str, Any] = {
+            "file": file,
+            "line": line,
+            "key": _flag(said, "key", file, line, True),
+            "occluded": _flag(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
+            "ignore": _flag(said, "ignore", file, line, False),
+            "score": _score(said, file, line),
+        }
+        label = self._label(cells, line)
+        uid = _uid(said, file, line)
+        if not uid:
+            self._loose.add(frame, edges, label, **given)
+            return
+        known = uid in intake
+        taken = intake.box(uid, frame, edges, label, **given)
+        note = said.get("note", "")
+        if taken and (note or not known):
+            source = said.get("source", "")
+            intake.describe(
+                uid,
+                state=said.get("state") or "open",
+                source=source if source in _SOURCES else "imported",
+                notes=notes_from_text(note, frame),
+            )
+
+    def _check_size(self, cells: Mapping[str, str], line: int) -> None:
+        """Tell of pictures of another size, as tables that have corners put it beside them."""
+        video = self._intake.target.video
+        size = (cells.get("width", ""), cells.get("height", ""))
+        with suppress(ValueError):
+            if all(size) and tuple(map(real_number, size)) != (video.width, video.height):
+                what = f"Rows are about pictures of {size[0][:12]}x{size[1][:12]} px"
+                told = f"{what}, {video.name} has {video.width}x{video.height}; their boxes were not scaled"
+                self._intake.count(told, self._name, line)
+
+    def _label(self, cells: Mapping[str, str], line: int) -> int:
+        given = (cells[column].strip() for column in self._columns.classes)
+        cell = class_in(each.removeprefix("'") if self._guarded else each for each in given)
+        if not cell:
+            return UNSAID
+        try:
+            number = real_number(cell)
+        except ValueError:
+            return self._intake.label(cell, self._name, line)
+        if not math.isfinite(number) or number != int(number):
+            raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
+        if number == NONE:
+            return NONE
+        name = str(int(number))
+        if not self._columns.own and name not in self._intake.target.label_map:
+            self._intake.count(OWN_NUMBERS, self._name, line)
+        return self._intake.label(name, self._name, line, number=True)
+
+
+def _differ(one: str, other: str) -> bool:
+    """Whether two cells are different numbers."""
+    try:
+        return real_number(one) != real_number(other)
+    except ValueError:
+        return False
 
 
 def _delimiter(path: Path) -> str:
@@ -116,76 +250,37 @@ def _delimiter(path: Path) -> str:
     return max((",", ";", "\t"), key=lambda mark: start.count(mark.encode()))
 
 
-def _columns(cells: Mapping[str, str], file: str) -> dict[str, str]:
-    """Meaning -> column."""
-    found: dict[str, str] = {}
-    for name, known in _NAMES.items():
-        column = next((column for column in known if column in cells), None)
-        if column is not None:
-            found[name] = column
-    edges = {"x1", "y1", "x2", "y2"} <= set(found)
-    sized: tuple[str, ...] | None = _MOT if cells.keys() >= set(_MOT) else None
-    if sized is None and not edges:
-        sized = _sized(cells, file)
-    if "frame" not in found or not (edges or sized):
-        raise refuse(
-            file, 1, f"the header must have frame and x1,y1,x2,y2 or x,y,w,h. Got {','.join(cells)[:120]}. Add them."
-        )
-    if sized is not None:
-        for name in ("x1", "y1", "x2", "y2"):
-            found.pop(name, None)
-        found.update(zip("xywh", sized, strict=True))
-    return found
-
-
-def _sized(cells: Mapping[str, str], file: str) -> tuple[str, ...] | None:
-    """The columns of a corner, a width and a height that belong together; None: there are none."""
-    alike = [names for names in _SIZED if cells.keys() >= set(names)]
-    found = alike or [(*corner, *size) for corner in _CORNERS for size in _SIZES if cells.keys() >= {*corner, *size}]
-    if len(found) > 1:
-        sets = " or ".join(",".join(names) for names in found[:3])
-        raise refuse(file, 1, f"the header has more than one set of box columns: {sets}. Keep one.")
-    return found[0] if found else None
-
-
-def _take(said: Mapping[str, str], file: str, line: int, origin: int, intake: Intake, loose: LooseBoxes) -> None:
-    frame = intake.frame(said["frame"], file, line, origin=origin)
-    edges = intake.edges(lambda: _edges(said, file, line))
-    visibility = _real(said, "visibility", file, line) if said.get("visibility") else 1.0
-    if not -1 <= visibility <= 1:
-        raise refuse(file, line, f"visibility must be in 0 to 1. Got {said['visibility'][:40]!r}.")
-    given: dict[str, Any] = {
-        "file": file,
-        "line": line,
-        "key": _flag(said, "key", file, line, True),
-        "occluded": _flag(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
-        "ignore": _flag(said, "ignore", file, line, False),
-        "score": _score(said, file, line),
-    }
-    label = _label(said, file, line, intake)
-    uid = _uid(said, file, line)
-    if not uid:
-        loose.add(frame, edges, label, **given)
-        return
-    known = uid in intake
-    taken = intake.box(uid, frame, edges, label, **given)
-    note = said.get("note", "")
-    if taken and (note or not known):
-        source = said.get("source", "")
-        intake.describe(
-            uid,
-            state=said.get("state") or "open",
-            source=source if source in _SOURCES else "imported",
-            notes=notes_from_text(note, frame),
-        )
-
-
-def _edges(said: Mapping[str, str], file: str, line: int) -> tuple[float, float, float, float]:
+def _edges(said: Mapping[str, str], own: bool, file: str, line: int) -> tuple[float, float, float, float]:
     if "x1" in said:
         x1, y1, x2, y2 = (_real(said, name, file, line) for name in ("x1", "y1", "x2", "y2"))
-        return x1, y1, x2, y2
-    x, y, w, h = (_real(said, name, file, line) for name in ("x", "y", "w", "h"))
-    return x, y, x + w, y + h
+        edges = (x1, y1, x2, y2)
+    elif "w" in said:
+        centred = "cx" in said
+        x, y = (_real(said, name, file, line) for name in (("cx", "cy") if centred else ("x", "y")))
+        w, h = (_real(said, name, file, line) for name in ("w", "h"))
+        x, y = (x - w / 2, y - h / 2) if centred else (x, y)
+        edges = (x, y, x + w, y + h)
+    else:
+        name = "box" if "box" in said else "bbox"
+        found = edges_of(said[name], sized=name == "bbox")
+        if found is None:
+            raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {said[name][:60]!r}.")
+        edges = found
+    return edges if own else whole_box(edges, file, line)
+
+
+def whole_box(
+    edges: tuple[float, float, float, float], file: str, line: int | str
+) -> tuple[float, float, float, float]:
+    """A box in px; shares of the picture would be a box within its first pixel.
+
+    Raises:
+        ImportFormatError: it lies within the first pixel.
+    """
+    if all(0 <= edge <= 1 for edge in edges):
+        rule = "the box lies within one pixel: its edges are shares of the picture. Write px (normalize=False)."
+        raise refuse(file, line, rule)
+    return edges
 
 
 def _uid(said: Mapping[str, str], file: str, line: int) -> str:
@@ -200,21 +295,6 @@ def _uid(said: Mapping[str, str], file: str, line: int) -> str:
     if not math.isfinite(number) or number != int(number):
         raise refuse(file, line, f"track_id must be a whole number or a name. Got {cell[:40]!r}.")
     return str(int(number)) if number >= 0 else ""
-
-
-def _label(said: Mapping[str, str], file: str, line: int, intake: Intake) -> int:
-    if said.get("label"):
-        return intake.label(said["label"], file, line)
-    cell = said.get("class", "")
-    if not cell:
-        return UNSAID
-    try:
-        number = real_number(cell)
-    except ValueError:
-        return intake.label(cell, file, line)
-    if not math.isfinite(number) or number != int(number):
-        raise refuse(file, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
-    return NONE if number == NONE else intake.label(str(int(number)), file, line)
 
 
 def _score(said: Mapping[str, str], file: str, line: int) -> float:
@@ -258,10 +338,13 @@ def sniff_tracks_csv(path: Path) -> bool:
             continue
         with file.open("rb") as stream:
             start = stream.readline(1 << 12)
-        names = {
-            cell.strip().lower()
-            for cell in start.decode("utf-8-sig", "replace").replace(";", ",").replace("\t", ",").split(",")
-        }
-        if names & set(_NAMES["frame"]) and names & {corner[0] for corner in _CORNERS}:
+        header = start.decode("utf-8-sig", "replace").replace(";", ",").replace("\t", ",").split(",")
+        names = {normal(cell.strip().strip('"')) for cell in header}
+        try:
+            columns = columns_of(names)
+        except ValueError:
+            return True
+        # Without frames its own message says best what is missing.
+        if columns.box and ("frame" in columns.named or (columns.classes and names & {*PICTURES, "confidence"})):
             return True
     return False

@@ -19,11 +19,13 @@ from typing import Any
 
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.formats import ExportOptions, Format
+from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
 from tsr_engine.exchange.labels import label_name
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.split import subset_of
+from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv import file_names
 from tsr_engine.exchange.tracks_json_reader import read_tracks_json, sniff_tracks_json
 
@@ -108,7 +110,8 @@ FORMAT = Format(
     read=read_tracks_json,
     sniff=sniff_tracks_json,
     import_switches=(
-        Switch("first_frame", ("0", "1"), "Number of the first frame in the file."),
+        FIRST_FRAME_SWITCH,
+        TASK_SWITCH,
         SIZE_SWITCH,
         LINK_SWITCH,
     ),

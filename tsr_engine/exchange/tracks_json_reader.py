@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import NONE, REJECTED, UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
-from tsr_engine.exchange.json_stream import heads, members
+from tsr_engine.exchange.frame_origin import FrameOrigin
+from tsr_engine.exchange.json_rows import FRAME_KEY, Entry, entries, first_of, inner_of
+from tsr_engine.exchange.json_stream import heads
 from tsr_engine.exchange.linking import LooseBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.split import SUBSETS
-from tsr_engine.exchange.tracks_csv_reader import own_files
+from tsr_engine.exchange.subject import Part, choose
+from tsr_engine.exchange.table_columns import CLASSES, NAMES, class_in, edges_of, normal
+from tsr_engine.exchange.tracks_csv_reader import OWN_NUMBERS, own_files, whole_box
+from tsr_engine.io.plain_numbers import real_number, whole_number
 
 __all__ = ["read_tracks_json", "sniff_tracks_json"]
 
-_EDGES = ("box", "xyxy")
-_SIZED = ("bbox", "xywh")
-_IDS = ("id", "track_id", "uid", "track")
-_CLASSES = ("class", "label", "class_name", "category", "class_id")
-_SCORES = ("score", "confidence", "conf")
+_BOXES = (("box", False), ("xyxy", False), ("bbox", True), ("xywh", True))
+"""Keys of a box, and whether four numbers are a corner with a size."""
+_IDS = (*NAMES["track"], "uid")
 _VERSION = 1
-_HEADS = frozenset({"format", "version", "video", "classes"})
-_LISTS = {"tracks": "track", "detections": "detection", "negatives": "negative", "": "entry"}
+_HEADS = frozenset({"format", "version", "video", "classes", "width", "height"})
 
 
 def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
@@ -51,39 +55,99 @@ class _File:
         self._name = path.name
         self._intake = intake
         self._loose = loose
-        self._origin = int(intake.target.switches.get("first_frame", "0"))
+        self._origin = FrameOrigin(intake)
         self._scale = (1.0, 1.0)
         self._classes: list[str] | None = None
+        self._own = False
+        self._ordered = False
+        self._video: str | None = None
         self._seen: set[str] = set()
 
     def read(self) -> None:
         """Take all tracks and detections, one in memory at a time."""
         self._about(heads(self._path, _HEADS))
+        if not self._own:
+            self._settle()
         known = False
-        for key, place, value in members(self._path):
-            if key not in _LISTS or (key == "" and place is None):
-                continue
+        for entry in entries(self._path):
             known = True
-            if place is None:
-                raise refuse(self._name, key, "must be a list. Correct it.")
-            if place:
-                where = f"{_LISTS[key]} {place}"
-                self._object(value, where)
-                if key in ("tracks", "negatives") or (key == "" and "boxes" in value):
-                    self._track(value, where, rejected=key == "negatives")
-                else:
-                    self._box(value, where, None)
+            if entry is not None and self._video in (None, _video_of(entry.value)):
+                self._entry(entry)
         if not known:
             raise refuse(self._name, None, "must be an object with tracks or detections, or a list of either.")
+        if self._ordered:
+            told = "lists without frame numbers were taken as those of the frames 0, 1, 2 ... in their order"
+            self._intake.repair(f"{self._name}: {told}.")
+
+    def _settle(self) -> None:
+        """Find out which video is meant, where the entries say it, and where its frames begin."""
+        documented = False
+        videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path) if entry is not None)
+        if videos.keys() - {""}:
+            parts = [Part(name, (name,), ids=(name,)) for name in videos]
+            self._video = choose(parts, self._intake, self._name, "video")[0].content
+        if self._origin.settled:
+            return
+        for entry in entries(self._path):
+            if entry is not None and self._video in (None, _video_of(entry.value)):
+                documented |= entry.kind in ("tracks", "detections", "negatives")
+                self._look(entry.value, None if entry.ordered else entry.frame)
+        self._origin.decide(self._name, documented=documented)
+
+    def _look(self, value: Any, around: int | None) -> None:
+        """The frame numbers of an entry and of what is in it."""
+        number = _frame_of(value)
+        number = around if number is None else number
+        # What is no number is refused when it is read.
+        with suppress(ValueError, OverflowError):
+            if isinstance(number, str):
+                self._origin.look(real_number(number))
+            elif isinstance(number, (int, float)):
+                self._origin.look(float(number))
+        for each in inner_of(value) or ():
+            self._look(each, None)
+
+    def _entry(self, entry: Entry) -> None:
+        value, where = entry.value, entry.where
+        self._object(value, where)
+        number, inner = _frame_of(value), inner_of(value)
+        if number is None and entry.frame is not None:
+            self._ordered |= entry.ordered
+            number = entry.frame + (self._origin.origin if entry.ordered else 0)
+        if entry.kind in ("tracks", "negatives") or (entry.kind == "" and "boxes" in value and number is None):
+            self._track(value, where, rejected=entry.kind == "negatives")
+        elif inner is not None and number is not None:
+            for place, each in enumerate(inner, start=1):
+                spot = f"{where}, box {place}"
+                self._object(each, spot)
+                self._box({"frame": number, **each}, spot, None)
+        else:
+            self._box({**value, "frame": number}, where, None)
 
     def _about(self, found: Mapping[str, Any]) -> None:
         version = found.get("version", _VERSION)
-        if found.get("format") == "tsr-tracks" and version != _VERSION:
+        self._own = found.get("format") == "tsr-tracks"
+        if self._own:
+            self._origin = FrameOrigin(self._intake, 0, sure=True)
+        if self._own and version != _VERSION:
             raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
         video = found.get("video")
+        if isinstance(video, str):
+            video = {"name": video}
+        if type(found.get("width")) in (int, float) and type(found.get("height")) in (int, float):
+            video = {"width": found["width"], "height": found["height"], **(video if isinstance(video, dict) else {})}
+        if isinstance(video, dict) and isinstance(video.get("name"), str):
+            digest, ours = video.get("sha256"), self._intake.target.video.sha256
+            part = Part(None, (video["name"],), known=digest == ours if digest and ours else None)
+            choose([part], self._intake, self._name, "video")
         if isinstance(video, dict) and "width" in video and "height" in video:
             width, height = (self._number(video[side], side, "video") for side in ("width", "height"))
             self._scale = self._intake.scale(width, height, self._name, "video")
+        frames = video.get("frames") if isinstance(video, dict) else None
+        if isinstance(frames, int) and frames != self._intake.target.video.frames:
+            target = self._intake.target.video
+            told = f"is about a video of {frames} frames, {target.name} has {target.frames}"
+            self._intake.repair(f"{self._name}: {told}.")
         classes = found.get("classes")
         if classes is not None:
             if not isinstance(classes, list) or not all(isinstance(name, str) for name in classes):
@@ -124,13 +188,23 @@ class _File:
         )
         if not good:
             raise refuse(self._name, where, "notes must be a list of [frame, text]. Correct it.")
-        return [(note[0] - self._origin, note[1]) for note in notes]
+        return [(note[0] - self._origin.origin, note[1]) for note in notes]
 
     def _box(self, box: Mapping[str, Any], where: str, track: tuple[str, int] | None) -> None:
-        if "frame" not in box or type(box["frame"]) not in (int, float):
-            raise refuse(self._name, where, f"must have a frame number. Got {str(box.get('frame'))[:40]!r}.")
-        frame = self._intake.frame(box["frame"], self._name, where, origin=self._origin)
-        score = next((box[name] for name in _SCORES if box.get(name) is not None), None)
+        if not self._own:
+            box = {normal(name): value for name, value in box.items()}
+        number = first_of(box, NAMES["frame"])
+        others = [name for name in NAMES["frame"] if type(box.get(name)) in (int, float) and box[name] != number]
+        if type(number) in (int, float) and others:
+            raise refuse(self._name, where, f"says frame {number} and {others[0]} {box[others[0]]}. Keep one of them.")
+        if type(number) not in (int, float, str):
+            raise refuse(
+                self._name,
+                where,
+                f"must have a frame number. Got {str(number)[:40]!r}. Of results for each picture, keep a list each.",
+            )
+        frame = self._origin.frame(number, self._name, where)
+        score = first_of(box, NAMES["score"])
         given: dict[str, Any] = {
             "file": self._name,
             "line": where,
@@ -148,42 +222,49 @@ class _File:
             self._loose.add(frame, edges, label, **given)
 
     def _box_edges(self, box: Mapping[str, Any], where: str) -> tuple[float, float, float, float]:
-        name = next((name for name in (*_EDGES, *_SIZED) if name in box), None)
-        values = box[name] if name is not None else None
-        if not isinstance(values, list) or len(values) != 4:
-            raise refuse(
-                self._name, where, f"must have box [x1, y1, x2, y2] or bbox [x, y, w, h]. Got {str(values)[:60]}."
-            )
-        a, b, c, d = (self._number(value, str(name), where) for value in values)
-        if name in _SIZED:
-            c, d = a + c, b + d
+        name, sized = next(((name, sized) for name, sized in _BOXES if name in box), ("", False))
+        value = box[name] if name else box
+        edges = edges_of(value, sized=sized)
+        if edges is None:
+            got = str(box.get(name))[:60]
+            raise refuse(self._name, where, f"must have box [x1, y1, x2, y2] or bbox [x, y, w, h]. Got {got}.")
+        a, b, c, d = edges if self._own else whole_box(edges, self._name, where)
         sx, sy = self._scale
         return a * sx, b * sy, c * sx, d * sy
 
     def _id(self, entry: Mapping[str, Any], where: str) -> str:
         """Name of the track; empty: none."""
-        value = next((entry[name] for name in _IDS if entry.get(name) is not None), None)
+        given = (entry[name] for name in _IDS if entry.get(name) is not None)
+        value = next(given, None) if self._own else first_of(entry, _IDS)
+        if isinstance(value, float) and value == value // 1:
+            value = int(value)
         if value is None or (type(value) is int and value < 0):
             return ""
         if type(value) not in (int, str):
             raise refuse(self._name, where, f"id must be a text or a whole number. Got {str(value)[:40]!r}.")
-        return str(value)
+        return "" if value == "-1" else str(value)
 
     def _label(self, entry: Mapping[str, Any], where: str, default: int) -> int:
-        value = next((entry[name] for name in _CLASSES if entry.get(name) is not None), None)
-        if value is None:
+        given = [entry[name] for name in CLASSES if entry.get(name) is not None]
+        wrong = next((value for value in given if type(value) not in (int, str, float)), None)
+        if wrong is not None:
+            raise refuse(self._name, where, f"class must be a name or a number. Got {str(wrong)[:40]!r}.")
+        cell = class_in(f"{value:g}" if isinstance(value, float) else str(value) for value in given)
+        if not cell:
             return default
-        if type(value) is int:
-            if value == NONE:
-                return NONE
-            if self._classes is None:
-                return self._intake.label(str(value), self._name, where)
-            if not 0 <= value < len(self._classes):
-                raise refuse(self._name, where, f"class {value} must be 0 to {len(self._classes) - 1} of classes.")
-            return self._intake.label(self._classes[value], self._name, where)
-        if not isinstance(value, str):
-            raise refuse(self._name, where, f"class must be a name or a number. Got {str(value)[:40]!r}.")
-        return self._intake.label(value, self._name, where)
+        try:
+            number = whole_number(cell)
+        except ValueError:
+            return self._intake.label(cell, self._name, where)
+        if number == NONE:
+            return NONE
+        if self._classes is not None:
+            if not 0 <= number < len(self._classes):
+                raise refuse(self._name, where, f"class {number} must be 0 to {len(self._classes) - 1} of classes.")
+            return self._intake.label(self._classes[number], self._name, where)
+        if not self._own and cell not in self._intake.target.label_map:
+            self._intake.count(OWN_NUMBERS, self._name, where)
+        return self._intake.label(cell, self._name, where, number=True)
 
     def _flag(self, box: Mapping[str, Any], name: str, where: str, default: bool) -> bool:
         value = box.get(name, default)
@@ -192,12 +273,30 @@ class _File:
         return bool(value)
 
     def _number(self, value: Any, name: str, where: str) -> float:
-        if type(value) not in (int, float):
-            raise refuse(self._name, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
         try:
-            return float(value)
+            if isinstance(value, str):
+                return real_number(value)
+            if type(value) in (int, float):
+                return float(value)
+        except ValueError:
+            pass
         except OverflowError:
             raise refuse(self._name, where, f"{name} is too large. Correct it.") from None
+        raise refuse(self._name, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
+
+
+def _video_of(value: Any) -> str:
+    """What an entry says of its video; empty: nothing."""
+    found = first_of(value, NAMES["video"]) if isinstance(value, dict) else None
+    return str(found).strip() if isinstance(found, (str, int)) else ""
+
+
+def _frame_of(value: Any) -> Any:
+    """What an entry says of its frame; None: nothing."""
+    if not isinstance(value, dict):
+        return None
+    found = first_of(value, NAMES["frame"])
+    return first_of({normal(name): each for name, each in value.items()}, NAMES["frame"]) if found is None else found
 
 
 def sniff_tracks_json(path: Path) -> bool:
@@ -213,9 +312,11 @@ def sniff_tracks_json(path: Path) -> bool:
             start = stream.read(1 << 14)
         if b'"tsr-tracks"' in start:
             return True
-        boxes = any(f'"{name}"'.encode() in start for name in (*_EDGES, *_SIZED))
-        foreign = any(
-            word in start for word in (b'"image_id"', b'"images"', b'"dm_format_version"', b'"videorectangle"')
-        )
-        return boxes and b'"frame"' in start and not foreign
+        # Lists of Ultralytics' texts have their quotes escaped.
+        start = start.lower().replace(b'\\"', b'"')
+        names = {part.decode("latin-1") for part in re.findall(rb'"([a-z_0-9 .-]{1,40})"\s*:', start)}
+        boxes = names & {"box", "xyxy", "bbox", "xywh", *NAMES["x1"]}
+        foreign = names & {"image_id", "images", "dm_format_version", "framescount"} or b'"videorectangle"' in start
+        frames = names & {*NAMES["frame"], "confidence"} or any(map(FRAME_KEY.fullmatch, names))
+        return bool(boxes and frames and not foreign)
     return False

@@ -161,7 +161,8 @@ def _lines(
             raise refuse(file, line, f"the class must be a whole number from 0 on. Got {cells[0][:40]}.")
         if names is not None and int(number) not in names:
             raise refuse(file, line, f"class {int(number)} is none of the {len(names)} classes in {named_by}. Add it.")
-        label = intake.label(str(int(number)) if names is None else names[int(number)], file, line)
+        name = str(int(number)) if names is None else names[int(number)]
+        label = intake.label(name, file, line, number=names is None)
         yield YoloLine(file, line, frame, content.strip(), label, values[1:])
 
 

@@ -5,6 +5,10 @@
     ROOT/00000/GT-00000.csv        Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2;ClassId
     ROOT/00000/00003_00029.ppm     track 3 of class 0, frame 29 (far to near); .jpg and .png are read as well
     TEST/GT-final_test.csv         the same columns, ClassId optional; the pictures lie beside the table
+    ROOT/Train.csv                 Width,Height,Roi.X1,...,ClassId,Path (Kaggle); the paths begin beside the table
+
+Columns may stand in any order, between semicolons, commas or tabs, and be written ``RoiX1`` or ``Roi_X1``. A row may
+end with one more mark.
 
 ROI corners are read as pixel edges, ``X2, Y2`` exclusive. Source: Readme of the benchmark (Stallkamp et al. 2012).
 """
@@ -14,7 +18,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,7 +32,9 @@ from tsr_engine.records import Picture
 
 PICTURES = {".ppm", ".png", ".jpg", ".jpeg", ".bmp"}
 _ROI_COLUMNS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2")
-_TRACK_NAME = re.compile(r"^(\d{5})_(\d{5})$")
+_COLUMNS = ("Filename", "Path", "Width", "Height", *_ROI_COLUMNS, "ClassId")
+_TRACK_NAME = re.compile(r"^(?:\d{5}_)?(\d{5})_(\d{5})$")
+"""Track and frame; Kaggle puts the class before them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +87,7 @@ def read_items(source: Path) -> list[CropItem]:
 
 
 def read_table(table: Path) -> list[CropItem]:
-    """The crops that one ``;``-separated table lists.
+    """The crops that one table lists.
 
     Raises:
         InputError: unreadable, wrong columns, or a bad value; names file and line.
@@ -95,26 +101,69 @@ def read_table(table: Path) -> list[CropItem]:
         ) from None
     except OSError as error:
         raise InputError(f"Cannot read the table {table}: {error.strerror}. Check the path.") from None
-    rows = csv.DictReader(text.splitlines(), delimiter=";")
-    columns = list(rows.fieldnames or ())
-    missing = [c for c in ("Filename", *_ROI_COLUMNS) if c not in columns]
-    if missing:
-        raise InputError(
-            f"{table}, line 1: expected the columns Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2[;ClassId], "
-            f"found {';'.join(columns) or 'nothing'}; {', '.join(missing)} missing. Use a GTSRB table."
-        )
-    items = [_item(table, rows.line_num, row) for row in rows]
+    items = [
+        _item(table, line, row)
+        for line, row in table_rows(text, lambda line, rule: InputError(f"{table}, line {line}: {rule}"))
+    ]
     if not items:
         raise InputError(f"{table} lists no pictures. Use a GTSRB table with at least one row.")
     return items
 
 
-def _item(table: Path, line: int, row: dict[str, str | None]) -> CropItem:
+def table_rows(text: str, refusal: Callable[[int, str], Exception]) -> Iterator[tuple[int, dict[str, str]]]:
+    """The rows of a table by the benchmark's names of its columns, with their lines.
+
+    Args:
+        text: of the table.
+        refusal: makes the error of a line and a rule.
+
+    Yields:
+        Line and cells; ``Path`` where the table has it, ``ClassId`` only where it does.
+    """
+    head = text.split("\n", 1)[0]
+    mark = max(";,\t", key=head.count)
+    names: list[str] = []
+    reader = csv.reader(text.splitlines(), delimiter=mark)
+    for cells in reader:
+        given = [cell.strip() for cell in cells]
+        if names and not any(given):
+            continue
+        while given and not given[-1] and len(given) > len(names):
+            given.pop()
+        if not names:
+            known = {_plain(name): name for name in _COLUMNS}
+            names = [known.get(_plain(cell), cell) for cell in given]
+            place = () if {"Filename", "Path"} & set(names) else ("Filename",)
+            missing = [name for name in (*place, *_ROI_COLUMNS) if name not in names]
+            if missing:
+                raise refusal(
+                    1,
+                    "expected the columns Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2[;ClassId], "
+                    f"found {mark.join(given) or 'nothing'}; {', '.join(missing)} missing. Use a GTSRB table.",
+                )
+            continue
+        if len(given) > len(names):
+            raise refusal(reader.line_num, f"expected {len(names)} cells, found {len(given)}. Correct the line.")
+        yield reader.line_num, dict(zip(names, given, strict=False))
+    if not names:
+        raise refusal(
+            1, "expected the columns Filename;Width;Height;Roi.X1;Roi.Y1;Roi.X2;Roi.Y2[;ClassId], found nothing."
+        )
+
+
+def _plain(name: str) -> str:
+    return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+def _item(table: Path, line: int, row: dict[str, str]) -> CropItem:
     where = f"{table}, line {line}"
-    name = row["Filename"]
-    if not name or Path(name).name != name:
+    path = row.get("Path", "").replace("\\", "/")
+    name = row.get("Filename", "") or path
+    if not path and (not name or Path(name).name != name):
         raise InputError(f"{where}: expected a file name without folders, found {name!r}. Correct the line.")
-    x1, y1, x2, y2 = (_integer(where, column, row[column]) for column in _ROI_COLUMNS)
+    if path and (path.startswith("/") or ":" in path or ".." in path.split("/")):
+        raise InputError(f"{where}: expected a path below the table's folder, found {path!r}. Correct the line.")
+    x1, y1, x2, y2 = (_integer(where, column, row.get(column)) for column in _ROI_COLUMNS)
     if not (0 <= x1 < x2 and 0 <= y1 < y2):
         raise InputError(
             f"{where}: expected 0 <= X1 < X2 and 0 <= Y1 < Y2, found {x1};{y1};{x2};{y2}. Correct the ROI."
@@ -125,7 +174,7 @@ def _item(table: Path, line: int, row: dict[str, str | None]) -> CropItem:
     match = _TRACK_NAME.match(Path(name).stem)
     known = match is not None and class_id is not None
     return CropItem(
-        path=table.parent / name,
+        path=table.parent / (path or name),
         roi=(x1, y1, x2, y2),
         class_id=class_id,
         track=(class_id, int(match[1])) if known and match is not None and class_id is not None else None,

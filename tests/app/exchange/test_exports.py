@@ -57,6 +57,8 @@ def test_the_formats_are_listed_with_their_options(untouched: Desk) -> None:
     assert cvat["can_import"]
     assert not cvat["needs_pictures"]
     assert found["gtsrb"]["needs_pictures"]
+    assert ("task", True) in [(one["name"], one["free"]) for one in found["label-studio"]["import_switches"]]
+    assert not any(one["free"] for one in cvat["export_switches"])
     assert [found[name]["key_frames"] for name in ("cvat-video", "tracks-csv")] == [True, False]
 
 

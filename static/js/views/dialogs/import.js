@@ -68,9 +68,14 @@ export function importDialog({app, data, close, signal}) {
   function showFormat() {
     const chosen = formats.find((one) => one.name === format.value);
     setText(summary, chosen?.summary ?? '');
-    fill(switches, ...(chosen?.import_switches ?? []).map((option) => field(`${option.name.charAt(0).toUpperCase()}${option.name.slice(1).replaceAll('_', ' ')}`,
-      h('select', {class: 'select', id: `import-switch-${option.name}`, dataset: {name: option.name}}, ...option.values.map((value) => h('option', {value}, value))), option.help)));
+    fill(switches, ...(chosen?.import_switches ?? []).map((option) => field(`${option.name.charAt(0).toUpperCase()}${option.name.slice(1).replaceAll('_', ' ')}`, controlOf(option), option.help)));
     check();
+  }
+
+  /** @param {import('../../types.js').Switch} option */
+  function controlOf({name, values, free}) {
+    const given = {id: `import-switch-${name}`, dataset: {name}};
+    return free ? h('input', {...given, class: 'input', type: 'text', value: values[0], autocomplete: 'off'}) : h('select', {...given, class: 'select'}, ...values.map((value) => h('option', {value}, value)));
   }
 
   function problem() {
@@ -99,7 +104,8 @@ export function importDialog({app, data, close, signal}) {
     go.disabled = true;
     refused.hidden = true;
     remember('import.as', kind());
-    const values = Object.fromEntries([...switches.querySelectorAll('select')].map((control) => [control.dataset.name ?? '', control.value]));
+    const controls = /** @type {NodeListOf<HTMLInputElement|HTMLSelectElement>} */ (switches.querySelectorAll('select, input'));
+    const values = Object.fromEntries([...controls].filter(({value}) => value.trim() !== '').map((control) => [control.dataset.name ?? '', control.value.trim()]));
     try {
       const found = await api.importFile(data.video, file, {
         as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),

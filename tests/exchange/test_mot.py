@@ -1,0 +1,262 @@
+"""MOT's rows as trackers and benchmarks write them: ids, columns, classes and what lies beside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exchange_toys import a_dataset, target_of, tracks_of
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.registry import FORMATS
+
+
+def _read(path: Path, **switches: str) -> Dataset:
+    return read_dataset(path, target_of(a_dataset(), switches=switches), FORMATS["mot"])
+
+
+def _file(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = range(11, 17)) -> str:
+    """Rows of the box (110, 85, 40, 40), which moves by a pixel a frame; ``extra`` stands behind it."""
+    return "".join(
+        f"{frame},{id},{99 + frame},85,40,40,{extra.split('|')[frame % (extra.count('|') + 1)]}\n" for frame in frames
+    ).replace(",", mark)
+
+
+def _quiet(dataset: Dataset) -> bool:
+    """Nothing is told but that frames 11 to 16 may count from 0 as well."""
+    return all("fit both. Import with first_frame=0" in sentence for sentence in dataset.repaired)
+
+
+def _told(dataset: Dataset, *words: str) -> bool:
+    return any(all(word in sentence for word in words) for sentence in dataset.repaired)
+
+
+@pytest.mark.parametrize("mark", [",", ", ", " ", "   ", "\t", ";"])
+@pytest.mark.parametrize("spelled", ["0.9,-1,-1,-1", "9.0e-01,-1.0e+00,-1.0e+00,-1.0e+00"])
+def test_mot_is_found_out_whatever_stands_between_its_numbers(tmp_path: Path, mark: str, spelled: str) -> None:
+    text = _mot_rows(spelled, mark=mark)
+    if "e+" in spelled:
+        text = "".join(f"{line[:2]}.0e+00{line[2:]}\n" for line in text.splitlines())
+    found = read_dataset(_file(tmp_path, "drive.txt", text), target_of(a_dataset()))
+    (track,) = tracks_of(found).values()
+    assert (track.frames.tolist(), track.boxes[0].tolist()) == (list(range(10, 16)), [110, 85, 150, 125])
+    assert (track.score == 0.9).all()
+    assert _quiet(found)
+
+
+def test_polygons_of_yolo_are_not_mot(tmp_path: Path) -> None:
+    path = _file(tmp_path, "drive.txt", "0 0.1 0.1 0.2 0.1 0.2 0.2\n")
+    assert not FORMATS["mot"].sniff(path)
+
+
+def test_mot_ids_count_from_zero(tmp_path: Path) -> None:
+    both = _mot_rows("0.9,-1,-1,-1", id="0") + _mot_rows("0.8,-1,-1,-1", id="1", frames=range(11, 13))
+    found = _read(_file(tmp_path, "drive.txt", both))
+    assert {uid: len(track.frames) for uid, track in tracks_of(found).items()} == {"track0": 6, "track1": 2}
+    assert _quiet(found)
+    none = _mot_rows("0.9,-1,-1,-1", id="-1")
+    assert _told(_read(_file(tmp_path, "none.txt", none)), "6 boxes have no track id")
+    twice = "1,0,10,10,20,20,1,-1,-1,-1\n1,0,200,10,20,20,1,-1,-1,-1\n"
+    found = _read(_file(tmp_path, "twice.txt", twice))
+    assert len(tracks_of(found)) == 2, "id 0 twice in a frame is no id"
+
+
+def test_visdrone_has_class_truncation_and_occlusion(tmp_path: Path) -> None:
+    path = _file(tmp_path, "drive.txt", _mot_rows("1,4,0,1|1,4,1,2|0,0,0,0"))
+    found = read_dataset(path, target_of(a_dataset(), label_map={"car": 14}))
+    (track,) = tracks_of(found).values()
+    assert track.frames.tolist() == list(range(10, 16))
+    assert np.isnan(track.score).all()
+    assert track.occluded.tolist() == [False, False, True] * 2 or track.occluded.sum() == 2
+    assert track.ignore is not None
+    assert track.ignore.sum() == 2
+    assert track.label == 14
+    assert _told(found, "column 8 was taken as the class of VisDrone", "column 10 as occlusion", "columns=results")
+    plain = _read(path, columns="results")
+    assert tracks_of(plain)["track4"].silent is not None
+    with pytest.raises(ImportFormatError, match=r"drive.txt, line 1: has 10 columns, which columns=truth does not fit"):
+        _read(path, columns="truth")
+
+
+def test_classes_of_ten_columns_by_the_list_beside(tmp_path: Path) -> None:
+    _file(tmp_path, "gt/gt.txt", _mot_rows("1,2,0,0"))
+    _file(tmp_path, "gt/labels.txt", "yield\nstop\n")
+    found = _read(tmp_path)
+    assert tracks_of(found)["track4"].label == 14
+    assert not _told(found, "VisDrone's list")
+
+
+@pytest.mark.parametrize("extra", ["0.9,3.25,-1.5,0", "1,0,0,0", "0.5,7,8,9", "1,40,1,1"])
+def test_positions_in_space_are_no_classes(tmp_path: Path, extra: str) -> None:
+    found = _read(_file(tmp_path, "det.txt", _mot_rows(extra)))
+    (track,) = tracks_of(found).values()
+    assert track.silent is not None
+    assert track.score[0] == float(extra.split(",")[0])
+    assert _told(found, "Columns 8 to 10 were taken as positions", "columns=visdrone")
+
+
+def test_results_of_visdrone_have_scores(tmp_path: Path) -> None:
+    found = _read(_file(tmp_path, "drive.txt", _mot_rows("0.75,4,-1,-1")))
+    assert (tracks_of(found)["track4"].score == 0.75).all()
+    assert _told(found, "column 8 was taken as the class of VisDrone's list", "column 7 as a score")
+    assert _told(found, "Class 'car' is none of the 43 classes (6 times")
+
+
+def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
+    path = _file(tmp_path, "drive.txt", _mot_rows("1,0,0.412000|1,0,0.878290", id="100"))
+    found = _read(path)
+    track = tracks_of(found)["track100"]
+    assert (track.label, track.score.min(), track.occluded.any()) == (0, 0.412, np.False_)
+    assert _told(found, "Column 9 was taken as a score", "columns=truth")
+    assert _told(found, "counted from 0 (first_class)", ": 6;")
+    seen = _read(path, columns="truth", first_class="1")
+    assert tracks_of(seen)["track100"].occluded.sum() == 3
+    assert np.isnan(tracks_of(seen)["track100"].score).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "extra", "hidden"),
+    [
+        ("gt.txt", "1,1,0.412|1,1,0.878", 3),
+        ("drive/gt/gt.txt", "1,1,0.2", 6),
+        ("drive.txt", "1,1,1|1,1,0.25", 3),
+        ("drive.txt", "1,1,1|1,1,0", 3),
+    ],
+)
+def test_a_visibility_that_hides_is_told(tmp_path: Path, name: str, extra: str, hidden: int) -> None:
+    found = _read(_file(tmp_path, name, _mot_rows(extra)))
+    assert tracks_of(found)["track4"].occluded.sum() == hidden
+    assert _told(found, f"Column 9 was taken as the visibility, {hidden} boxes below 0.5", "columns=boxmot")
+
+
+@pytest.mark.parametrize(
+    ("number", "switch", "label"),
+    [
+        ("15", {}, 14),
+        ("15", {"first_class": "0"}, 15),
+        ("0", {}, 0),
+        ("44", {}, -1),
+        ("1", {"first_class": "1"}, 0),
+        ("15", {"first_class": "1"}, 14),
+    ],
+)
+def test_mot_classes_without_a_list_are_told(tmp_path: Path, number: str, switch: dict[str, str], label: int) -> None:
+    found = _read(_file(tmp_path, "gt.txt", _mot_rows(f"1,{number},1")), **switch)
+    assert tracks_of(found)["track4"].label == label
+    assert _told(found, "Rows without labels.txt took their class number", "first_class")
+
+
+@pytest.mark.parametrize("info", ["", "[Sequence]\n", "[Sequence]\nname=drive\nimDir=img1\nframeRate=25\nimExt=.jpg\n",
+                                  "[Sequence]\nimWidth=\n", "[Other]\na=1\n"])  # fmt: skip
+def test_a_sequence_without_size_is_not_checked(tmp_path: Path, info: str) -> None:
+    _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
+    _file(tmp_path, "gt/labels.txt", "stop\n")
+    _file(tmp_path, "seqinfo.ini", info)
+    found = _read(tmp_path)
+    assert (tracks_of(found)["track4"].frames.tolist(), _quiet(found)) == (list(range(10, 16)), True)
+
+
+def test_a_sequence_of_another_video_is_told(tmp_path: Path) -> None:
+    _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
+    _file(tmp_path, "gt/labels.txt", "stop\n")
+    _file(tmp_path, "seqinfo.ini", "[Sequence]\nname=MOT17-02-FRCNN\nseqLength=600\nimWidth=640\nimHeight=360\n")
+    found = _read(tmp_path)
+    assert _told(found, "seqinfo.ini: speaks of MOT17-02-FRCNN", "drive.mp4")
+    assert _told(found, "its sequence has 600 frames, drive.mp4 has 100")
+    _file(tmp_path, "seqinfo.ini", "[Sequence]\nimWidth=many\n")
+    with pytest.raises(ImportFormatError, match="seqinfo.ini.*whole numbers"):
+        _read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("other/gt/gt.txt", True), ("drive/gt/gt.txt", False), ("MOT17-02/gt/gt.txt", False), ("train/gt/gt.txt", False)],
+)
+def test_a_folder_called_after_another_video_is_told(tmp_path: Path, name: str, told: bool) -> None:
+    _file(tmp_path, name, _mot_rows("1,1,1"))
+    _file(tmp_path, name.replace("gt.txt", "labels.txt"), "stop\n")
+    assert _told(_read(tmp_path), "speaks of other", "drive.mp4") == told
+    assert not _told(_read(tmp_path / name.split("/")[0]), "speaks of"), "a person chose the folder"
+    (tmp_path / "readme.md").write_text("")
+    assert _told(_read(tmp_path), "speaks of other", "drive.mp4") == told
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("other.txt", True),
+        ("uav0000013.txt", True),
+        ("drive.txt", False),
+        ("det.txt", False),
+        ("my_results.txt", False),
+    ],
+)
+def test_a_file_called_after_another_video_is_told(tmp_path: Path, name: str, told: bool) -> None:
+    assert _told(_read(_file(tmp_path, name, _mot_rows("0.9,-1,-1,-1"))), "speaks of ") == told
+
+
+def test_the_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
+    for name in ("drive", "other"):
+        _file(tmp_path, f"{name}/gt/gt.txt", _mot_rows("1,1,1"))
+        _file(tmp_path, f"{name}/gt/labels.txt", "stop\n")
+    found = _read(tmp_path)
+    assert list(tracks_of(found)) == ["track4"]
+    assert [item.reason for item in found.skipped] == ["They are not about drive.mp4: other."]
+
+
+def test_frame_zero_names_the_switch(tmp_path: Path) -> None:
+    path = _file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=range(3)))
+    with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100.*first_frame=0"):
+        _read(path)
+
+
+@pytest.mark.parametrize(
+    ("frames", "told"), [(range(1, 5), False), (range(2, 5), True), (range(2, 101), False), (range(1, 101), False)]
+)
+def test_frames_that_may_count_from_zero_are_told(tmp_path: Path, frames: range, told: bool) -> None:
+    path = _file(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=frames))
+    _file(tmp_path, "labels.txt", "stop\n")
+    found = _read(path)
+    assert tracks_of(found)["track4"].frames[0] == frames[0] - 1
+    assert _told(found, f"count from 1; its numbers {frames[0]} to {frames[-1]} fit both", "first_frame=0") == told
+    assert not _told(_read(path, first_frame="1"), "fit both")
+
+
+def test_a_last_row_that_may_be_cut_is_told(tmp_path: Path) -> None:
+    text = _mot_rows("1,1,1", frames=range(1, 4))
+    assert _told(_read(_file(tmp_path, "gt.txt", text[:-1])), "last line does not end", "gt.txt")
+    assert not _told(_read(_file(tmp_path, "gt.txt", text)), "last line does not end")
+
+
+def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
+    path = _file(tmp_path, "det.txt", _mot_rows("0.5,-1,-1,-1|12.3,-1,-1,-1", id="-1", frames=range(1, 5)))
+    with pytest.raises(ImportFormatError, match="det.txt, line 1: score 12.3 must be in 0 to 1.*scores=drop"):
+        _read(path)
+    found = _read(path, scores="drop")
+    (track,) = tracks_of(found).values()
+    assert np.isnan(track.score).tolist() == [True, False, True, False]
+    assert _told(found, "Scores outside of 0 to 1 were left out: 2", "line 1")
+
+
+def test_a_column_of_zeros_hides_nothing_in_silence(tmp_path: Path) -> None:
+    _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,0"))
+    _file(tmp_path, "gt/labels.txt", "stop\n")
+    assert _told(_read(tmp_path), "Column 9 was taken as the visibility, 6 boxes")
+
+
+def test_a_sequence_at_another_rate_is_told(tmp_path: Path) -> None:
+    _file(tmp_path, "gt/gt.txt", _mot_rows("1,1,1"))
+    _file(tmp_path, "gt/labels.txt", "stop\n")
+    for rate, told in ((14, True), (25, False)):
+        _file(tmp_path, "seqinfo.ini", f"[Sequence]\nframeRate={rate}\n")
+        assert _told(_read(tmp_path), f"its sequence has {rate} frames/s, drive.mp4 has 25") == told

@@ -1,0 +1,162 @@
+"""The tasks that a file of CVAT tells of in its ``<meta>``: one, a job of one, or all of a project.
+
+A project's file numbers the frames of its tasks one after the other. Each task begins where those before it end, and at
+0 again where the next subset begins (``_init_task_frame_offsets`` in CVAT's ``dataset_manager/bindings.py``).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.subject import Part, choose
+from tsr_engine.exchange.xml import Node
+from tsr_engine.io.plain_numbers import real_number, whole_number
+
+__all__ = ["Task", "TaskOfVideo", "tasks_of"]
+
+_STEP = re.compile(r"\s*step\s*=\s*(\d+)\s*", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One task.
+
+    Attributes:
+        id: CVAT's number of it.
+        name: as people call it.
+        source: file name of its video; empty: not told.
+        step: every so many frames of the video are in the task, >= 1.
+        stop: its last frame in the video; None: not told.
+        offset: what the file adds to the frames of its video.
+        size: ``<original_size>``; None: there is none.
+        project: whether the file is one of a project, where tracks name their task.
+    """
+
+    id: str
+    name: str
+    source: str
+    step: int
+    stop: int | None
+    offset: int
+    size: Node | None
+    project: bool
+
+
+def tasks_of(meta: Node, file: str) -> list[Task]:
+    """The tasks of a ``<meta>`` element, in its order; a job counts as one.
+
+    Raises:
+        ImportFormatError: a number of a project's task is none.
+    """
+    project = meta.child("project")
+    inside = project.child("tasks") if project is not None else None
+    nodes = (
+        list(inside.all("task"))
+        if inside is not None
+        else [node for node in meta.children if node.tag in ("task", "job")]
+    )
+    around = [node for node in (meta, project) if node is not None]
+    common = {
+        tag: next(filter(None, (node.child(tag) for node in around)), None) for tag in ("original_size", "source")
+    }
+    tasks: list[Task] = []
+    subset, begin = "", 0
+    for node in nodes:
+        step = _STEP.fullmatch(node.value("frame_filter"))
+        stride = max(int(step[1]), 1) if step else 1
+        if node.value("subset") != subset:
+            subset, begin = node.value("subset"), 0
+        told = common["source"]
+        source = node.value("source") or (told.text if told is not None else "")
+        size = node.child("original_size") or common["original_size"]
+        tasks.append(
+            Task(node.value("id"), node.value("name"), source, stride, _stop(node), begin, size, inside is not None)
+        )
+        if inside is not None and len(nodes) > 1:
+            begin += _whole(node, "start_frame", file) + stride * _whole(node, "size", file)
+    return tasks
+
+
+class TaskOfVideo:
+    """The one task of a file that is about the video of an import."""
+
+    def __init__(self, meta: Node, intake: Intake, file: str) -> None:
+        """Choose it; what is left out is told.
+
+        Raises:
+            ImportFormatError: no task is about the video, two are, or its pictures have another size.
+        """
+        self._known = tasks_of(meta, file)
+        parts = [
+            Part(task, (task.source or task.name,), ids=tuple(filter(None, (task.id, task.name))))
+            for task in self._known
+        ]
+        found = choose(parts, intake, file, "task")
+        self._task = found[0].content if found else None
+        frames, stop = intake.target.video.frames, None if self._task is None else self._task.stop
+        if stop is not None and stop >= frames:
+            intake.repair(f"{file}: its task ends with frame {stop}, {intake.target.video.name} with {frames - 1}.")
+        self._said = ""
+        self.others = 0
+        """Elements of other tasks."""
+        size = self._task.size if self._task is not None else meta.child("original_size")
+        self.scale = (1.0, 1.0) if size is None else _scale(size, intake, file)
+
+    @property
+    def offset(self) -> int:
+        """What the file adds to the frames of the video."""
+        return 0 if self._task is None else self._task.offset
+
+    @property
+    def step(self) -> int:
+        """Every so many frames of the video are in the task."""
+        return 1 if self._task is None else self._task.step
+
+    def has(self, node: Node, file: str) -> bool:
+        """Whether a track or picture is of the task; ``others`` counts those that are not.
+
+        Raises:
+            ImportFormatError: it says no task, or one that the file does not tell of.
+        """
+        said = node.attrib.get("task_id", "")
+        if self._task is None or not self._task.project:
+            self._said = self._said or said
+            if said and said != self._said:
+                of = (
+                    f"it is of task {said[:20]}, elements before of task {self._said[:20]}, and no <tasks> tell of both"
+                )
+                raise refuse(file, node.line, f"{of}. Export the task of this video alone.")
+            return True
+        if said not in {task.id for task in self._known} and (said or len(self._known) > 1):
+            of = f"task_id {said[:20]!r} is the id of no task" if said else "it does not say its task_id"
+            raise refuse(file, node.line, f"{of} of the project. Export the task of this video alone.")
+        if said and said != self._task.id:
+            self.others += 1
+            return False
+        return True
+
+
+def _scale(size: Node, intake: Intake, file: str) -> tuple[float, float]:
+    try:
+        width, height = real_number(size.value("width")), real_number(size.value("height"))
+    except ValueError:
+        raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
+    return intake.scale(width, height, file, size.line)
+
+
+def _stop(node: Node) -> int | None:
+    stop = node.value("stop_frame")
+    return int(stop) if stop.isascii() and stop.isdigit() else None
+
+
+def _whole(node: Node, name: str, file: str) -> int:
+    try:
+        return whole_number(node.value(name))
+    except ValueError:
+        raise refuse(
+            file,
+            node.line,
+            f"<{name}> of a task must be a whole number, as later tasks are numbered by it. Correct it.",
+        ) from None

@@ -1,0 +1,99 @@
+"""The entries of a JSON file of tracks or detections, whatever lists they stand in.
+
+Read are ``tracks``, ``detections``, ``negatives`` and ``frames`` of an object, a list of entries, an object whose keys
+are frames (``{"10": [...]}``), and a list with a list for each frame, or with the text of one, as Ultralytics'
+``results.to_json()`` gives it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tsr_engine.exchange.json_stream import members
+from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.table_columns import EMPTY
+
+__all__ = ["FRAME_KEY", "Entry", "entries", "first_of", "inner_of"]
+
+FRAME_KEY = re.compile(r"(?:frame[_ ]?)?(\d{1,9})", re.ASCII | re.IGNORECASE)
+"""A key that is a frame."""
+_LISTS = {"tracks": "track", "detections": "detection", "negatives": "negative", "frames": "frame", "": "entry"}
+_INNER = ("detections", "objects", "predictions", "boxes", "annotations")
+"""Keys under which an entry about a frame has its boxes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One entry.
+
+    Attributes:
+        kind: the key of its list; empty: the file is a list, or its keys are frames.
+        where: its place, in words.
+        value: as it stands.
+        frame: what stands around it says of its frame; None: nothing.
+        ordered: ``frame`` is the place of its list from 0, not a number in the file.
+    """
+
+    kind: str
+    where: str
+    value: Any
+    frame: int | None = None
+    ordered: bool = False
+
+
+def entries(path: Path) -> Iterator[Entry | None]:
+    """The entries of a file, one in memory at a time; None where a list begins, which may be empty.
+
+    Raises:
+        ImportFormatError: as ``members``, or one of the known keys has no list.
+    """
+    for key, place, value in members(path):
+        frame = FRAME_KEY.fullmatch(key)
+        if frame:
+            name = f"frame {key}"
+            if place is None:
+                yield Entry("", name, value, int(frame[1]))
+            elif place:
+                yield Entry("", f"{name}, box {place}", value, int(frame[1]))
+        elif key in _LISTS and place is not None:
+            if not place:
+                yield None
+                continue
+            inner = _list_of(value) if key == "" else None
+            if inner is None:
+                yield Entry(key, f"{_LISTS[key]} {place}", value)
+                continue
+            for at, each in enumerate(inner, start=1):
+                yield Entry("", f"list {place}, box {at}", each, place - 1, ordered=True)
+        elif key in _LISTS and key:
+            raise refuse(path.name, key, "must be a list. Correct it.")
+
+
+def first_of(entry: Mapping[str, Any], names: Sequence[str]) -> Any:
+    """What stands under the first of some keys that says something; None: nothing does."""
+    for name in names:
+        value = entry.get(name)
+        if value is not None and not (isinstance(value, str) and value.strip().lower() in EMPTY):
+            return value
+    return None
+
+
+def inner_of(value: Any) -> list[Any] | None:
+    """The boxes that an entry about a frame or a track has; None: it has none of its own."""
+    if not isinstance(value, dict):
+        return None
+    return next((value[name] for name in _INNER if isinstance(value.get(name), list)), None)
+
+
+def _list_of(value: Any) -> list[Any] | None:
+    if isinstance(value, str):
+        try:
+            value = json.loads(value)
+        except (ValueError, RecursionError):
+            return None
+    return value if isinstance(value, list) else None

@@ -1,0 +1,149 @@
+"""What the columns behind the box mean in a file of MOT's rows.
+
+All such files begin with frame, id, x, y, width and height. Behind these stand, by tool:
+
+=========== ===== ================================================================
+``truth``   9     1 or 0 to ignore, class from 1, visibility (MOTChallenge, CVAT)
+``boxmot``  9     1, class from 0, score (BoxMOT)
+``results`` 7, 10 score, and three positions in space or -1 (MOTChallenge)
+``visdrone`` 10   1 or 0 to ignore, or a score; VisDrone's category, truncation, occlusion (-1 in results)
+=========== ===== ================================================================
+
+Nothing in a file says which; the values and the files beside it do, and the import says what it took.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tsr_engine.exchange.formats import Switch
+
+__all__ = ["COLUMNS_SWITCH", "HIDDEN", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "columns_of"]
+
+COLUMNS_SWITCH = Switch(
+    "columns",
+    ("auto", "truth", "boxmot", "results", "visdrone"),
+    "What stands behind the box: flag, class, visibility; flag, class, score; score, positions; VisDrone's. auto: as "
+    "the values and files beside tell.",
+)
+SCORES_SWITCH = Switch(
+    "scores", ("refuse", "drop"), "Scores outside of 0 to 1, as detectors of MOTChallenge have them: leave them out."
+)
+VISDRONE = (
+    "ignored regions",
+    "pedestrian",
+    "people",
+    "bicycle",
+    "car",
+    "van",
+    "truck",
+    "tricycle",
+    "awning-tricycle",
+    "bus",
+    "motor",
+    "others",
+)
+"""Names of VisDrone's categories, from 0."""
+_WIDTHS = {"truth": (9,), "boxmot": (9,), "results": (7, 10), "visdrone": (10,)}
+HIDDEN = 0.5
+"""Signs that are less visible count as hidden."""
+
+Row = Sequence[float]
+Rows = Sequence[Row]
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """What each column is, by its place from 0; None: there is none.
+
+    Attributes:
+        flag: 0 to ignore the box.
+        score: 0 to 1, -1: none.
+        label: number of the class.
+        visibility: share of the sign that is seen.
+        occlusion: VisDrone's, 0 to 2.
+        names: of the classes, from 0; None: the file beside has them, or nobody.
+        first_class: number of the first class where nobody says it.
+        told: what to say about it; empty: nothing, since there is no doubt.
+    """
+
+    flag: int | None = None
+    score: int | None = None
+    label: int | None = None
+    visibility: int | None = None
+    occlusion: int | None = None
+    names: tuple[str, ...] | None = None
+    first_class: int = 1
+    told: str = ""
+
+
+def columns_of(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool = False) -> Columns | None:
+    """Find out what the columns of a file mean.
+
+    Args:
+        rows: all rows of the file as numbers, of one width: 7, 9 or 10; at least one.
+        said: the value of the switch ``columns``.
+        truth: the file is called, or lies, as ground truth does.
+        named: a list of the class names lies beside.
+        ours: a manifest of ours lies beside.
+
+    Returns:
+        None: the file has another number of columns than what was said.
+    """
+    width = len(rows[0])
+    if said != "auto" and width not in _WIDTHS[said]:
+        return None
+    if width == 9:
+        return _nine(rows, said, truth=truth, named=named, ours=ours)
+    return _ten(rows, said, named=named) if width == 10 else Columns(score=6)
+
+
+def _nine(rows: Rows, said: str, *, truth: bool, named: bool, ours: bool) -> Columns:
+    sure = truth or named
+    seen = {row[8] for row in rows}
+    plain = seen <= {-1.0, 0.0, 1.0}
+    # Visibilities of ground truth are mostly 1; a score of exactly 0 or 1 is rare.
+    kind = said if said != "auto" else "truth" if sure or plain or seen & {0.0, 1.0} else "boxmot"
+    if kind == "boxmot":
+        told = "Column 9 was taken as a score, column 8 as a class from 0, as BoxMOT writes them"
+        told += "; with columns=truth column 9 is a visibility" if said == "auto" else ""
+        return Columns(flag=6, label=7, score=8, first_class=0, told=told)
+    hidden = sum(0 <= row[8] < HIDDEN for row in rows)
+    told = ""
+    if said == "auto" and (not plain or (hidden and not sure) or (hidden == len(rows) and not ours)):
+        told = f"Column 9 was taken as the visibility, {hidden} boxes below {HIDDEN} came in as hidden"
+        told += "; with columns=boxmot it is a score"
+    first = 0 if not named and any(row[7] == 0 for row in rows) else 1
+    return Columns(flag=6, label=7, visibility=8, first_class=first, told=told)
+
+
+def _ten(rows: Rows, said: str, *, named: bool) -> Columns:
+    rest = [tuple(row[7:]) for row in rows]
+    unused = all(cells == (-1.0, -1.0, -1.0) for cells in rest)
+    classes = {cells[0] for cells in rest}
+    listed = classes <= {float(number) for number in range(len(VISDRONE))}
+    flags = {row[6] for row in rows} <= {0.0, 1.0}
+    occluded = all(cells[1] in (0, 1) and cells[2] in (0, 1, 2) for cells in rest)
+    of_results = all(cells[1:] == (-1.0, -1.0) for cells in rest)
+    truth = listed and flags and occluded and any(any(cells) for cells in rest)
+    found = listed and not unused and (truth or (of_results and (named or 0.0 not in classes)))
+    kind = said if said != "auto" else "visdrone" if found else "results"
+    if kind == "results":
+        doubt = said == "auto" and not unused
+        told = (
+            "Columns 8 to 10 were taken as positions in space and not read; with columns=visdrone they are VisDrone's"
+        )
+        return Columns(score=6, told=told if doubt else "")
+    what = "column 8 was taken as the class" + ("" if named else " of VisDrone's list (4 is a car)")
+    if of_results:
+        told = f"Ten columns: {what}, column 7 as a score"
+    else:
+        told = (
+            f"Ten columns: {what}, column 9 as truncation, column 10 as occlusion (2 is hidden), as VisDrone has them"
+        )
+    told += "; with columns=results they are positions in space" if said == "auto" else ""
+    names = None if named else VISDRONE
+    if of_results:
+        return Columns(score=6, label=7, names=names, first_class=0 if names else 1, told=told)
+    return Columns(flag=6, label=7, occlusion=9, names=names, first_class=0 if names else 1, told=told)

@@ -1,0 +1,91 @@
+"""Class, score, ignored and occluded of a row of MOT's, by what its columns mean."""
+
+from __future__ import annotations
+
+import math
+
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.dataset import UNSAID
+from tsr_engine.exchange.mot_columns import HIDDEN, VISDRONE, Columns, Row
+
+__all__ = ["NAMES", "Extras"]
+
+NAMES = "labels.txt"
+"""The list of class names beside the rows."""
+_MOSTLY = 2
+"""VisDrone's occlusion of more than half of a sign."""
+
+
+class Extras:
+    """Class, score, ignored and occluded of a row."""
+
+    def __init__(self, columns: Columns, names: list[str] | None, first: int | None, file: str, intake: Intake) -> None:
+        """Take what holds for all rows.
+
+        Args:
+            columns: what each column is.
+            names: lines of ``labels.txt``; None: there is none.
+            first: number of the first class as a person said it; None: nobody did.
+            file: for messages.
+            intake: is told.
+        """
+        self._columns = columns
+        self._listed = names is not None
+        self._names = names if columns.names is None else list(columns.names)
+        self._first = columns.first_class if first is None or columns.names is not None else first
+        self._file = file
+        self._intake = intake
+
+    def __call__(self, values: Row, line: int) -> tuple[int, float, bool, bool]:
+        """Of one row.
+
+        Raises:
+            ImportFormatError: a column holds what it cannot hold.
+        """
+        at = self._columns
+        flag = 1.0 if at.flag is None or (at.score is not None and values[at.flag] == -1) else values[at.flag]
+        if flag not in (0.0, 1.0):
+            got = f"Got {flag:g}; results have 10 columns."
+            raise refuse(self._file, line, f"column 7 must be 0 (ignore) or 1. {got}")
+        seen = 1.0 if at.visibility is None else values[at.visibility]
+        if not -1 <= seen <= 1:
+            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {seen:g}.")
+        score = math.nan if at.score is None or values[at.score] == -1 else self._score(values[at.score], line)
+        occluded = 0 <= seen < HIDDEN or (at.occlusion is not None and values[at.occlusion] >= _MOSTLY)
+        region = at.names is VISDRONE and at.label is not None and values[at.label] == 0
+        label = UNSAID if at.label is None or region else self._label(values[at.label], line)
+        return label, score, flag == 0.0 or region, occluded
+
+    def _score(self, score: float, line: int) -> float:
+        if score != score or 0 <= score <= 1:
+            return score
+        if self._intake.target.switches.get("scores") != "drop":
+            rule = f"score {score:g} must be in 0 to 1. Scale the scores, or leave them out with scores=drop."
+            raise refuse(self._file, line, rule)
+        self._intake.count("Scores outside of 0 to 1 were left out", self._file, line)
+        return math.nan
+
+    def _label(self, number: float, line: int) -> int:
+        if not (math.isfinite(number) and number == int(number)):
+            raise refuse(self._file, line, f"the class must be a whole number. Got {number:g}.")
+        if number == -1:  # what the columns that nobody uses hold
+            return UNSAID
+        said = None if self._listed else self._intake.target.label_map.get(str(int(number)))
+        if said is not None:
+            return said
+        place = int(number) - self._first
+        if self._names is not None:
+            if not 0 <= place < len(self._names):
+                rule = f"class {int(number)} must be {self._first} to {len(self._names) - 1 + self._first}"
+                if not self._listed:
+                    raise refuse(self._file, line, f"{rule}, VisDrone's classes. Import with columns=results.")
+                hint = f"Import with first_class={1 - self._first} if it counts from there."
+                raise refuse(self._file, line, f"{rule}, the lines of {NAMES}. {hint}")
+            return self._intake.label(self._names[place], self._file, line)
+        self._intake.count(
+            f"Rows without {NAMES} took their class number, counted from {self._first} (first_class), as the tool's",
+            self._file,
+            line,
+        )
+        known = 0 <= place < len(self._intake.target.labels)
+        return place if known else self._intake.label(f"class {int(number)} of column 8", self._file, line)

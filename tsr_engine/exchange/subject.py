@@ -1,0 +1,234 @@
+"""Which video a file speaks of: names and addresses of videos in other tools' files, and the choice among several.
+
+Label Studio has addresses (``/data/upload/3/1a2b3c4d-drive.mp4``, ``/data/local-files/?d=dir/drive.mp4``, signed ones
+of a cloud), CVAT the name of the file, tables a column with either. Uploads to Label Studio get eight hexadecimal
+digits of a UUID and a dash before their name, and lose what Django's ``get_valid_filename`` takes out of names.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import re
+import unicodedata
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Generic, Literal, TypeVar
+from urllib.parse import unquote, unquote_plus, urlsplit
+
+from tsr_engine.exchange.checks import Intake, refuse
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.formats import Switch
+from tsr_engine.exchange.names import is_name_of, safe_stem
+
+__all__ = ["TASK_SWITCH", "Part", "choose", "is_video", "likeness", "name_in"]
+
+TASK_SWITCH = Switch(
+    "task",
+    ("auto",),
+    "The task to take of a file with several, by its id or the name of its video; auto: the one that names this video.",
+    free=True,
+)
+SAME = 2
+"""The name of the file is the video's own."""
+ALIKE = 1
+"""It is the video's name as a tool may have changed it: another suffix, special characters, digits before it."""
+
+_SUFFIXES = "mp4|m4v|mov|avi|mkv|webm|ts|mts|m2ts|mpe?g|flv|wmv|3gp|ogv|h26[45]|hevc|gif|apng|webp"
+_MEDIA = re.compile(rf"\.(?:{_SUFFIXES})\Z", re.I)
+_UPLOAD = re.compile(r"[0-9a-f]{8}-", re.ASCII)
+_DISPOSITION = re.compile(r"""filename\*?=(?:UTF-8'')?["']?([^"';]+)""", re.I)
+_DROPPED = re.compile(r"[^-\w.]")
+
+Content = TypeVar("Content")
+
+
+@dataclass(frozen=True, slots=True)
+class Part(Generic[Content]):
+    """A part of a file that is about one video.
+
+    Attributes:
+        content: what the reader takes of it.
+        addresses: names and addresses of its video, as the file has them; the first is told.
+        ids: other names that a person can choose it by.
+        known: the file tells in another way whether it is about the video, such as by a hash; unset: it does not.
+    """
+
+    content: Content
+    addresses: tuple[str, ...]
+    ids: tuple[str, ...] = ()
+    known: bool | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of its video, for messages; empty: none."""
+        return next((name_in(address) for address in self.addresses if address), "")
+
+
+def likeness(address: str, video: DatasetVideo) -> int:
+    """How well an address fits a video: ``SAME``, ``ALIKE``, or 0 where it is another's."""
+    own = _plain(video.name)
+    best = 0
+    for name, uploaded in _names(address):
+        if _plain(name) == own:
+            return SAME
+        bare = _UPLOAD.match(name)
+        # Eight digits before a name without folder may as well be a date.
+        sent = bare is not None and (uploaded or not bare[0][:-1].isdigit())
+        for each in (name, name[9:]) if sent else (name,):
+            stem = _stem(each)
+            hashed = is_name_of(stem, video) and stem.casefold() != safe_stem(video.name).casefold()
+            if hashed or _forms(stem, "NFC") & _forms(_stem(video.name), "NFC", "NFD"):
+                best = ALIKE
+    return best
+
+
+def is_video(name: str) -> bool:
+    """Whether a name ends as those of videos do."""
+    return _MEDIA.search(name.strip()) is not None
+
+
+def name_in(address: str) -> str:
+    """The name of the file that an address is about, without the digits of an upload."""
+    names = list(_names(address))
+    # what is escaped, or has a query before it, is longer than the name
+    name, uploaded = min(
+        (each for each in names if _MEDIA.search(each[0])), key=lambda each: len(each[0]), default=names[0]
+    )
+    return name[9:] if uploaded and _UPLOAD.match(name) else name
+
+
+def choose(
+    parts: Sequence[Part[Content]], intake: Intake, file: str, kind: str, *, merge: bool = False
+) -> list[Part[Content]]:
+    """The parts of a file that are about the video of the import; what is left out is told.
+
+    A single part that names another video, or one that a person chose, is taken with a sentence.
+
+    Args:
+        parts: of the file.
+        intake: is told, and has the video and the switch ``task``.
+        file: for messages.
+        kind: what a part is called: ``task``.
+        merge: several parts may be about one video.
+
+    Raises:
+        ImportFormatError: no part is about the video, or it is not clear which.
+    """
+    video = intake.target.video
+    said = intake.target.switches.get("task", "auto")
+    if said != "auto":
+        found = [part for part in parts if said in part.ids]
+        found = found or [part for part in parts if any(_is_called(address, said) for address in part.addresses)]
+        wanted = f"is or names {said!r}, as task={said} asks for"
+    elif len(parts) <= 1:
+        found, wanted = list(parts), ""
+    else:
+        degrees = [_degree(part, video) for part in parts]
+        best = max(degrees)
+        found = [part for part, degree in zip(parts, degrees, strict=True) if degree == best] if best else []
+        wanted = f"about {video.name}"
+    if not found and parts:
+        verb = "none " if said == "auto" else "none that "
+        raise refuse(
+            file,
+            None,
+            f"has {len(parts)} {kind}s, {verb}{wanted}: {_listed(parts)}. Choose one with task=ID or task=NAME, or the "
+            "right video.",
+        )
+    if len(found) > 1 and not merge:
+        raise refuse(
+            file,
+            None,
+            f"has {len(found)} {kind}s that fit {video.name if said == 'auto' else repr(said)}: {_listed(found)}. "
+            "Choose one with task=ID, or export the one alone.",
+        )
+    others = [part for part in parts if part not in found]
+    if others:
+        reason = "Another one was asked for" if said != "auto" else f"They are not about {video.name}"
+        intake.skip(f"{file}: {len(others)} {kind}s", f"{reason}: {_listed(others)}.")
+    for part in found:
+        if part.known is False and likeness(part.name, video):
+            intake.repair(f"{file}: speaks of another file called {part.name[:80]}, by its hash. It was taken anyway.")
+        elif part.name and not _degree(part, video):
+            intake.repair(f"{file}: speaks of {part.name[:80]}. It was taken to be about {video.name}.")
+    return found
+
+
+def _degree(part: Part[Content], video: DatasetVideo) -> int:
+    if part.known is not None:
+        return SAME + 1 if part.known else 0
+    return max((likeness(address, video) for address in part.addresses), default=0)
+
+
+def _listed(parts: Sequence[Part[Content]]) -> str:
+    names = []
+    for part in parts[:8]:
+        name, first = part.name or "no name", part.ids[0] if part.ids else ""
+        names.append((f"{first} ({name})" if first and first != name else name)[:80])
+    more = f" and {len(parts) - 8} more" if len(parts) > 8 else ""
+    return ", ".join(names) + more
+
+
+def _is_called(address: str, said: str) -> bool:
+    wanted = {_plain(said), _stem(_plain(said))}
+    return any(
+        {_plain(each), _stem(_plain(each))} & wanted
+        for name, _ in _names(address)
+        for each in (name, name[9:] if _UPLOAD.match(name) else name)
+    )
+
+
+def _names(address: str) -> Iterator[tuple[str, bool]]:
+    """Names of files that an address may mean, and whether it is that of an upload. Never empty."""
+    whole = address.strip().replace("\\", "/")
+    uploaded = "/upload/" in whole
+    tail = whole.rstrip("/").rsplit("/", 1)[-1]
+    yield tail, uploaded
+    if "%" in tail or "+" in tail:
+        yield unquote(tail), uploaded
+        yield unquote_plus(tail), uploaded
+    try:
+        parts = urlsplit(whole)
+    except ValueError:
+        return
+    path = unquote(parts.path).rstrip("/").rsplit("/", 1)[-1]
+    if path and path != tail:
+        yield path, uploaded
+    if _MEDIA.search(path):
+        return
+    # A number sign belongs to a name that nobody has escaped.
+    for part in whole.partition("?")[2].split("&"):
+        key, _, value = part.partition("=")
+        for plain in dict.fromkeys((unquote_plus(value), unquote(value), value)):
+            inner = _decoded(plain) if key == "fileuri" else plain
+            disposition = _DISPOSITION.search(inner)
+            inner = disposition[1] if disposition else inner
+            name = inner.replace("\\", "/").split("?", 1)[0].rstrip("/").rsplit("/", 1)[-1]
+            if _MEDIA.search(name):
+                yield name, uploaded
+
+
+def _decoded(value: str) -> str:
+    """The address that Label Studio's ``/presign/?fileuri=`` has in base 64; ``value`` where it is none."""
+    try:
+        return base64.urlsafe_b64decode(value + "=" * (-len(value) % 4)).decode()
+    except (binascii.Error, ValueError):
+        return value
+
+
+def _plain(name: str) -> str:
+    return unicodedata.normalize("NFC", name).casefold()
+
+
+def _stem(name: str) -> str:
+    return _MEDIA.sub("", name)
+
+
+def _forms(stem: str, *norms: Literal["NFC", "NFD"]) -> set[str]:
+    """A name as it is and as an upload leaves it: spaces become ``_``, what is no letter, digit or ``-_.`` is gone.
+
+    Accents of a decomposed name (``NFD``, as macOS sends it) are no letters.
+    """
+    sent = (unicodedata.normalize(norm, stem).strip().replace(" ", "_") for norm in norms)
+    return {_plain(stem), *(_plain(_DROPPED.sub("", text)) for text in sent)} - {""}

@@ -1,0 +1,233 @@
+"""What other tools call the columns of their tables, and the keys of their JSON rows.
+
+Known are supervision's ``CSVSink`` and ``JSONSink``, Ultralytics' ``to_csv``, ``to_json`` and ``to_df``, MOTChallenge's
+names, and what people write. Names are compared without case, with ``_`` for spaces, dots and dashes.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from tsr_engine.exchange.subject import is_video
+from tsr_engine.io.plain_numbers import real_number
+
+__all__ = [
+    "CLASSES",
+    "EMPTY",
+    "NAMES",
+    "PICTURES",
+    "Columns",
+    "class_in",
+    "columns_of",
+    "edges_of",
+    "normal",
+    "with_video",
+]
+
+NAMES: dict[str, tuple[str, ...]] = {
+    "frame": (
+        "frame", "frame_id", "frame_number", "frame_index", "frame_idx", "frame_no", "frame_num", "frame_nr",
+        "frameid", "framenumber", "frameindex",
+    ),
+    "track": (
+        "track_id", "tracker_id", "track", "trackid", "trackerid", "id", "object_id", "obj_id", "tid", "instance_id",
+    ),
+    "uid": ("uid",),
+    "x1": ("x1", "xmin", "x_min", "left", "xtl", "box_x1", "bbox_x1", "box_xmin", "bbox_xmin", "bbox_x_min"),
+    "y1": ("y1", "ymin", "y_min", "top", "ytl", "box_y1", "bbox_y1", "box_ymin", "bbox_ymin", "bbox_y_min"),
+    "x2": ("x2", "xmax", "x_max", "right", "xbr", "box_x2", "bbox_x2", "box_xmax", "bbox_xmax", "bbox_x_max"),
+    "y2": ("y2", "ymax", "y_max", "bottom", "ybr", "box_y2", "bbox_y2", "box_ymax", "bbox_ymax", "bbox_y_max"),
+    "box": ("box", "xyxy"),
+    "bbox": ("bbox", "xywh"),
+    "score": ("score", "confidence", "conf"),
+    "source": ("source",),
+    "visibility": ("visibility",),
+    "occluded": ("occluded",),
+    "ignore": ("ignore",),
+    "key": ("key", "keyframe"),
+    "state": ("state",),
+    "note": ("note",),
+    "video": ("video", "video_name", "video_file", "video_path", "video_id", "sequence"),
+}  # fmt: skip
+CLASSES = ("label", "class_name", "classname", "class", "category", "category_name", "label_name", "name",
+           "class_id", "classid", "category_id", "label_id", "cls", "cls_id")  # fmt: skip
+"""Where a class may stand; of several, a text goes before a number, then the order counts."""
+PICTURES = ("filename", "file_name", "image", "image_name", "image_path", "image_id", "imageid", "img", "path")
+"""Where other tables name pictures instead of frames."""
+EMPTY = frozenset({"", "nan", "none", "null"})
+"""As tables write that there is nothing."""
+MOT = ("bb_left", "bb_top", "bb_width", "bb_height")
+"""As MOTChallenge calls them; its ``x,y,z`` beside them are positions in space."""
+_SIZED = (
+    ("x", "y", "w", "h"),
+    ("left", "top", "width", "height"),
+    *((f"{box}_x", f"{box}_y", f"{box}_w", f"{box}_h") for box in ("box", "bbox")),
+    *((f"{box}_left", f"{box}_top", f"{box}_width", f"{box}_height") for box in ("box", "bbox")),
+)
+"""Names that belong together."""
+_CORNERS = (("x", "y"), ("bb_left", "bb_top"), *zip(NAMES["x1"], NAMES["y1"], strict=True))
+_SIZES = (("w", "h"), ("width", "height"), ("bb_width", "bb_height"))
+_CENTRES = (("x_center", "y_center"), ("center_x", "center_y"), ("xcenter", "ycenter"), ("cx", "cy"), ("xc", "yc"))
+_OTHER = re.compile(r"[^a-z0-9]+")
+_FOUR = ("x1", "y1", "x2", "y2")
+_EDGES = frozenset({*_FOUR, "x", "y", "cx", "cy", "w", "h"})
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Which column of a table means what.
+
+    Attributes:
+        named: meaning -> column. A box has ``x1`` to ``y2``, or ``x``, ``y``, ``w``, ``h``, with ``cx``, ``cy`` for the
+            centre, or all in ``box`` or ``bbox``.
+        classes: columns that may hold a class, in the order in which they count.
+        frames: further columns of frames.
+        mot: the names are MOTChallenge's, whose frames count from 1.
+        own: the table is one of ours: classes are numbers of the tool, frames count from 0.
+    """
+
+    named: Mapping[str, str]
+    classes: tuple[str, ...]
+    frames: tuple[str, ...]
+    mot: bool
+    own: bool
+
+    @property
+    def box(self) -> bool:
+        """Whether the columns hold a box."""
+        return bool({"x1", "x", "cx", "box", "bbox"} & set(self.named))
+
+
+@lru_cache(maxsize=4096)
+def normal(name: str) -> str:
+    """A name as names are compared."""
+    return _OTHER.sub("_", name.strip().lower()).strip("_")
+
+
+def columns_of(names: Iterable[str]) -> Columns:
+    """Find what is known.
+
+    Raises:
+        ValueError: there is more than one set of box columns; says which.
+    """
+    have = {normal(name): name for name in reversed(list(names))}
+    found = {
+        meaning: have[column]
+        for meaning, known in NAMES.items()
+        if (column := next((each for each in known if each in have), None)) is not None
+    }
+    mot = have.keys() >= set(MOT)
+    edges = set(found) >= set(_FOUR)
+    sized = MOT if mot else None if edges else _sized(have)
+    if sized is not None or not edges:
+        for name in _FOUR:
+            found.pop(name, None)
+    if sized is not None:
+        corner = ("cx", "cy") if sized[:2] in _CENTRES else ("x", "y")
+        found.update(zip((*corner, "w", "h"), (have[name] for name in sized), strict=True))
+    if sized is not None or edges:
+        for name in ("box", "bbox"):
+            found.pop(name, None)
+    classes = tuple(have[name] for name in CLASSES if name in have)
+    frames = tuple(have[name] for name in NAMES["frame"] if name in have)[1:]
+    own = {"track", "source"} <= set(found) or {"track", "visibility", "ignore"} <= set(found)
+    return Columns(found, classes, frames, sized is not None and sized[0] == MOT[0], own and "class_id" in have)
+
+
+def with_video(columns: Columns, cells: Mapping[str, str]) -> Columns:
+    """The columns with that of the video, where one that may name pictures names one in a first row."""
+    found = next((name for name in cells if normal(name) in (*PICTURES, "source") and is_video(cells[name])), None)
+    return columns if found is None else replace(columns, named={**columns.named, "video": found})
+
+
+def _sized(have: Mapping[str, str]) -> tuple[str, ...] | None:
+    """The columns of a corner or centre, a width and a height that belong together; None: there are none."""
+    alike = [names for names in _SIZED if have.keys() >= set(names)]
+    pairs = [(*corner, *size) for corner in _CORNERS for size in _SIZES]
+    centred = [(*centre, *size) for centre in _CENTRES for size in _SIZES]
+    found = alike or [names for names in (*pairs, *centred) if have.keys() >= set(names)]
+    if len(found) > 1:
+        raise ValueError(" or ".join(",".join(names) for names in found[:3]))
+    return found[0] if found else None
+
+
+def class_in(values: Iterable[str]) -> str:
+    """Of what the class columns of a row hold the one that counts: the first text, else the first number."""
+    given = [value for value in values if value.strip().lower() not in EMPTY]
+    return next((value for value in given if not _is_number(value)), given[0] if given else "")
+
+
+def edges_of(value: Any, *, sized: bool) -> tuple[float, float, float, float] | None:
+    """The edges of a box that is a list or object, or the text of one; None: it is no box.
+
+    Args:
+        value: ``[x1, y1, x2, y2]``, or with ``sized`` ``[x, y, w, h]``; an object has names as columns have. Corners
+            ``x3, y3, x4, y4`` of a turned box count as well.
+        sized: what four numbers without names mean.
+    """
+    if isinstance(value, str):
+        value = _parsed(value)
+    if isinstance(value, list):
+        if len(value) != 4 or not all(type(each) in (int, float) for each in value):
+            return None
+        a, b, c, d = (_float(each) for each in value)
+        return (a, b, a + c, b + d) if sized else (a, b, c, d)
+    if not isinstance(value, dict):
+        return None
+    try:
+        named = columns_of(value).named
+    except ValueError:
+        return None
+    value = {name: _float(each) for name, each in value.items() if _is_number(each)}
+    if not {named[name] for name in _EDGES & named.keys()} <= value.keys():
+        return None
+    return _edges({name: value[column] for name, column in named.items() if name in _EDGES}, value)
+
+
+def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> tuple[float, float, float, float] | None:
+    if numbers.keys() >= set(_FOUR):
+        turned = [[value[name] for k in "1234" if (name := f"{axis}{k}") in value] for axis in "xy"]
+        xs, ys = turned
+        if len(xs) == len(ys) == 4:
+            return min(xs), min(ys), max(xs), max(ys)
+        return numbers["x1"], numbers["y1"], numbers["x2"], numbers["y2"]
+    if "w" not in numbers or "h" not in numbers:
+        return None
+    w, h = numbers["w"], numbers["h"]
+    if "cx" in numbers:
+        return numbers["cx"] - w / 2, numbers["cy"] - h / 2, numbers["cx"] + w / 2, numbers["cy"] + h / 2
+    return numbers["x"], numbers["y"], numbers["x"] + w, numbers["y"] + h
+
+
+def _parsed(text: str) -> Any:
+    """The list or object that a cell holds: of JSON, Python, or four numbers in any brackets."""
+    text = text.strip()
+    if ":" not in text:
+        text = "[" + ",".join(text.strip("[](){}").replace(",", " ").split()) + "]"
+    try:
+        return json.loads(text.replace("'", '"'))
+    except (ValueError, RecursionError):
+        return None
+
+
+def _float(value: float | str) -> float:
+    try:
+        return real_number(value) if isinstance(value, str) else float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, str):
+        try:
+            real_number(value.strip())
+        except ValueError:
+            return False
+        return True
+    return type(value) in (int, float)
