@@ -237,6 +237,48 @@ def label_studio_sdk_task(format: str, path: Path) -> Any:
     return {}
 
 
+def label_studio_sdk_images(format: str, path: Path) -> Any:
+    """What its converter makes of a project of pictures, the frames of a video: COCO, YOLO or VOC."""
+    from label_studio_sdk.converter import Converter
+
+    _, by_frame = _given()
+    labels = "".join(f'<Label value="{name}"/>' for name in CLASSES)
+    config = (
+        f'<View><Image name="image" value="$image"/><RectangleLabels name="label" toName="image">{labels}'
+        "</RectangleLabels></View>"
+    )
+    tasks = []
+    for frame in range(FRAMES):
+        regions = [
+            {
+                "id": f"r{place}",
+                "type": "rectanglelabels",
+                "from_name": "label",
+                "to_name": "image",
+                "original_width": WIDTH,
+                "original_height": HEIGHT,
+                "value": {
+                    "x": x1 / WIDTH * 100,
+                    "y": y1 / HEIGHT * 100,
+                    "width": (x2 - x1) / WIDTH * 100,
+                    "height": (y2 - y1) / HEIGHT * 100,
+                    "rotation": 0,
+                    "rectanglelabels": [name],
+                },
+            }
+            for place, (_, name, x1, y1, x2, y2, _) in enumerate(by_frame.get(frame, []))
+        ]
+        upload = f"{frame + 0xA0B0C0D0:08x}-frame_{frame:06d}.jpg"
+        note = {"id": frame, "completed_by": 1, "result": regions, "created_at": "", "updated_at": "", "lead_time": 1.0}
+        tasks.append({"id": frame, "data": {"image": f"/data/upload/1/{upload}"}, "annotations": [note]})
+    path.mkdir()
+    given = path.with_name("tasks.json")
+    given.write_text(json.dumps(tasks))
+    # Pictures are neither there nor asked for: the sizes stand in the tasks.
+    Converter(config, str(path.parent), download_resources=False).convert(str(given), str(path), format, is_dir=False)
+    return {}
+
+
 def label_studio_sdk_label(_format: str, path: Path) -> Any:
     """A region as ``VideoRectangleTag.label`` makes it; its value has no ``enabled``."""
     from label_studio_sdk.label_interface import LabelInterface

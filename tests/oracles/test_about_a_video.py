@@ -115,6 +115,15 @@ def test_tasks_of_label_studio(dataset: Dataset, ask: Ask, tmp_path: Path, kind:
     assert "other" not in _told(back)
 
 
+@pytest.mark.parametrize(("kind", "ours", "px"), [("COCO", "coco", 1e-6), ("YOLO", "yolo", 1e-6), ("VOC", "voc", 1.01)])
+def test_pictures_of_label_studio(dataset: Dataset, ask: Ask, tmp_path: Path, kind: str, ours: str, px: float) -> None:
+    ask("label_studio_sdk", "images", kind, tmp_path / "out", _sent(dataset))
+    # Its VOC has edges from 0 and cuts corner and size to whole pixels; nothing in it says so.
+    given = {"coordinates": "cvat"} if ours == "voc" else {}
+    back = read_dataset(tmp_path / "out", target(dataset, **given), FORMATS[ours])
+    same_boxes(boxes_of(dataset), boxes_of(back), px)
+
+
 @pytest.mark.parametrize(("kind", "name"), [("JSON_MIN", "result.json"), ("CSV", "result.csv"), ("TSV", "result.tsv")])
 def test_exports_of_label_studio_that_have_no_ids_are_refused(
     dataset: Dataset, ask: Ask, tmp_path: Path, kind: str, name: str
