@@ -56,7 +56,12 @@ $(ORACLES)/.installed: tests/oracles/requirements.txt
 	@$(ORACLES)/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@
 
-oracles: $(VENV)/.installed $(ORACLES)/.installed ## let other libraries judge the exports (ORACLES, default .oracles)
+$(ORACLES)/label-studio/.installed: tests/oracles/requirements-label-studio.txt $(ORACLES)/.installed
+	@$(PYTHON) -m venv $(ORACLES)/label-studio
+	@$(ORACLES)/label-studio/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+oracles: $(VENV)/.installed $(ORACLES)/.installed $(ORACLES)/label-studio/.installed ## let other libraries judge exports and imports (ORACLES, default .oracles)
 	TSR_ORACLES=$(abspath $(ORACLES))/bin/python $(BIN)/python -m pytest tests/oracles
 
 lint: $(VENV)/.installed $(VENV)/.tools ## style, types, layers

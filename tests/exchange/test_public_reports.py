@@ -1,0 +1,255 @@
+"""Files as public reports describe them: each gives the right frames, boxes, tracks and classes, or is refused.
+
+A report is named by repository and number. Unless a case says otherwise its boxes are ``box(frame)``, of class stop,
+and the video is drive.mp4: 640x360 px, 100 frames, 30 a second.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exchange_toys import a_video, target_of
+from reported_files import (
+    TEN,
+    YAML,
+    box,
+    boxes_xml,
+    coco,
+    cocovid,
+    region,
+    results,
+    roboflow,
+    rows,
+    save_txt,
+    task_xml,
+    tasks,
+    yolo,
+)
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.exchange.load import read_dataset
+
+STOP, NONE = CLASS_NAMES.index("stop"), -1
+HASHES = ("0a1b2c3d4e5f60718293a4b5c6d7e8f3", "1a1b2c3d4e5f60718293a4b5c6d7ea51", "2a1b2c3d4e5f60718293a4b5c6d7eb07")
+SPECIAL = "100% drive #1 ü.mp4"
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a report describes.
+
+    Attributes:
+        source: repository and number.
+        files: of the folder that is imported.
+        frames: those in which boxes must be.
+        tracks: how many tracks there must be; 0: not said.
+        first: the first box; unset: ``box`` of the first frame.
+        label: class of all boxes.
+        told: what the sentences must say, each.
+        refused: what the refusal must say; then nothing else counts.
+        video: name of the video.
+        switches: of the import.
+    """
+
+    source: str
+    files: Mapping[str, str]
+    frames: Iterable[int] = TEN
+    tracks: int = 0
+    first: tuple[float, float, float, float] | None = None
+    label: int = STOP
+    told: tuple[str, ...] = ()
+    refused: str = ""
+    video: str = "drive.mp4"
+    switches: Mapping[str, str] = field(default_factory=dict)
+
+
+IMAGES = "".join(
+    f'<image id="{n}" name="frame_{10 + n % 2:06d}" task_id="{1 + n // 2}" width="640" height="360">'
+    '<box label="stop" occluded="0" xtl="100" ytl="10" xbr="130" ybr="40"/></image>'
+    for n in range(4)
+)
+TURNED = coco({"frame_000010.jpg": 10}, note={"bbox": [100, 100, 160, 120], "attributes": {"rotation": 0.0}})
+SINK = "x_min,y_min,x_max,y_max,class_id,confidence,tracker_id,class_name"
+SINK_ROW = "{x1},{y1},{x2},{y2},0,0.9,7,stop,{f}"
+HOLE = coco({"frame_000010.jpg": 10, "frame_000011.jpg": 11, "frame_000012.jpg": 12}).replace(
+    "[112, 86.0, 40, 40.0]", "{}"
+)
+REPORTS = {
+    "hash ends in digits": Report("google-coral/tutorials#27", roboflow(HASHES), (10, 11, 12)),
+    "hash ends in a letter": Report("google-coral/tutorials#27", roboflow(f"{h[:-1]}a" for h in HASHES), (10, 11, 12)),
+    "hash beyond the video": Report(
+        "google-coral/tutorials#27", roboflow(f"{h[:-3]}851" for h in HASHES), (10, 11, 12)
+    ),
+    "hash in COCO": Report(
+        "google-coral/tutorials#27",
+        {"a.json": coco({f"drive_mp4-{f:04d}_jpg.rf.{h}.jpg": f for f, h in enumerate(HASHES, 10)})},
+        (10, 11, 12),
+    ),
+    "save_txt": Report("ultralytics/ultralytics#9208", save_txt(range(6)), range(6), 1, told=("from 1",)),
+    "save_txt to the end": Report(
+        "ultralytics/ultralytics#22256", save_txt((97, 98, 99)), (97, 98, 99), told=("from 1",)
+    ),
+    "CocoVID": Report(
+        "open-mmlab/mmtracking#678",
+        {"cocovid.json": cocovid()},
+        (10, 10, 15, 15, 20, 20, 25, 25),
+        2,
+        (100, 80, 140, 120),
+    ),
+    "CVAT project of videos": Report(
+        "cvat-ai/cvat#4502",
+        {
+            "annotations.xml": "<annotations><meta><project><id>1</id><tasks>"
+            f"{task_xml(1, 'other.mp4', 40)}{task_xml(2, 'drive.mp4', 100)}</tasks></project></meta>"
+            f'<track id="0" label="yield" task_id="1">{boxes_xml((3, 8))}</track>'
+            f'<track id="1" label="stop" task_id="2">{boxes_xml(TEN, 40)}</track></annotations>'
+        },
+        tracks=1,
+        told=("other.mp4",),
+    ),
+    "COCO of two videos": Report(
+        "cvat-ai/cvat#4993",
+        {"a.json": coco({f"{v}/frame_{f:06d}.jpg": f + 20 * (v == "other") for v in ("drive", "other") for f in TEN})},
+        told=("other",),
+    ),
+    "CVAT project of pictures": Report(
+        "cvat-ai/cvat#3458", {"annotations.xml": f"<annotations>{IMAGES}</annotations>"}, refused="task 1.*task 2"
+    ),
+    "names that end alike": Report(
+        "HumanSignal/label-studio#5749",
+        tasks("other.mp4", "/data/upload/1/1a2b3c4d-rear-drive.mp4"),
+        refused="rear-drive",
+    ),
+    "one other task": Report("HumanSignal/label-studio#5749", tasks("other.mp4"), told=("other.mp4",)),
+    "one task that ends alike": Report("HumanSignal/label-studio#5749", tasks("my-drive.mp4"), told=("my-drive.mp4",)),
+    "local storage": Report("HumanSignal/label-studio#1886", tasks("other.mp4", "/data/local-files/?d=drive.mp4")),
+    "sanitised upload": Report(
+        "HumanSignal/label-studio#878", tasks("other.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"), video=SPECIAL
+    ),
+    "JSON-MIN": Report(
+        "HumanSignal/label-studio#2630",
+        {"min.json": json.dumps([{"video": "drive.mp4", "id": 1, "box": [region()["value"]], "annotator": 1}])},
+        refused="Export as JSON, not JSON-MIN",
+    ),
+    "rotation in COCO": Report(
+        "cvat-ai/cvat#4745", {"a.json": TURNED.replace("0.0}", "90.0}")}, (10,), 1, (120, 80, 240, 240), told=("urned",)
+    ),
+    "MOT ids from 0": Report(
+        "cheind/py-motmetrics#116",
+        {
+            "drive.txt": rows("{n},0,{x1},{y1},{w},{h},0.9,-1,-1,-1")
+            + rows("{n},1,{x1},{y1},9,9,0.8,-1,-1,-1", (30, 31))
+        },
+        (*TEN, 30, 31),
+        2,
+        label=NONE,
+    ),
+    "VisDrone": Report(
+        "VisDrone/VisDrone-Dataset#40",
+        {"drive.txt": rows("{n},4,{x1},{y1},{w},{h},1,4,0,1")},
+        tracks=1,
+        label=NONE,
+        told=("VisDrone", "'car'"),
+    ),
+    "numpy.savetxt": Report(
+        "numpy/numpy#16176",
+        {"drive.txt": rows("{n:.18e} 3e0 {x1:.18e} {y1:.18e} 4e1 4e1 9e-1 -1 -1 -1")},
+        tracks=1,
+        label=NONE,
+    ),
+    "BoxMOT": Report(
+        "mikel-brostrom/boxmot#1578",
+        {"drive.txt": rows("{n},9,{x1},{y1},{w},{h},1,14,0.412")},
+        tracks=1,
+        told=("olumn 9",),
+    ),
+    "seqinfo.ini without a size": Report(
+        "cvat-ai/cvat#3940",
+        {
+            "gt/gt.txt": rows("{n},4,{x1},{y1},{w},{h},1,1,1"),
+            "gt/labels.txt": "stop\nyield\n",
+            "seqinfo.ini": "[Sequence]\nname=drive\nimDir=img1\nframeRate=30\nseqLength=100\nimExt=.jpg\n",
+        },
+        tracks=1,
+    ),
+    "CSVSink": Report("roboflow/supervision#746", {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_number")}, tracks=1),
+    "CSVSink, frame_index": Report(
+        "roboflow/supervision#746", {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_index")}, tracks=1
+    ),
+    "to_json": Report("ultralytics/ultralytics#9208", {"res.json": json.dumps(results())}, tracks=1),
+    "a name beats a number": Report(
+        "ultralytics/ultralytics#9208",
+        {
+            "res.csv": rows(
+                "{f},stop,0,0.9,3,{x1},{y1},{x2},{y2}", header="frame,name,class,confidence,track_id,x1,y1,x2,y2"
+            )
+        },
+        tracks=1,
+    ),
+    "FiftyOne without key frames": Report(
+        "voxel51/fiftyone#1374",
+        {"drive.xml": f'<annotations><track id="1" label="stop">{boxes_xml(TEN, flags="")}</track></annotations>'},
+        tracks=1,
+    ),
+    "a rounding below 0": Report(
+        "own, after verify_image_label of Ultralytics",
+        {"data.yaml": YAML, "labels/train/frame_000010.txt": "0 -0.0000001 0.5 0.0625 0.1\n"},
+        (10,),
+        first=(0, 162, 20, 198),
+    ),
+    "ids as 11.0": Report(
+        "cocodataset/cocoapi#497",
+        {"a.json": coco({"frame_000010.jpg": 10}, note={"image_id": 1.0, "category_id": 1.0})},
+        (10,),
+    ),
+    "a box of no height": Report(
+        "voxel51/fiftyone#1138", {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")}, refused="bad_boxes"
+    ),
+    "a box of no height, left out": Report(
+        "voxel51/fiftyone#1138",
+        {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")},
+        (10, 11),
+        switches={"bad_boxes": "skip"},
+        told=("1 box",),
+    ),
+    "no box at all, left out": Report(
+        "CVHub520/X-AnyLabeling#397", {"a.json": HOLE.replace("{}", "[]")}, (10, 11), switches={"bad_boxes": "skip"}
+    ),
+    "quoted keys in data.yaml": Report(
+        "own", {"data.yaml": '"names":\n  0: stop\n', "labels/train/frame_000010.txt": yolo(10)}, (10,)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", list(REPORTS))
+def test_what_was_reported_is_read_right_or_refused(name: str, tmp_path: Path) -> None:
+    report = REPORTS[name]
+    for file, content in report.files.items():
+        path = tmp_path / "input" / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(content, encoding="utf-8")
+    video = a_video(name=report.video, rate=Fraction(30), times=np.arange(100) / 30)
+    target = target_of(Dataset(CLASS_NAMES, (video,)), switches=report.switches)
+    if report.refused:
+        with pytest.raises(ImportFormatError, match=report.refused):
+            read_dataset(tmp_path / "input", target)
+        return
+    back = read_dataset(tmp_path / "input", target)
+    tracks = list(back.videos[0].tracks())
+    frames = list(report.frames)
+    assert sorted(frame for track in tracks for frame in track.frames.tolist()) == frames
+    assert not report.tracks or len(tracks) == report.tracks
+    assert {track.label for track in tracks} == {report.label}
+    found = min((int(t.frames[0]), *t.boxes[0].tolist()) for t in tracks)
+    assert found == pytest.approx((frames[0], *(report.first or box(frames[0]))), abs=0.01)
+    told = " ".join([*back.repaired, *(f"{left.what} {left.reason}" for left in back.skipped)])
+    for words in report.told:
+        assert words in told
