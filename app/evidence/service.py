@@ -333,10 +333,7 @@ def _has_begun(place: RunPlace) -> bool:
     """
     begun = (place.folder / RUN_FILE).is_file()
     if place.complete and not begun:
-        raise Conflict(
-            f"The run is complete, but its evidence is not in the data folder. Put {place.folder} back.",
-            code="evidence_gone",
-        )
+        raise Conflict(f"The run's evidence is not there any more. Put {place.folder} back.", code="evidence_gone")
     return begun
 
 

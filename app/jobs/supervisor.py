@@ -192,10 +192,14 @@ class Supervisor:
         kills, before = memory_kills(), self._memory_kills
         self._memory_kills = kills
         for lane, workers in self._lanes.items():
+            living = []
             for worker in workers:
-                if worker.poll() is not None:
-                    self._causes[worker.pid] = cause_of(worker.returncode, kills > before)
-            self._lanes[lane] = [worker for worker in workers if worker.returncode is None]
+                code = worker.poll()
+                if code is None:
+                    living.append(worker)
+                else:
+                    self._causes[worker.pid] = cause_of(code, kills > before)
+            self._lanes[lane] = living
         while len(self._causes) > _REMEMBERED:
             del self._causes[next(iter(self._causes))]
 

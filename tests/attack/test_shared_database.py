@@ -165,7 +165,7 @@ def test_on_sqlite_everything_lies_here(tmp_path: Path) -> None:
         video = first.client.post("/api/videos", json={"path": str(drive)}).json()["id"]
         work_off(first.context)
     shutil.copytree(tmp_path / "home", tmp_path / "copy")
-    (tmp_path / "copy" / "server.id").unlink()
+    (tmp_path / "copy" / "server.id").write_text("f" * 32)
     second = Server(tmp_path / "copy", roots=(tmp_path,))
     with second.client:
         assert second.client.get(f"/api/videos/{video}/frames/0").status_code == 200
