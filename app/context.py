@@ -10,6 +10,7 @@ from fastapi import Depends, Request
 from app.artefacts.service import ArtefactService
 from app.bundles.importing import BundleImports
 from app.bundles.service import BundleService
+from app.cages.cage import Cages
 from app.catalogue import Pictograms
 from app.compare.service import CompareService
 from app.edits.service import EditService
@@ -43,6 +44,7 @@ class Context:
     """The parts of one server."""
 
     settings: Settings
+    cages: Cages
     database: Database
     tokens: Tokens
     events: EventBus
@@ -69,7 +71,8 @@ class Context:
     pictograms: Pictograms
 
     def close(self) -> None:
-        """Release files, threads and connections."""
+        """Release files, threads, connections and processes."""
+        self.cages.close()
         self.space.close()
         self.frames.close()
         self.evidence.close()
@@ -83,6 +86,7 @@ def build_context(settings: Settings) -> Context:
         StorageError: the data folder or the database cannot be used.
     """
     settings.home.mkdir(parents=True, exist_ok=True)
+    cages = Cages()
     tokens = Tokens(settings.token or home_token(settings.home))
     database = Database(settings.database)
     database.migrate(settings.home / "backups")
@@ -97,6 +101,7 @@ def build_context(settings: Settings) -> Context:
     artefacts = ArtefactService(settings, database, events, jobs)
     return Context(
         settings=settings,
+        cages=cages,
         database=database,
         tokens=tokens,
         events=events,
@@ -119,7 +124,7 @@ def build_context(settings: Settings) -> Context:
         space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),
         scenes=SceneService(database, evidence, artefacts),
         bundles=BundleService(database, evidence, artefacts),
-        bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits),
+        bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits, cages),
         pictograms=Pictograms(),
     )
 

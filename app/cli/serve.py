@@ -47,8 +47,10 @@ class ReviewServer(uvicorn.Server):
         self.should_exit = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop serving: first the streams of events, which never end by themselves, then what waits for them."""
-        await cast(FastAPI, self.config.app).state.running.stream.stop()
+        """Stop serving: first the streams of events, which never end by themselves, and what reads foreign files."""
+        state = cast(FastAPI, self.config.app).state
+        await state.running.stream.stop()
+        state.context.cages.close()
         await super().shutdown(sockets)
 
 
@@ -75,6 +77,7 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     base = f"http://{_shown(settings.host)}:{port}"
     app = create_app(settings.model_copy(update={"port": port}))
     context = app.state.context
+    context.cages.warm()
     with atomic_text(note) as file:
         json.dump({"base": base, "pid": os.getpid()}, file)
     path = ""

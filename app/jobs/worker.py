@@ -6,7 +6,6 @@ process. One that is to stay waits for jobs until it is told to leave, and loads
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import logging
 import os
@@ -18,6 +17,7 @@ from collections.abc import Callable, Sequence
 
 from sqlalchemy.exc import DBAPIError, OperationalError
 
+from app.cages.confine import die_with_parent
 from app.errors import StorageFull
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
@@ -42,7 +42,6 @@ GRACE = 6.0
 _AGAIN = 1.0
 """Seconds between two attempts while the data folder or the database cannot be written."""
 _FULL = "The disk is full. Free some space, then ask for it again."
-_PR_SET_PDEATHSIG = 1
 _log = logging.getLogger("tsr.worker")
 
 
@@ -87,8 +86,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     stays = STAY in arguments[2:]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
     leaving = _Leaving()
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
-    if os.getppid() != parent:
+    if not die_with_parent(parent, signal.SIGTERM):
         return 0
     settings = load_settings()
     limit = settings.worker_memory_mb * 2**20
