@@ -16,6 +16,7 @@ from app.compare.service import CompareService
 from app.edits.service import EditService
 from app.events import EventBus
 from app.evidence.service import EvidenceService
+from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.jobs.queue import JobQueue
@@ -62,6 +63,7 @@ class Context:
     training: TrainingService
     exports: ExportService
     imports: ImportService
+    caged_imports: CagedImports
     recordings: RecordingService
     viewer: ViewerFiles
     space: SpaceService
@@ -97,6 +99,7 @@ def build_context(settings: Settings) -> Context:
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence)
     truths = TruthService(database)
+    imports = ImportService(settings, database, events, edits, truths)
     frames = FrameService(settings, database)
     artefacts = ArtefactService(settings, database, events, jobs)
     return Context(
@@ -118,7 +121,8 @@ def build_context(settings: Settings) -> Context:
         artefacts=artefacts,
         training=TrainingService(settings, database, events, jobs),
         exports=ExportService(settings, database, artefacts),
-        imports=ImportService(settings, database, events, edits, truths),
+        imports=imports,
+        caged_imports=CagedImports(settings, imports, cages),
         recordings=RecordingService(database, evidence, artefacts),
         viewer=ViewerFiles(settings.home),
         space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),

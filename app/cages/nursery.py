@@ -25,10 +25,8 @@ from app.cages.talk import Ended, Talk
 __all__: list[str] = []
 
 _LOADED: Final = (
-    "app.exchange.imports",
-    "app.edits.service",
+    "app.exchange.caged",
     "app.bundles.checking",
-    "tsr_engine.exchange.load",
 )
 """What cages need, each with all that it imports."""
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tsr_engine.errors import ExportError
+from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget, Switch
 from tsr_engine.exchange.labels import LabelMatcher
@@ -20,10 +20,8 @@ from tsr_engine.exchange.reading import MAX_JSON_BYTES, place_of, read_json, rea
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, dense
 from tsr_engine.io.plain_numbers import real_number
 
-__all__ = ["MAX_BOXES", "MAX_JSON_BYTES", "SIZE_SWITCH", "Intake", "check_track", "read_json", "read_text", "refuse"]
+__all__ = ["MAX_JSON_BYTES", "SIZE_SWITCH", "Intake", "check_track", "read_json", "read_text", "refuse"]
 
-MAX_BOXES = 10_000_000
-"""Most boxes of one import; a few bytes of key frames can stand for any number of frames."""
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _SAME_PX = 1e-6
 
@@ -78,13 +76,14 @@ class Intake:
         self.target = target
         self.matcher = LabelMatcher(target.labels, target.label_map)
         self._strict = strict
-        self._boxes = 0
+        self._boxes = self._taken = 0
         self._outside, self._first_outside = 0, ""
         self._tracks: dict[str, TrackRows] = {}
         self._skipped: list[Skipped] = []
         self._repaired: list[str] = []
         self._counts: dict[str, list[Any]] = {}
         self._unknown: dict[str, list[Any]] = {}
+        self._again: dict[str, int] = {}
 
     def __len__(self) -> int:
         return len(self._tracks)
@@ -126,9 +125,10 @@ class Intake:
         """A name for a new track: ``uid``, or where that is taken already ``uid-2`` and so on, with a sentence."""
         if uid not in self._tracks:
             return uid
-        again = 2
+        again = self._again.get(uid, 2)
         while f"{uid}-{again}" in self._tracks:
             again += 1
+        self._again[uid] = again
         self.count(f"Tracks whose name was taken were given another one ({uid} is now {uid}-{again})", file, line)
         return f"{uid}-{again}"
 
@@ -171,7 +171,7 @@ class Intake:
             notes: frame and text; a frame outside of the video becomes its nearest one.
             until: the last key frame's box holds up to this frame, inclusive; -1: it does not.
         """
-        rows = self._tracks.setdefault(uid, TrackRows())
+        rows = self._tracks.get(uid) or self._new(uid)
         rows.state = state if state in _STATES else "open"
         rows.source = source
         last = self.target.video.frames - 1
@@ -243,7 +243,10 @@ class Intake:
             x1, y1, x2, y2 = cut
         rows = self._tracks.get(uid)
         if rows is None:
-            rows = self._tracks[uid] = TrackRows()
+            rows = self._new(uid, file, line)
+        self._taken += 1
+        if self._taken > self.target.limits.boxes:
+            raise self._too_many("boxes", self.target.limits.boxes, file, line)
         rows.frame.append(frame)
         rows.kind.append(BOX)
         rows.edges.extend((x1, y1, x2, y2))
@@ -255,7 +258,7 @@ class Intake:
 
     def end(self, uid: str, frame: int) -> None:
         """From this frame on the track is not shown, until its next box; may lie beyond the last frame."""
-        rows = self._tracks.setdefault(uid, TrackRows())
+        rows = self._tracks.get(uid) or self._new(uid)
         rows.frame.append(frame)
         rows.kind.append(END)
         rows.edges.extend((0.0, 0.0, 0.0, 0.0))
@@ -263,6 +266,19 @@ class Intake:
         rows.flags.append(0)
         rows.score.append(math.nan)
         rows.place.append(-1)
+
+    def _new(self, uid: str, file: str = "", line: int | str | None = None) -> TrackRows:
+        """Rows for a track that comes for the first time."""
+        if len(self._tracks) >= self.target.limits.tracks:
+            raise self._too_many("tracks", self.target.limits.tracks, file or "The file", line)
+        rows = self._tracks[uid] = TrackRows()
+        return rows
+
+    @staticmethod
+    def _too_many(what: str, most: int, file: str, line: int | str | None = None) -> ImportFormatError:
+        return refuse(
+            file, line, f"holds more than {most} {what}, the most that one import takes. Split it.", "too_large"
+        )
 
     def finish(self, file: str, *, interpolate: bool = False) -> Dataset:
         """The data set: one video, its tracks in the order in which they first came.
@@ -316,7 +332,7 @@ class Intake:
         frames = np.frombuffer(rows.frame, dtype=np.int64)
         kind = np.frombuffer(rows.kind, dtype=np.int8)
         # A box and an end in one frame: the box is shown, the end says nothing.
-        order = np.lexsort((kind, frames))
+        order = np.lexsort((kind, frames)) if len(frames) > 1 else np.zeros(len(frames), np.int64)
         take = order
         if len(order) > 1 and (np.diff(frames[order]) == 0).any():
             take = self._without_twins(uid, rows, order, file)
@@ -330,8 +346,8 @@ class Intake:
             return None
         if interpolate:
             self._boxes += max(int(frames[-1]), rows.until) + 1 - int(frames[0])
-            if self._boxes > MAX_BOXES:
-                raise refuse(file, None, f"has more than {MAX_BOXES} boxes between its key frames. Split it.")
+            if self._boxes > self.target.limits.boxes:
+                raise self._too_many("boxes, with those between its key frames,", self.target.limits.boxes, file)
             frames, edges, label, flags, score = dense(frames, is_box, edges, label, flags, score, rows.until)
         else:
             frames, edges, label = frames[is_box], edges[is_box], label[is_box]

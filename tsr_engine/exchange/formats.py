@@ -15,7 +15,7 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.spool import Spool
 
-__all__ = ["ExportOptions", "Format", "ImportTarget", "Switch", "Writer"]
+__all__ = ["ExportOptions", "Format", "ImportLimits", "ImportTarget", "Switch", "Writer"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +54,19 @@ class ExportOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class ImportLimits:
+    """What one import may hold; a few bytes of an archive, or of key frames, can stand for any number.
+
+    Attributes:
+        tracks: most tracks.
+        boxes: most boxes, those between key frames too.
+    """
+
+    tracks: int = 1_000_000
+    boxes: int = 10_000_000
+
+
+@dataclass(frozen=True, slots=True)
 class ImportTarget:
     """The video that an import is laid onto; the reader checks against it.
 
@@ -64,6 +77,7 @@ class ImportTarget:
         switches: options of the format; all of them, defaults filled in.
         label_map: name in the file -> class number, said by a person; wins.
         spool: small files of an unpacked archive that are not on the disk; readers of such ask it.
+        limits: what the import may hold.
     """
 
     video: DatasetVideo
@@ -71,6 +85,7 @@ class ImportTarget:
     switches: Mapping[str, str] = field(default_factory=dict)
     label_map: Mapping[str, int] = field(default_factory=dict)
     spool: Spool | None = field(default=None, repr=False, compare=False)
+    limits: ImportLimits = field(default_factory=ImportLimits)
 
 
 class Writer(Protocol):

@@ -265,18 +265,22 @@ def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes
 
 
 def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: bytes, monkeypatch: Any) -> None:
-    """An edit that comes while the file is read: the import looks again, and its undo gives that edit back."""
+    """An edit that comes before the import is stored: it looks again, and its undo gives that edit back."""
     import app.exchange.imports as imports
 
-    read = imports._read
+    annotate, calls = imports.annotate, 0
 
     def slow(*arguments: Any) -> Any:
-        frame = int(desk.tracks()["m1"].frames[5])
-        desk.edit({"name": "relabel_track", "key": "m1", "frame": frame, "class_id": 2}, {"m1": 0})
-        return read(*arguments)
+        nonlocal calls
+        calls += 1
+        if calls == 1:
+            frame = int(desk.tracks()["m1"].frames[5])
+            desk.edit({"name": "relabel_track", "key": "m1", "frame": frame, "class_id": 2}, {"m1": 0})
+        return annotate(*arguments)
 
-    monkeypatch.setattr(imports, "_read", slow)
-    found = desk.bring_in(annotations, "annotation", name="late.xml", author="bob")
+    monkeypatch.setattr(imports, "annotate", slow)
+    found = desk.bring_in_here(annotations, "annotation", "late.xml", "bob")
+    assert calls == 2
     assert (found["tracks"], found["same"]) == (1, 1)
     assert desk.tracks()["m1"].label == 14
     undo = desk.get(f"/api/runs/{desk.run_id}/annotation?author=bob")["undo"]
