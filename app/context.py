@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, cast
 
 from fastapi import Depends, Request
@@ -32,6 +33,7 @@ from app.space.service import SpaceService
 from app.storage.database import Database
 from app.training.service import TrainingService
 from app.truths.service import TruthService
+from app.videos.decoding import CagedDecoder
 from app.videos.frames import FrameService
 from app.videos.service import VideoService
 from app.videos.uploads import Uploads
@@ -100,7 +102,7 @@ def build_context(settings: Settings) -> Context:
     edits = EditService(database, events, evidence)
     truths = TruthService(database)
     imports = ImportService(settings, database, events, edits, truths)
-    frames = FrameService(settings, database)
+    frames = FrameService(settings, database, partial(CagedDecoder, cages, memory_mb=settings.worker_memory_mb))
     artefacts = ArtefactService(settings, database, events, jobs)
     return Context(
         settings=settings,

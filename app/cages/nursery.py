@@ -27,6 +27,7 @@ __all__: list[str] = []
 _LOADED: Final = (
     "app.exchange.caged",
     "app.bundles.checking",
+    "app.videos.decoding",
 )
 """What cages need, each with all that it imports."""
 

@@ -33,6 +33,10 @@ class Talk:
         """For ``select`` and the like."""
         return self._end.fileno()
 
+    def patience(self, seconds: float) -> None:
+        """Take the other side for gone when a piece of a message takes longer than this."""
+        self._end.settimeout(seconds)
+
     def say(self, text: dict[str, Any], content: bytes | memoryview = b"") -> None:
         """Send a message.
 

@@ -16,6 +16,7 @@ from app.errors import Conflict, NotFound
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video as VideoRow
+from app.videos.decoding import Decoder, open_here
 from app.videos.encoded import EncodedCache
 from app.videos.glance import glance_path
 from app.videos.reel import WIDTHS, ClosedReelError, Encoding, Reel
@@ -23,7 +24,8 @@ from app.videos.same_file import file_changed, file_stamp, is_same
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.errors import TsrError
-from tsr_engine.io.video import open_video
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.records import Picture
 
 __all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
@@ -46,9 +48,21 @@ class Served:
 
 
 class FrameService:
-    """Pictures of imported videos, by ordinal."""
+    """Pictures of imported videos, by ordinal.
 
-    def __init__(self, settings: Settings, database: Database) -> None:
+    Args:
+        settings: name the data folder, and what its videos may demand.
+        database: of the videos.
+        decoder: opens a video's file; unset: in this process.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        database: Database,
+        decoder: Callable[[Path, VideoLimits, FrameTable], Decoder] = open_here,
+    ) -> None:
+        self._decoder = decoder
         self._settings = settings
         self._database = database
         self._cache = EncodedCache(settings.frame_cache_mb * 2**20)
@@ -175,7 +189,7 @@ class FrameService:
             if not is_same(row, path):
                 raise file_changed(row)
             table = unpack(row.frame_table)
-            video = open_video(path, limits=self._settings.video_limits, table=table)
+            video = self._decoder(path, self._settings.video_limits, table)
         except TsrError as error:
             raise Conflict(in_words(row, str(error)), code="unreadable") from None
         return Reel(video_id, video, table, self._cache, status, glance_path(self._settings.home, video_id))
