@@ -32,6 +32,9 @@ from app.videos.same_file import ChangedFiles
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
 
+_MOST_TOLD = 500
+"""Documents that the stream of events carries of one operation."""
+
 
 class EditService:
     """The append-only log and the documents that follow from it."""
@@ -289,7 +292,8 @@ class EditService:
         self._events.order(session)
         session.add(row)
         session.flush()
-        told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": list(row.after.values())}
+        docs = list(row.after.values()) if len(row.after) <= _MOST_TOLD else None  # more than that, pages ask for
+        told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
         self._events.publish(session, "edit", run.id, told)
         return row, saved
 

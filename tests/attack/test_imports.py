@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import io
-import json
-import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 import tracemalloc
-import urllib.error
-import urllib.request
 import zipfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from own_server import Running, command, running
 from toy_home import ToyHome, make_home
 
 from app.evidence.overlap import box_pairs
@@ -35,7 +27,6 @@ from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import ImportLimits, ImportTarget
 from tsr_engine.exchange.load import read_dataset
 
-TOKEN = "t" * 24
 FRAMES = 75
 MOST_MB = 600
 """Memory of the server during any import, MiB."""
@@ -76,97 +67,6 @@ def zipped(files: dict[str, bytes]) -> bytes:
     return out.getvalue()
 
 
-@dataclass
-class Running:
-    """A server in a process of its own."""
-
-    process: subprocess.Popen[bytes]
-    base: str
-    waits: list[float] = field(default_factory=list)
-    memory: int = 0
-
-    def ask(self, path: str, content: bytes | None = None, timeout: float = 240) -> tuple[int, Any]:
-        """Status and JSON of an answer."""
-        headers = {"Authorization": f"Bearer {TOKEN}"}
-        request = urllib.request.Request(f"{self.base}{path}", data=content, headers=headers)
-        try:
-            with urllib.request.urlopen(request, timeout=timeout) as answer:
-                return answer.status, json.load(answer)
-        except urllib.error.HTTPError as error:
-            return error.code, json.load(error)
-
-    def resident(self) -> int:
-        """MiB that the server process holds now."""
-        text = Path(f"/proc/{self.process.pid}/status").read_text()
-        return int(text.partition("VmRSS:")[2].split()[0]) // 1024
-
-    def cages(self) -> list[int]:
-        """Processes below the nursery."""
-        nursery = [child for child in children(self.process.pid) if b"nursery" in command(child)]
-        return [cage for one in nursery for cage in children(one)]
-
-    @contextmanager
-    def watched(self) -> Iterator[None]:
-        """Ask for something small all the time, and look at the memory."""
-        done = threading.Event()
-
-        def look() -> None:
-            while not done.is_set():
-                began = time.monotonic()
-                assert self.ask("/api/formats")[0] == 200
-                self.waits.append(time.monotonic() - began)
-                self.memory = max(self.memory, self.resident())
-                time.sleep(0.05)
-
-        thread = threading.Thread(target=look)
-        thread.start()
-        try:
-            yield
-        finally:
-            done.set()
-            thread.join()
-
-
-def children(process: int) -> list[int]:
-    try:
-        tasks = list(Path(f"/proc/{process}/task").iterdir())
-        return [int(one) for task in tasks for one in (task / "children").read_text().split()]
-    except OSError:
-        return []
-
-
-def command(process: int) -> bytes:
-    try:
-        return Path(f"/proc/{process}/cmdline").read_bytes()
-    except OSError:
-        return b""
-
-
-@contextmanager
-def running(toy: ToyHome) -> Iterator[Running]:
-    home = toy.settings.home
-    (home / "server.json").unlink(missing_ok=True)
-    environment = {**os.environ, "TSR_TOKEN": TOKEN, "TSR_SAMPLE": "false", "TSR_WORKERS": "0"}
-    command_ = [sys.executable, "-m", "app", "review", "--home", str(home), "--port", "0", "--no-browser"]
-    process = subprocess.Popen(command_, env=environment, cwd=Path(__file__).parents[2])
-    try:
-        until((home / "server.json").exists, within(60))
-        base = json.loads((home / "server.json").read_text())["base"]
-        made = Running(process, base)
-        until(lambda: answers(made), within(30))
-        yield made
-    finally:
-        process.kill()
-        process.wait()
-
-
-def answers(made: Running) -> bool:
-    try:
-        return made.ask("/api/formats")[0] == 200
-    except OSError:
-        return False
-
-
 def fails(server: Running, path: str, content: bytes) -> None:
     with suppress(OSError):
         server.ask(path, content)
@@ -185,7 +85,7 @@ def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> 
         "between key frames": interpolated(19_000),
         "as many as are let in": mot(15_000),
     }
-    with running(toy) as server, server.watched():
+    with running(toy.settings.home) as server, server.watched():
         for name, content in attacks.items():
             assert len(content) < 16 << 20
             path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
@@ -202,7 +102,7 @@ def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> 
 def test_work_ends_when_the_client_leaves_and_when_the_server_does(toy: ToyHome) -> None:
     content = mot(19_000, 50)
     path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
-    with running(toy) as server:
+    with running(toy.settings.home) as server:
         with pytest.raises(OSError, match="timed out"):
             server.ask(path, content, timeout=2)
         until(lambda: not server.cages(), within(3))
@@ -270,3 +170,15 @@ def test_laying_many_tracks_onto_many_takes_bounded_memory() -> None:
     tracemalloc.stop()
     assert pairs.a.tolist() == pairs.b.tolist() == list(range(4000))
     assert peak < 300 << 20
+
+
+def test_an_archive_that_points_before_its_beginning_is_damaged_and_no_full_disk(tmp_path: Path) -> None:
+    """Its own parts lie at places below zero, which reads as an error of the system."""
+    good = zipped({"gt/gt.txt": b"1,1,10,10,20,20,1,1,1\n"})
+    for where in (slice(0, 40), slice(0, 3)):
+        path = tmp_path / "a.zip"
+        data = bytearray(good)
+        del data[where]
+        path.write_bytes(data)
+        with pytest.raises(ImportFormatError, match="archive is damaged"):
+            read_dataset(path, target(), scratch=tmp_path)

@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from exchange_desk import Desk, assert_same_track, unzipped, visible, zipped
+from sqlalchemy import select
+
+from app.storage.models import Event
 
 
 def test_an_export_of_one_run_finds_its_signs_in_another(desk: Desk) -> None:
@@ -287,3 +290,14 @@ def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: byte
     command = {"name": "undo", "op_id": undo["op_id"]}
     desk.post(f"/api/runs/{desk.run_id}/edits", {"op_id": "bob-undo-1", "author": "bob", "command": command})
     assert desk.tracks()["m1"].label == 2
+
+
+def test_the_stream_of_events_does_not_carry_an_import_of_very_many_tracks(desk: Desk) -> None:
+    """Pages ask for the documents instead."""
+    rows = "".join(f"{i % 75},{i},{i % 90},5,{i % 90 + 9},14,14\n" for i in range(600))
+    content = b"frame,track_id,x1,y1,x2,y2,class_id\n" + rows.encode()
+    found = desk.bring_in(content, "annotation", name="many.csv", author="bob")
+    assert found["tracks"] == 600
+    with desk.server.context.database.read() as session:
+        told = session.scalars(select(Event).where(Event.kind == "edit")).all()[-1].data
+    assert (told["seq"], told["docs"]) == (found["edit"], None)
