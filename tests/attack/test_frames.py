@@ -55,10 +55,10 @@ def test_a_decoder_that_dies_costs_one_answer(server: Server, toy: ToyHome) -> N
     assert frame(server, toy, 60).content == before
 
 
-def test_a_decoder_that_hangs_has_a_deadline(server: Server, toy: ToyHome) -> None:
+def test_a_decoder_that_hangs_has_a_deadline(server: Server, toy: ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.videos.decoding._PATIENCE", within(0.5))
     assert frame(server, toy, 3).status_code == 200
     decoder = decoders(server)[0]
-    decoder._cage.talk.patience(0.5)
     process = pid_of(decoder)
     os.kill(process, signal.SIGSTOP)
     answer = frame(server, toy, 70)

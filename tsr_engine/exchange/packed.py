@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import check_dataset
@@ -69,6 +71,9 @@ def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
     Raises:
         ImportFormatError: it breaks a promise.
     """
+    with zipfile.ZipFile(path) as archive:
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
+            raise ImportFormatError(f"{name}: was read into arrays that are not ours.")
     with np.load(path, allow_pickle=False) as file:
         said = json.loads(file["said"].tobytes())
         columns: dict[str, NDArray[Any]] = {
