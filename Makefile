@@ -8,6 +8,9 @@ HOME_DIR ?= out/review
 ARGS ?=
 # Two at a time keep two cores busy; a file of tests stays in one process, as its fixtures are shared.
 TOGETHER ?= 2
+KILLS ?= 200
+HOURS ?= 1
+SEED ?= 1
 PYTEST := $(VENV)/bin/python -m pytest --numprocesses $(TOGETHER) --dist loadfile
 ORACLES ?= .oracles
 # PyTorch without CUDA; where this does not answer, pip's usual index is asked.
@@ -15,7 +18,7 @@ TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
 NODE := $(BIN)/node
 
 .DEFAULT_GOAL := help
-.PHONY: help install review test test-quick oracles lint screenshots sample bench bench-speed clean
+.PHONY: help install review test test-quick attack oracles lint screenshots sample bench bench-speed clean
 
 help: ## print this help
 	@echo "Usage: make TARGET"
@@ -46,6 +49,9 @@ test: $(VENV)/.installed $(VENV)/.tools ## all tests; TSR_DATA names the real da
 
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(PYTEST) --ignore tests/e2e
+
+attack: $(VENV)/.installed ## attack a server for hours: kills, damaged imports, full memory, clocks (KILLS, HOURS, SEED)
+	$(BIN)/python -m tests.attack.campaign --kills $(KILLS) --hours $(HOURS) --seed $(SEED)
 
 # The other libraries want versions of their own, so they get an environment of their own (2 GB with PyTorch).
 $(ORACLES)/.installed: tests/oracles/requirements.txt

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, cast
 
 from fastapi import Depends, Request
@@ -10,11 +11,13 @@ from fastapi import Depends, Request
 from app.artefacts.service import ArtefactService
 from app.bundles.importing import BundleImports
 from app.bundles.service import BundleService
+from app.cages.cage import Cages
 from app.catalogue import Pictograms
 from app.compare.service import CompareService
 from app.edits.service import EditService
 from app.events import EventBus
 from app.evidence.service import EvidenceService
+from app.exchange.caged import CagedImports
 from app.exchange.imports import ImportService
 from app.exchange.service import ExportService
 from app.follows.service import FollowService
@@ -34,6 +37,7 @@ from app.storage.misplaced import fetch_misplaced
 from app.storage.places import Servers
 from app.training.service import TrainingService
 from app.truths.service import TruthService
+from app.videos.decoding import CagedDecoder
 from app.videos.frames import FrameService
 from app.videos.service import VideoService
 from app.videos.uploads import Uploads
@@ -47,6 +51,7 @@ class Context:
     """The parts of one server."""
 
     settings: Settings
+    cages: Cages
     database: Database
     servers: Servers
     tokens: Tokens
@@ -66,6 +71,7 @@ class Context:
     training: TrainingService
     exports: ExportService
     imports: ImportService
+    caged_imports: CagedImports
     recordings: RecordingService
     viewer: ViewerFiles
     space: SpaceService
@@ -75,7 +81,8 @@ class Context:
     pictograms: Pictograms
 
     def close(self) -> None:
-        """Release files, threads and connections."""
+        """Release files, threads, connections and processes."""
+        self.cages.close()
         self.space.close()
         self.frames.close()
         self.evidence.close()
@@ -90,6 +97,7 @@ def build_context(settings: Settings) -> Context:
     """
     settings.home.mkdir(parents=True, exist_ok=True)
     fetch_misplaced(settings)
+    cages = Cages()
     tokens = Tokens(settings.token or home_token(settings.home))
     database = Database(settings.database, server_of(settings))
     database.migrate(settings.home / "backups")
@@ -101,10 +109,12 @@ def build_context(settings: Settings) -> Context:
     evidence = EvidenceService(settings, database)
     edits = EditService(database, events, evidence, settings)
     truths = TruthService(database)
-    frames = FrameService(settings, database)
+    imports = ImportService(settings, database, events, edits, truths)
+    frames = FrameService(settings, database, partial(CagedDecoder, cages, memory_mb=settings.worker_memory_mb))
     artefacts = ArtefactService(settings, database, events, jobs)
     return Context(
         settings=settings,
+        cages=cages,
         database=database,
         servers=servers,
         tokens=tokens,
@@ -123,13 +133,14 @@ def build_context(settings: Settings) -> Context:
         artefacts=artefacts,
         training=TrainingService(settings, database, events, jobs),
         exports=ExportService(settings, database, artefacts),
-        imports=ImportService(settings, database, events, edits, truths),
+        imports=imports,
+        caged_imports=CagedImports(settings, imports, cages),
         recordings=RecordingService(database, evidence, artefacts),
         viewer=ViewerFiles(settings.home),
         space=SpaceService(database, events, evidence, frames, edits, lambda run: find_prior(settings, database, run)),
         scenes=SceneService(database, evidence, artefacts),
         bundles=BundleService(database, evidence, artefacts),
-        bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits),
+        bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits, cages),
         pictograms=Pictograms(),
     )
 

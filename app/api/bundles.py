@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import anyio.to_thread
 from fastapi import APIRouter, Query, Request
 from pydantic import Field
 
-from app.api.receiving import RAW_BODY, received
+from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
 from app.api.runs import RunId
 from app.artefacts.view import ArtefactView
@@ -54,4 +53,4 @@ async def import_bundle(
         work = path.parent / "work"
         work.mkdir()
         person = author or context.settings.author
-        return await anyio.to_thread.run_sync(context.bundle_imports.bring_in, path, work, person)
+        return await while_there(request, lambda left: context.bundle_imports.bring_in(path, work, person, left))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
-import anyio.to_thread
 from fastapi import APIRouter, Query, Request
 from pydantic import TypeAdapter, ValidationError
 
-from app.api.receiving import RAW_BODY, received
+from app.api.receiving import RAW_BODY, received, while_there
 from app.api.responses import failures
 from app.api.runs import VideoId
 from app.artefacts.view import ArtefactView, artefact_view
@@ -87,12 +87,14 @@ async def import_file(
             author=author or context.settings.author,
             scratch=path.parent,
         )
-        return await anyio.to_thread.run_sync(_bring_in, context, video_id, incoming, kind, run)
+        return await while_there(request, lambda left: _bring_in(context, video_id, incoming, kind, run, left))
 
 
-def _bring_in(context: Context, video_id: str, incoming: Incoming, kind: ImportKind, run: str | None) -> ImportResult:
+def _bring_in(
+    context: Context, video_id: str, incoming: Incoming, kind: ImportKind, run: str | None, left: Callable[[], bool]
+) -> ImportResult:
     try:
-        return context.imports.bring_in(video_id, incoming, kind, run)
+        return context.caged_imports.bring_in(video_id, incoming, kind, run, left)
     except ImportFormatError as error:
         raise bad_file(str(error), error.kind) from None
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import os
 import re
 import shutil
+import threading
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, BinaryIO, Final, TypeVar
 
+import anyio
 import anyio.to_thread
 from fastapi import Request
 from starlette.requests import ClientDisconnect
@@ -18,7 +21,7 @@ from starlette.requests import ClientDisconnect
 from app.context import Context
 from app.errors import Invalid, StorageFull, TooLarge
 
-__all__ = ["RAW_BODY", "receive", "received"]
+__all__ = ["RAW_BODY", "receive", "received", "while_there"]
 
 RAW_BODY: Final[dict[str, Any]] = {
     "requestBody": {
@@ -27,6 +30,9 @@ RAW_BODY: Final[dict[str, Any]] = {
     }
 }
 """For the OpenAPI document."""
+_LOOK = 0.2
+"""Seconds between two looks at whether a client is still there."""
+T = TypeVar("T")
 _UNSAFE = re.compile(r"[^\w .()+-]+")
 
 
@@ -50,6 +56,28 @@ async def received(request: Request, context: Context, name: str) -> AsyncIterat
     finally:
         with anyio.CancelScope(shield=True):
             await anyio.to_thread.run_sync(_remove, part)
+
+
+async def while_there(request: Request, work: Callable[[Callable[[], bool]], T]) -> T:
+    """What ``work`` returns, done by a thread; it is told when the client has left.
+
+    Args:
+        request: its body has been read.
+        work: called with what says whether to stop.
+    """
+    left = threading.Event()
+
+    async def watch() -> None:
+        while not await request.is_disconnected():
+            await asyncio.sleep(_LOOK)
+        left.set()
+
+    watching = asyncio.get_running_loop().create_task(watch())
+    try:
+        return await anyio.to_thread.run_sync(work, left.is_set)
+    finally:
+        left.set()
+        watching.cancel()
 
 
 async def receive(request: Request, path: Path, most: int, look: Callable[[bytes], None] | None = None) -> None:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -17,9 +14,11 @@ from sqlalchemy.orm import Session, undefer
 
 from app.artefacts.placing import Placing, placing
 from app.bundles.corrections import moved_document, read_corrections
+from app.cages.cage import CageError, Cages, CagesClosed
+from app.cages.limits import Limits
 from app.edits.documents import TrackDoc, engine_doc
 from app.edits.service import EditService
-from app.errors import ApiError, bad_file
+from app.errors import ApiError, Busy, bad_file
 from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.runs.focus import focus_of
@@ -36,12 +35,14 @@ from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.judge import sentence
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
 from tsr_engine.bundle.manifest import Manifest
-from tsr_engine.errors import ImportFormatError, ImportProblem, UsageError
+from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError, UsageError
 from tsr_engine.params import PRESETS, Params
 
 __all__ = ["BundleImport", "BundleImports", "BundleReportView"]
 
-_TIMEOUT = 900.0
+_COMPUTING = 900
+"""Seconds of computing that checking a bundle may take; a short clip gets less, see ``app.bundles.checking``."""
+_WALL = 900.0
 """Seconds that checking a bundle may take."""
 
 
@@ -94,7 +95,9 @@ class BundleImports:
         jobs: JobQueue,
         uploads: Uploads,
         edits: EditService,
+        cages: Cages,
     ) -> None:
+        self._cages = cages
         self._settings = settings
         self._database = database
         self._events = events
@@ -102,18 +105,20 @@ class BundleImports:
         self._uploads = uploads
         self._edits = edits
 
-    def bring_in(self, path: Path, folder: Path, author: str) -> BundleImport:
+    def bring_in(self, path: Path, folder: Path, author: str, stop: Callable[[], bool] = lambda: False) -> BundleImport:
         """Check a bundle, then store all of it in one transaction.
 
         Args:
             path: the zip file.
             folder: in the data folder, empty; the caller removes it.
             author: whose name the corrections carry.
+            stop: whoever has sent it does not wait any more.
 
         Raises:
+            Busy: stopped, or the server ends.
             Invalid, TooLarge, Unsafe: the first thing that breaks a rule.
         """
-        facts = self._checked(path, folder)
+        facts = self._checked(path, folder, stop)
         place = folder / "bundle"
         try:
             manifest = Manifest.read(place, path.name)
@@ -155,33 +160,25 @@ class BundleImports:
         )
         return self._store(manifest, place, folder, kept, spans, report, author)
 
-    def _checked(self, path: Path, folder: Path) -> dict[str, Any]:
-        """What a process of its own says about the bundle: a hostile one costs that process alone."""
+    def _checked(self, path: Path, folder: Path, stop: Callable[[], bool]) -> dict[str, Any]:
+        """What a cage says about the bundle: a hostile one costs that process alone."""
         with path.open("rb") as stream:
             if not stream.read(4).startswith(b"PK"):
                 raise _refused(f"{path.name} is no ZIP archive. Choose a file that 'tsr bundle' or the tool has made.")
-        limit = self._settings.worker_memory_mb * 2**20
-        # so that it ends by itself when this process, which would stop it, is killed meanwhile
-        computing = int(_TIMEOUT) * (os.cpu_count() or 1)
-        command = [sys.executable, "-m", "tsr_engine.bundle.check", str(path), str(folder)]
+        limits = Limits(self._settings.worker_memory_mb, computing=_COMPUTING, wall=_WALL, writable=(folder,))
+        check = "app.bundles.checking:check_bundle"
         try:
-            done = subprocess.run(  # noqa: S603 - our own module
-                [*command, str(self._settings.max_pixels), str(limit), str(computing)],
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=_TIMEOUT,
-                check=False,
+            found: dict[str, Any] = self._cages.run(
+                check, path, folder, self._settings.video_limits, limits=limits, stop=stop
             )
-            answer: dict[str, Any] = json.loads(done.stdout.decode().strip().splitlines()[-1])
-        except subprocess.TimeoutExpired:
-            raise _refused(f"{path.name} took more than {_TIMEOUT:.0f} s to check.") from None
-        except (ValueError, IndexError):
-            raise _refused(f"{path.name} cannot be read: the process that checked it died.") from None
-        if "error" in answer:
+        except CagesClosed as error:
+            raise Busy(f"The import was ended: {error}. Nothing was imported.") from None
+        except CageError as error:
+            raise _refused(f"{path.name} cannot be read: {error}.") from None
+        except TsrError as error:
             # Where it was unpacked means nothing to anybody, and is gone soon.
-            told = str(answer["error"]).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), "")
-            raise _refused(told, answer["kind"])
-        found: dict[str, Any] = answer["ok"]
+            told = str(error).replace(f"{folder / 'bundle'}{os.sep}", "").replace(str(folder), "")
+            raise _refused(told, error.kind if isinstance(error, ImportFormatError) else "broken") from None
         return found
 
     def _store(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import fcntl
 import gc
 import json
@@ -15,13 +16,14 @@ import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
-from typing import cast
+from typing import Any, cast
 
 import uvicorn
 from fastapi import FastAPI
 
 from app.main import create_app
 from app.security.tokens import home_token
+from app.security.wire import Door
 from app.settings import Settings
 from app.storage.database import sqlite_file
 from tsr_engine.cli.common import say
@@ -29,7 +31,7 @@ from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.io.locks import is_locked
 
-__all__ = ["ReviewServer", "open_running", "serve"]
+__all__ = ["ReviewServer", "open_running", "serve", "serving"]
 
 _LOCK = "server.lock"
 _RUNNING = "server.json"
@@ -45,9 +47,19 @@ class ReviewServer(uvicorn.Server):
         self.should_exit = True
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Stop serving: first the streams of events, which never end by themselves, then what waits for them."""
-        await cast(FastAPI, self.config.app).state.running.stream.stop()
+        """Stop serving: first the streams of events, which never end by themselves, and what reads foreign files."""
+        state = cast(FastAPI, self.config.app).state
+        await state.running.stream.stop()
+        state.context.cages.close()
         await super().shutdown(sockets)
+
+
+def serving(app: FastAPI, door: Door | None = None, **options: Any) -> uvicorn.Config:
+    """How uvicorn serves the application; ``options`` are further ones of ``uvicorn.Config``."""
+    protocol = cast(type[asyncio.Protocol], (door or Door()).protocol)
+    return uvicorn.Config(
+        app, http=protocol, timeout_graceful_shutdown=2, server_header=False, lifespan="on", **options
+    )
 
 
 def serve(settings: Settings, video: Path | None, browser: bool) -> None:
@@ -65,6 +77,7 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     base = f"http://{_shown(settings.host)}:{port}"
     app = create_app(settings.model_copy(update={"port": port}))
     context = app.state.context
+    context.cages.warm()
     with atomic_text(note) as file:
         json.dump({"base": base, "pid": os.getpid()}, file)
     path = ""
@@ -72,10 +85,7 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         added = context.videos.add_path(str(video.resolve()))
         path = f"#/review/{added.id}"
     link = f"{base}/login/{context.tokens.new_link()}{path}"
-    config = uvicorn.Config(
-        app, log_level="warning", access_log=False, timeout_graceful_shutdown=2, server_header=False, lifespan="on"
-    )
-    server = ReviewServer(config)
+    server = ReviewServer(serving(app, log_level="warning", access_log=False))
     threading.Thread(target=_tell_when_ready, args=(server, settings, link, browser), daemon=True).start()
     try:
         server.run(sockets=[listener])

@@ -14,6 +14,11 @@ from app.storage.models import Run, TrackDocument
 
 __all__ = ["PresentDocuments"]
 
+_FEW = 50
+"""Documents that are asked for one by one; most are in the session already."""
+_AT_ONCE = 500
+"""Keys of one query."""
+
 
 class PresentDocuments:
     """Loads and saves, within a transaction of somebody else."""
@@ -81,9 +86,10 @@ class PresentDocuments:
             ``after`` as it was stored.
         """
         saved = {}
+        rows = _stored(session, run_id, list(after)) if len(after) > _FEW else None
         for key, doc in after.items():
             old = before.get(key)
-            row = session.get(TrackDocument, (run_id, key))
+            row = session.get(TrackDocument, (run_id, key)) if rows is None else rows.get(key)
             revision = max(0 if old is None else old.revision, 0 if row is None else row.revision) + 1
             saved[key] = doc.model_copy(update={"revision": revision})
             if row is None:
@@ -91,6 +97,15 @@ class PresentDocuments:
                 session.add(row)
             row.revision, row.document = revision, saved[key].model_dump(mode="json")
         return saved
+
+
+def _stored(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, TrackDocument]:
+    """The rows of many documents, in few queries."""
+    found = {}
+    for start in range(0, len(keys), _AT_ONCE):
+        query = _documents(run_id).where(TrackDocument.key.in_(keys[start : start + _AT_ONCE]))
+        found.update({row.key: row for row in session.scalars(query)})
+    return found
 
 
 def _documents(run_id: str) -> Select[TrackDocument]:

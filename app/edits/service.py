@@ -33,6 +33,9 @@ from app.videos.same_file import ChangedFiles
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
 
+_MOST_TOLD = 500
+"""Documents that the stream of events carries of one operation."""
+
 
 class EditService:
     """The append-only log and the documents that follow from it."""
@@ -189,7 +192,8 @@ class EditService:
             run_id: the run.
             author: who does it.
             command: what the log says; ``name`` is the kind of operation.
-            make: documents that are there now -> those to store; called while no other edit of the run goes on.
+            make: documents that are there now -> those to store. Called before the transaction that others wait for,
+                and once more within it where somebody was faster.
 
         Returns:
             Number of the operation in the log, None if nothing changed; keys of the stored documents.
@@ -200,11 +204,16 @@ class EditService:
             Invalid: a document is about frames that the video does not have.
         """
         self._files.refuse(run_id)
+        with self._database.read() as session:
+            seen = _newest(session, run_id)
+            present = self._present.touched(session, _require_run(session, run_id))
+        documents = dict(make(present))
         with self._database.write() as session:
             lock_for_adoption(session, run_id)
             run = _require_run(session, run_id)
-            present = self._present.touched(session, run)
-            documents = dict(make(present))
+            if _newest(session, run_id) != seen:
+                present = self._present.touched(session, run)
+                documents = dict(make(present))
             if not documents:
                 return None, []
             before = {key: present.get(key) or self._present.fresh(run, key) for key in documents}
@@ -286,7 +295,8 @@ class EditService:
         self._events.order(session)
         session.add(row)
         session.flush()
-        told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": list(row.after.values())}
+        docs = list(row.after.values()) if len(row.after) <= _MOST_TOLD else None  # more than that, pages ask for
+        told = {"seq": row.seq, "op_id": op_id, "author": author, "docs": docs}
         self._events.publish(session, "edit", run.id, told)
         return row, saved
 
@@ -354,13 +364,18 @@ class EditService:
 
     def _annotated(self, session: Session, run_id: str, author: str, docs: list[TrackDoc]) -> Annotation:
         undo, redo = self._targets(session, _require_run(session, run_id), author)
-        seq = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+        seq = _newest(session, run_id)
         return Annotation(seq=seq, docs=docs, undo=undo, redo=redo)
 
 
 def _machine(table: BoxTable) -> MachineRun:
     numbers = np.array([int(key[1:]) for key in table.keys], np.int64)
     return MachineRun(table.frame, numbers[table.track] if len(table) else table.track, table.boxes, table.class_id)
+
+
+def _newest(session: Session, run_id: str) -> int:
+    """Number of the newest operation on a run; 0: none yet."""
+    return session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
 
 
 def _require_run(session: Session, run_id: str) -> Run:

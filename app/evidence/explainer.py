@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -144,6 +145,7 @@ class Explainer:
 def main() -> None:
     """Answer questions until the input ends."""
     for line in sys.stdin:
+        signal.alarm(int(PATIENCE) + 1)  # the server may be gone by then
         question = Question(**json.loads(line))
         try:
             found = _explain(question)
@@ -151,6 +153,7 @@ def main() -> None:
         except TsrError as error:
             answer = {"error": str(error)}
         print(json.dumps(answer), flush=True)
+        signal.alarm(0)
 
 
 def _explain(question: Question) -> Explanation | None:

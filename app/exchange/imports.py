@@ -24,7 +24,7 @@ from app.exchange.as_truth import truth_rows
 from app.exchange.dataset import LABELS, Source, VideoFacts
 from app.exchange.machine import machine_facts
 from app.exchange.marks import marks
-from app.exchange.stored import home_source, video_facts
+from app.exchange.stored import home_source, require_source, video_facts
 from app.exchange.tracks import run_tracks
 from app.runs.view import publish_run
 from app.settings import Settings
@@ -39,15 +39,24 @@ from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
-from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.formats import Format, ImportLimits, ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.opened_zip import entry_names, is_archive
-from tsr_engine.exchange.registry import format_named
+from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.locks import is_locked
 
-__all__ = ["ImportKind", "ImportResult", "ImportService", "Incoming", "SkippedView"]
+__all__ = [
+    "ImportKind",
+    "ImportResult",
+    "ImportService",
+    "Incoming",
+    "Onto",
+    "SkippedView",
+    "read_incoming",
+    "target_of",
+]
 
 ImportKind = Literal["annotation", "truth", "run"]
 _PART = ".import-"
@@ -109,12 +118,13 @@ class Incoming:
 
 
 @dataclass(frozen=True, slots=True)
-class _Onto:
-    """The video that something is laid onto."""
+class Onto:
+    """The video that something is laid onto, and how much of it."""
 
     facts: VideoFacts
     table: FrameTable
     size: int
+    limits: ImportLimits
 
 
 class ImportService:
@@ -145,13 +155,31 @@ class ImportService:
             UsageError: an unknown format, option or class.
             ImportFormatError: the first thing that breaks a rule: file, line, rule.
         """
-        onto = self._onto(video_id)
-        source = self._source(video_id, run_id) if kind == "annotation" else None
-        dataset = _read(incoming, onto)
+        onto = self.check(video_id, kind, run_id)
+        return self.store(video_id, onto, incoming, kind, run_id, read_incoming(incoming, onto))
+
+    def check(self, video_id: str, kind: ImportKind, run_id: str | None) -> Onto:
+        """What the file is read onto; its bytes need not be there yet. Arguments and errors as of ``bring_in``."""
+        with self._database.read() as session:
+            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
+            video = session.scalars(query).first()
+            if video is None:
+                raise NotFound(f"There is no video {video_id[:80]!r}.")
+            require_here(session, video.place, video.name)
+            facts = video_facts(video, self._settings)
+            assert video.frame_table is not None
+            if kind == "annotation":
+                require_source(session, self._settings, _named(run_id), video_id)
+            limits = ImportLimits(self._settings.import_max_tracks, self._settings.import_max_boxes)
+            return Onto(facts, unpack(video.frame_table), video.size, limits)
+
+    def store(
+        self, video_id: str, onto: Onto, incoming: Incoming, kind: ImportKind, run_id: str | None, dataset: Dataset
+    ) -> ImportResult:
+        """Store what ``read_incoming`` has read. Arguments and errors as of ``bring_in``."""
         tracks = list(dataset.videos[0].tracks())
-        if not tracks:
-            raise Invalid(f"{incoming.path.name} holds no boxes for {onto.facts.name}. Check the file.", code="nothing")
-        if source is not None:
+        if kind == "annotation":
+            source = self._source(video_id, run_id)
             return self._annotation(source, str(run_id), incoming, dataset, tracks)
         if kind == "truth":
             return self._truth(video_id, incoming, dataset, tracks)
@@ -172,25 +200,10 @@ class ImportService:
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _onto(self, video_id: str) -> _Onto:
-        with self._database.read() as session:
-            query = select(Video).where(Video.id == video_id).options(undefer(Video.frame_table))
-            video = session.scalars(query).first()
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:80]!r}.")
-            require_here(session, video.place, video.name)
-            facts = video_facts(video, self._settings)
-            assert video.frame_table is not None
-            return _Onto(facts, unpack(video.frame_table), video.size)
-
     def _source(self, video_id: str, run_id: str | None) -> Source:
-        if run_id is None:
-            raise Invalid("An annotation corrects a run: say which with run=.", field="run")
         with self._database.read() as session:
-            source = home_source(session, self._settings, run_id)
-        if source.video.sha256 != video_id:
-            raise Invalid("The run is of another video. Choose one of this video.", field="run")
-        return source
+            require_source(session, self._settings, _named(run_id), video_id)
+            return home_source(session, self._settings, _named(run_id))
 
     def _truth(self, video_id: str, incoming: Incoming, dataset: Dataset, tracks: list[Track]) -> ImportResult:
         signs = [track for track in tracks if track.state != REJECTED]
@@ -206,11 +219,13 @@ class ImportService:
         return _result("truth", truth.id, len(signs), len(rows), dataset, lost)
 
     def _run(
-        self, video_id: str, onto: _Onto, incoming: Incoming, dataset: Dataset, tracks: list[Track]
+        self, video_id: str, onto: Onto, incoming: Incoming, dataset: Dataset, tracks: list[Track]
     ) -> ImportResult:
         run_id = uuid.uuid4().hex
         home = self._settings.home
-        part, folder = home / "runs" / f"{_PART}{run_id}", home / "runs" / run_id
+        # a scratch folder goes with the import, however that ends
+        part = home / "runs" / f"{_PART}{run_id}" if incoming.scratch is None else incoming.scratch / "run"
+        folder = home / "runs" / run_id
         about = {"file": incoming.path.name, "format": incoming.format or "found out"}
         try:
             write_run(part, onto.facts, onto.size, onto.table, tracks, about)
@@ -278,14 +293,45 @@ class ImportService:
         return told.model_copy(update={"same": found.same, "edit": seq, "repaired": [*told.repaired, *found.repaired]})
 
 
-def _read(incoming: Incoming, onto: _Onto) -> Dataset:
+def read_incoming(incoming: Incoming, onto: Onto) -> Dataset:
+    """What a file says about a video.
+
+    Raises:
+        Invalid: it says nothing, or an option that makes no sense.
+        UsageError: an unknown format, option or class.
+        ImportFormatError: the first thing that breaks a rule: file, line, rule.
+    """
+    _no_annotations(incoming.path)
+    dataset = read_dataset(incoming.path, target_of(incoming, onto), _chosen(incoming), scratch=incoming.scratch)
+    if next(iter(dataset.videos[0].tracks()), None) is None:
+        raise Invalid(f"{incoming.path.name} holds no boxes for {onto.facts.name}. Check the file.", code="nothing")
+    return dataset
+
+
+def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
+    """What a file is read onto.
+
+    Raises:
+        Invalid, UsageError: as of ``read_incoming``.
+    """
+    chosen = _chosen(incoming)
+    asked = dict(incoming.switches)
+    # of a format that is found out, the reader looks at them
+    switches = asked if chosen is None else switches_of(chosen, asked, reading=True)
+    return ImportTarget(onto.facts.without_tracks(), LABELS, switches, dict(incoming.label_map), limits=onto.limits)
+
+
+def _chosen(incoming: Incoming) -> Format | None:
     chosen = None if incoming.format is None else format_named(incoming.format)
     if chosen is not None and chosen.read is None:
         raise Invalid(f"{chosen.title} can be exported, not imported. Choose another format.", field="format")
-    _no_annotations(incoming.path)
-    video = onto.facts.without_tracks()
-    target = ImportTarget(video, LABELS, dict(incoming.switches), dict(incoming.label_map))
-    return read_dataset(incoming.path, target, chosen, scratch=incoming.scratch)
+    return chosen
+
+
+def _named(run_id: str | None) -> str:
+    if run_id is None:
+        raise Invalid("An annotation corrects a run: say which with run=.", field="run")
+    return run_id
 
 
 def _no_annotations(path: Path) -> None:

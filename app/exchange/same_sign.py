@@ -52,7 +52,8 @@ def covered_too(
         names: the run's track that each is about; None: none.
         shown: the run's tracks, by name.
     """
-    others = [name for name, track in shown.items() if name not in names and track.state != "rejected"]
+    used = set(names)
+    others = [name for name, track in shown.items() if name not in used and track.state != "rejected"]
     theirs, ours = _table(tracks), _table([shown[name] for name in others])
     found: dict[int, list[str]] = {}
     if not len(theirs) or not len(ours):

@@ -8,7 +8,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session, undefer
 
 from app.edits.stored import documents_of
-from app.errors import Conflict, NotFound
+from app.errors import Conflict, Invalid, NotFound
 from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
 from app.settings import Settings
@@ -18,7 +18,7 @@ from app.videos.opened import library_file
 from app.videos.table import unpack
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["home_source", "video_facts"]
+__all__ = ["home_source", "require_source", "video_facts"]
 
 
 def home_source(session: Session, settings: Settings, run_id: str) -> Source:
@@ -34,6 +34,27 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
         Conflict: it is still going on, or has stored nothing.
         Elsewhere: it lies with another server.
     """
+    run = _finished(session, settings, run_id)
+    folder = settings.home / run.folder
+    query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
+    facts = video_facts(session.scalars(query).one(), settings)
+    revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
+    about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
+    return source_of(folder, documents_of(session, run_id), facts, revision, about)
+
+
+def require_source(session: Session, settings: Settings, run_id: str, video_id: str) -> None:
+    """Refuse what ``home_source`` refuses, and a run of another video.
+
+    Raises:
+        NotFound, Conflict: as of ``home_source``.
+        Invalid: the run is of another video.
+    """
+    if _finished(session, settings, run_id).video_id != video_id:
+        raise Invalid("The run is of another video. Choose one of this video.", field="run")
+
+
+def _finished(session: Session, settings: Settings, run_id: str) -> Run:
     run = session.get(Run, run_id)
     if run is None:
         raise NotFound(f"There is no run {run_id[:40]!r}.")
@@ -42,14 +63,9 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
         raise Conflict(
             f"{run.name} is still {run.state}. Wait until it is complete, or cancel it.", code="still_running"
         )
-    folder = settings.home / run.folder
-    if not (folder / RUN_FILE).is_file():
+    if not (settings.home / run.folder / RUN_FILE).is_file():
         raise Conflict(f"{run.name} has stored nothing: there is nothing to export.", code="no_evidence")
-    query = select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))
-    facts = video_facts(session.scalars(query).one(), settings)
-    revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
-    about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
-    return source_of(folder, documents_of(session, run_id), facts, revision, about)
+    return run
 
 
 def video_facts(video: Video, settings: Settings) -> VideoFacts:

@@ -6,7 +6,6 @@ process. One that is to stay waits for jobs until it is told to leave, and loads
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import logging
 import os
@@ -18,6 +17,7 @@ from collections.abc import Callable, Sequence
 
 from sqlalchemy.exc import DBAPIError
 
+from app.cages.confine import die_with_parent
 from app.errors import Busy, StorageFull
 from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
@@ -48,7 +48,6 @@ _STANDING = 0.03
 _AGAIN = 1.0
 """Seconds between two attempts while the data folder or the database cannot be written."""
 _FULL = "The disk is full. Free some space, then ask for it again."
-_PR_SET_PDEATHSIG = 1
 _log = logging.getLogger("tsr.worker")
 
 
@@ -93,8 +92,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     stays = STAY in arguments[2:]
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
     leaving = _Leaving()
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
-    if os.getppid() != parent:
+    if not die_with_parent(parent, signal.SIGTERM):
         return 0
     settings = load_settings()
     limit = settings.worker_memory_mb * 2**20

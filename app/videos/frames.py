@@ -16,6 +16,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video as VideoRow
 from app.storage.places import require_here
+from app.videos.decoding import Decoder, open_here
 from app.videos.encoded import EncodedCache
 from app.videos.glance import glance_path
 from app.videos.opened import ChangedError, library_file, stamp_now
@@ -24,7 +25,9 @@ from app.videos.same_file import confirm, file_changed
 from app.videos.table import unpack
 from app.videos.words import in_words
 from tsr_engine.errors import TsrError
-from tsr_engine.io.video import open_video
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource
+from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.records import Picture
 
 __all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
@@ -47,9 +50,21 @@ class Served:
 
 
 class FrameService:
-    """Pictures of imported videos, by ordinal."""
+    """Pictures of imported videos, by ordinal.
 
-    def __init__(self, settings: Settings, database: Database) -> None:
+    Args:
+        settings: name the data folder, and what its videos may demand.
+        database: of the videos.
+        decoder: opens a video's file; unset: in this process.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        database: Database,
+        decoder: Callable[[VideoSource, VideoLimits, FrameTable], Decoder] = open_here,
+    ) -> None:
+        self._decoder = decoder
         self._settings = settings
         self._database = database
         self._cache = EncodedCache(settings.frame_cache_mb * 2**20)
@@ -175,7 +190,7 @@ class FrameService:
         try:
             confirm(self._database, file, row)
             table = unpack(row.frame_table)
-            video = open_video(file, limits=self._settings.video_limits, table=table)
+            video = self._decoder(file, self._settings.video_limits, table)
         except ChangedError:
             raise file_changed(row) from None
         except TsrError as error:

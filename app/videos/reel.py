@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Literal
+from typing import TypeVar
 
-import cv2
 import numpy as np
 
-from app.errors import Conflict, Invalid
+from app.errors import ApiError, Conflict
+from app.videos.decoding import Decoder, Encoding, encode_picture
 from app.videos.encoded import EncodedCache
 from app.videos.glance import Glances, effort
 from tsr_engine.errors import TsrError
 from tsr_engine.io.frame_table import FrameTable
-from tsr_engine.io.video import Video
 from tsr_engine.records import Picture
 
-__all__ = ["WIDTHS", "ClosedReelError", "Encoding", "Reel", "around", "encode_picture"]
+__all__ = ["WIDTHS", "ClosedReelError", "Encoding", "Reel", "around"]
 
-Encoding = Literal["jpeg", "webp"]
 WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
 """Widths that pictures are served at, besides their own."""
 _NEAR = 0.06
@@ -30,6 +28,9 @@ _SOON = 6
 # Going back, whole blocks are decoded at once: each one costs a jump to a key frame.
 _BLOCK = 8
 _BLOCKS_BACK = 3
+
+
+T = TypeVar("T")
 
 
 class ClosedReelError(Exception):
@@ -46,7 +47,13 @@ class Reel:
     """
 
     def __init__(
-        self, video_id: str, video: Video, table: FrameTable, cache: EncodedCache, status: tuple[int, ...], small: Path
+        self,
+        video_id: str,
+        video: Decoder,
+        table: FrameTable,
+        cache: EncodedCache,
+        status: tuple[int, ...],
+        small: Path,
     ) -> None:
         """Take an open video over.
 
@@ -155,7 +162,7 @@ class Reel:
     def read(self, ordinal: int) -> Picture:
         """The decoded picture; errors as for ``get``."""
         with self._turn():
-            return self._decode(ordinal)
+            return self._decoded(ordinal, lambda: self._video.picture(ordinal))
 
     def close(self) -> None:
         """Stop the thread and close the file; closing twice is harmless."""
@@ -172,11 +179,13 @@ class Reel:
     def _turn(self) -> _Turn:
         return _Turn(self)
 
-    def _decode(self, ordinal: int) -> Picture:
+    def _decoded(self, ordinal: int, decode: Callable[[], T]) -> T:
         if self._closed:
             raise ClosedReelError
         try:
-            return self._video.read(ordinal).picture
+            return decode()
+        except ApiError:
+            raise
         except Exception as error:  # whatever a damaged file makes a library raise
             raise Conflict(f"Frame {ordinal} cannot be decoded: {error}", code="unreadable") from error
 
@@ -184,7 +193,7 @@ class Reel:
         key = (self._id, ordinal, width, encoding)
         data = self._cache.get(key)
         if data is None:
-            data = encode_picture(self._decode(ordinal), width, encoding)
+            data = self._decoded(ordinal, lambda: self._video.encoded(ordinal, width, encoding))
             self._cache.put(key, data)
         return data
 
@@ -206,7 +215,7 @@ class Reel:
             try:
                 with self._decoding:
                     self._fill(k, wish[1], wish[2])
-            except (Conflict, Invalid, ClosedReelError):
+            except (ApiError, ClosedReelError):
                 continue  # whoever asks for this frame is told
 
     def _left(self, tried: set[int], wish: tuple[int, int, Encoding] | None) -> int | None:
@@ -256,22 +265,3 @@ def around(ordinal: int, direction: int, count: int) -> Iterator[int]:
             yield from range(max(0, own - back * _BLOCK), max(0, own - (back - 1) * _BLOCK))
     if direction == 0:
         yield from ahead[_SOON:]
-
-
-def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:
-    """A BGR picture as JPEG or WebP, shrunk to ``width`` px where that is less than its own.
-
-    Raises:
-        Invalid: the picture does not fit the format (WebP ends at 16,383 px).
-    """
-    if width < picture.shape[1]:
-        height = max(1, round(picture.shape[0] * width / picture.shape[1]))
-        picture = np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    options = [cv2.IMWRITE_JPEG_QUALITY, 88] if encoding == "jpeg" else [cv2.IMWRITE_WEBP_QUALITY, 82]
-    try:
-        good, code = cv2.imencode(".jpg" if encoding == "jpeg" else ".webp", picture, options)
-    except cv2.error:
-        good = False
-    if not good:
-        raise Invalid(f"The picture cannot be written as {encoding}.", field="format")
-    return code.tobytes()

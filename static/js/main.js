@@ -113,7 +113,10 @@ listenToKeys(app, (reason) => toast(reason), () => shell.update(store.get()));
 const live = startLive(app, {
   onEvent: (event) => {
     const { review } = store.get();
-    if (event.kind === 'edit' && review?.run?.id === event.subject) editor.hear(event.data.docs, event.data.op_id, event.data.author);
+    if (event.kind === 'edit' && review?.run?.id === event.subject) {
+      if (event.data.docs) editor.hear(event.data.docs, event.data.op_id, event.data.author);
+      else void editor.refresh(); // an import of very many tracks
+    }
     if (event.kind === 'run') app.loader.follow(event.data);
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:space', { detail: event.data }));
   },

@@ -8,10 +8,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import uvicorn
 from toy_server import Server
 
-from app.cli.serve import ReviewServer
+from app.cli.serve import ReviewServer, serving
+from app.security.wire import Door
 from tests.patience import within
 
 __all__ = ["Live", "live"]
@@ -20,16 +20,13 @@ __all__ = ["Live", "live"]
 class Live:
     """A served application."""
 
-    def __init__(self, server: Server) -> None:
+    def __init__(self, server: Server, door: Door | None = None) -> None:
         self.server = server
         self.listener = socket.socket()
         self.listener.bind(("127.0.0.1", 0))
         self.port: int = self.listener.getsockname()[1]
         self.url = f"http://127.0.0.1:{self.port}"
-        config = uvicorn.Config(
-            server.app, log_level="critical", timeout_graceful_shutdown=2, lifespan="on", ws="none", http="h11"
-        )
-        self.uvicorn = ReviewServer(config)
+        self.uvicorn = ReviewServer(serving(server.app, door, log_level="critical", ws="none"))
         self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listener]}, daemon=True)
 
     def start(self) -> None:
@@ -52,9 +49,9 @@ class Live:
 
 
 @contextmanager
-def live(server: Server) -> Iterator[Live]:
+def live(server: Server, door: Door | None = None) -> Iterator[Live]:
     """The application on a port of its own."""
-    made = Live(server)
+    made = Live(server, door)
     made.start()
     try:
         yield made

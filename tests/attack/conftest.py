@@ -8,7 +8,10 @@ from pathlib import Path
 
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "app" / "bundles"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "app" / "exchange"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
+sys.path.insert(0, str(Path(__file__).parent))
 
 from databases import cluster
 from toy_server import Server

@@ -1,10 +1,7 @@
-"""A bundle made ready for a library, in a process of its own.
+"""A bundle made ready for a library; the server does it in a process with limits.
 
-``python -m tsr_engine.bundle.check BUNDLE FOLDER PIXELS BYTES SECONDS``: largest picture, px, and memory and processor
-time that may be used.
-
-Everything that a stranger's file can harm happens here: unpacking, decoding, reading a foreign database. The last line
-on stdout is JSON: ``{"ok": {...}}``, or ``{"error": "one sentence", "kind": ...}``. In the folder stay
+Everything that a stranger's file can harm happens here: unpacking, decoding, reading a foreign database. In the folder
+stay
 
 * ``bundle/``: the unpacked bundle, all files with the hashes of the manifest;
 * ``evidence/``: its evidence written anew, record by record, with the clip's own numbers of frames.
@@ -12,9 +9,7 @@ on stdout is JSON: ``{"ok": {...}}``, or ``{"error": "one sentence", "kind": ...
 
 from __future__ import annotations
 
-import json
-import resource
-import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,28 +18,31 @@ import numpy as np
 
 from tsr_engine.bundle.clip import picture_digest
 from tsr_engine.bundle.layout import EVIDENCE
-from tsr_engine.bundle.load import Bundle, read_bundle
+from tsr_engine.bundle.load import Bundle, open_evidence, read_bundle
 from tsr_engine.bundle.slices import write_slice
-from tsr_engine.errors import EvidenceError, ImportFormatError, TsrError
+from tsr_engine.errors import EvidenceError, ImportFormatError
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.records import FrameEvidence
 
-__all__ = ["answer", "make_ready"]
+__all__ = ["make_ready"]
 
 _STATES = {"tentative", "confirmed", "dead"}
 _SOURCES = {"detected", "predicted", "relocalised"}
 _KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"}
 
 
-def make_ready(path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
+def make_ready(
+    path: Path, folder: Path, limits: VideoLimits, known: Callable[[Bundle], object] = lambda _: None
+) -> dict[str, Any]:
     """Check a bundle as a whole.
 
     Args:
         path: the zip file.
         folder: exists and is empty.
         limits: what the clip may demand.
+        known: called when it is known what the bundle says of itself, before its clip is decoded.
 
     Returns:
         facts: ``frames`` (of the clip), ``other_pictures``, ``tracks`` (track -> first and last frame in the clip).
@@ -57,6 +55,7 @@ def make_ready(path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
     place = folder / "bundle"
     place.mkdir()
     bundle = read_bundle(path, place)
+    known(bundle)
     frames, other = _decode(bundle, limits)
     tracks = _rewrite(bundle, folder / EVIDENCE)
     return {"frames": frames, "other_pictures": other, "tracks": tracks}
@@ -85,7 +84,7 @@ def _decode(bundle: Bundle, limits: VideoLimits) -> tuple[int, int]:
 def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
     """The evidence anew, in the clip's numbers; what does not come through the records does not come in."""
     facts = bundle.manifest
-    with EvidenceReader(bundle.folder / EVIDENCE) as reader:
+    with open_evidence(bundle) as reader:
         header = reader.header
         first, last = reader.first_frame, reader.last_frame
         if (first, last) != (facts.frames.start, facts.frames.stop - 1):
@@ -130,35 +129,3 @@ def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
         wrong |= region.x < 0 or region.y < 0 or region.x + width > frame.width or region.y + height > frame.height
     if wrong:
         raise EvidenceError(f"{bundle.name}: the evidence of frame {frame.ordinal + facts.offset} is damaged.")
-
-
-def answer(path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
-    """What ``make_ready`` says, as the process tells it.
-
-    ``{"ok": {...}}``, or ``{"error": "one sentence", "kind": ...}``, see ``tsr_engine.errors.ImportProblem``.
-    """
-    try:
-        return {"ok": make_ready(path, folder, limits)}
-    except ImportFormatError as error:
-        return {"error": str(error), "kind": error.kind}
-    except TsrError as error:
-        return {"error": str(error), "kind": "broken"}
-    except MemoryError:
-        return {"error": f"{path.name} needs more memory than it may have.", "kind": "broken"}
-    except Exception as error:  # whatever a hostile file brings about must be one sentence
-        told = f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."
-        return {"error": told, "kind": "broken"}
-
-
-def main(arguments: list[str]) -> int:
-    """Run the check and print what it found."""
-    path, folder = Path(arguments[0]), Path(arguments[1])
-    pixels, memory, computing = (int(number) for number in arguments[2:5])
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CPU, (computing, computing))
-    print(json.dumps(answer(path, folder, VideoLimits(max_pixels=pixels))))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -16,11 +16,14 @@ from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION, FRAMES,
 from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.bundle.output import Output, read_rows
 from tsr_engine.errors import ImportFormatError, TsrError
+from tsr_engine.evidence import EvidenceReader
+from tsr_engine.evidence.foreign import check_foreign
+from tsr_engine.evidence.schema import DATABASE
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_probe import check_file
 
-__all__ = ["LIMITS", "Bundle", "BundleFrame", "is_bundle", "open_bundle"]
+__all__ = ["LIMITS", "Bundle", "BundleFrame", "is_bundle", "open_bundle", "open_evidence"]
 
 LIMITS = ArchiveLimits(
     entries=200,
@@ -121,6 +124,17 @@ def read_bundle(path: Path, folder: Path) -> Bundle:
         raise ImportFormatError(f"{EXPECTATION} is about frames that are not in the bundle. Make it anew.")
     output = Output.of(read_rows(folder / OUTPUT), manifest.frames.first, manifest.frames.stop)
     return Bundle(path.name, folder, manifest, frames, expectation, output)
+
+
+def open_evidence(bundle: Bundle) -> EvidenceReader:
+    """The evidence in a bundle, after a look at whether it is safe to read.
+
+    Raises:
+        EvidenceError: it holds what ours never does, or is damaged.
+    """
+    frames = bundle.manifest.frames
+    check_foreign(bundle.folder / EVIDENCE / DATABASE, frames.stop - frames.start)
+    return EvidenceReader(bundle.folder / EVIDENCE)
 
 
 def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]) -> None:

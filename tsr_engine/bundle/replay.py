@@ -10,8 +10,8 @@ from typing import Any
 
 from tsr_engine.bundle.engine import Decoding, run_engine
 from tsr_engine.bundle.judge import Finding, judge, overall
-from tsr_engine.bundle.layout import EVIDENCE, MODELS, Verdict
-from tsr_engine.bundle.load import Bundle
+from tsr_engine.bundle.layout import MODELS, Verdict
+from tsr_engine.bundle.load import Bundle, open_evidence
 from tsr_engine.bundle.models import take_models
 from tsr_engine.bundle.output import Output, same_output
 from tsr_engine.errors import EvidenceError, ImportFormatError, UsageError
@@ -206,7 +206,7 @@ class _Comparison:
         self._first = bundle.manifest.frames.first
         self._reader: EvidenceReader | None = None
         try:
-            self._reader = EvidenceReader(bundle.folder / EVIDENCE)
+            self._reader = open_evidence(bundle)
             self._stored = self._reader.frames(pixels=False)
             self.identical = 0
         except EvidenceError as error:

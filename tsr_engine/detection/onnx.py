@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import check_picture
 from tsr_engine.detection.nms import suppress
+from tsr_engine.detection.onnx_parts import refers_to_files
 from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
 from tsr_engine.params.detector import DetectorParams, PriorParams
@@ -54,8 +55,10 @@ class OnnxDetector:
             prior_params: whether and how strongly the prior counts.
 
         Raises:
-            ValueError: not a network that OpenCV can read.
+            ValueError: not a network that OpenCV can read, or one that refers to other files.
         """
+        if refers_to_files(network):
+            raise ValueError("Expected an ONNX network that is one file. Got one whose weights lie in other files.")
         try:
             self._net = cv2.dnn.readNetFromONNX(np.frombuffer(network, np.uint8))
         except cv2.error as error:

@@ -21,7 +21,6 @@ from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, de
 from tsr_engine.io.plain_numbers import real_number
 
 __all__ = [
-    "MAX_BOXES",
     "MAX_JSON_BYTES",
     "NO_BOX",
     "SIZE_SWITCH",
@@ -32,8 +31,6 @@ __all__ = [
     "refuse",
 ]
 
-MAX_BOXES = 10_000_000
-"""Most boxes of one import; a few bytes of key frames can stand for any number of frames."""
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _SAME_PX = 1e-6
 
@@ -94,7 +91,7 @@ class Intake:
         self.target = target
         self.matcher = LabelMatcher(target.labels, target.label_map)
         self._strict = strict
-        self._boxes = 0
+        self._boxes = self._taken = 0
         self._outside, self._first_outside = 0, ""
         self._bad, self._first_bad = 0, ""
         self._tracks: dict[str, TrackRows] = {}
@@ -102,6 +99,7 @@ class Intake:
         self._repaired: list[str] = []
         self._counts: dict[str, list[Any]] = {}
         self._unknown: dict[str, list[Any]] = {}
+        self._again: dict[str, int] = {}
 
     def __len__(self) -> int:
         return len(self._tracks)
@@ -147,9 +145,10 @@ class Intake:
         """A name for a new track: ``uid``, or where that is taken already ``uid-2`` and so on, with a sentence."""
         if uid not in self._tracks:
             return uid
-        again = 2
+        again = self._again.get(uid, 2)
         while f"{uid}-{again}" in self._tracks:
             again += 1
+        self._again[uid] = again
         self.count(f"Tracks whose name was taken were given another one ({uid} is now {uid}-{again})", file, line)
         return f"{uid}-{again}"
 
@@ -192,7 +191,7 @@ class Intake:
             notes: frame and text; a frame outside of the video becomes its nearest one.
             until: the last key frame's box holds up to this frame, inclusive; -1: it does not.
         """
-        rows = self._tracks.setdefault(uid, TrackRows())
+        rows = self._tracks.get(uid) or self._new(uid)
         rows.state = state if state in _STATES else "open"
         rows.source = source
         last = self.target.video.frames - 1
@@ -297,7 +296,10 @@ class Intake:
             x1, y1, x2, y2 = cut
         rows = self._tracks.get(uid)
         if rows is None:
-            rows = self._tracks[uid] = TrackRows()
+            rows = self._new(uid, file, line)
+        self._taken += 1
+        if self._taken > self.target.limits.boxes:
+            raise self._too_many("boxes", self.target.limits.boxes, file, line)
         rows.frame.append(frame)
         rows.kind.append(BOX)
         rows.edges.extend((x1, y1, x2, y2))
@@ -309,7 +311,7 @@ class Intake:
 
     def end(self, uid: str, frame: int) -> None:
         """From this frame on the track is not shown, until its next box; may lie beyond the last frame."""
-        rows = self._tracks.setdefault(uid, TrackRows())
+        rows = self._tracks.get(uid) or self._new(uid)
         rows.frame.append(frame)
         rows.kind.append(END)
         rows.edges.extend((0.0, 0.0, 0.0, 0.0))
@@ -317,6 +319,19 @@ class Intake:
         rows.flags.append(0)
         rows.score.append(math.nan)
         rows.place.append(-1)
+
+    def _new(self, uid: str, file: str = "", line: int | str | None = None) -> TrackRows:
+        """Rows for a track that comes for the first time."""
+        if len(self._tracks) >= self.target.limits.tracks:
+            raise self._too_many("tracks", self.target.limits.tracks, file or "The file", line)
+        rows = self._tracks[uid] = TrackRows()
+        return rows
+
+    @staticmethod
+    def _too_many(what: str, most: int, file: str, line: int | str | None = None) -> ImportFormatError:
+        return refuse(
+            file, line, f"holds more than {most} {what}, the most that one import takes. Split it.", "too_large"
+        )
 
     def finish(self, file: str, *, interpolate: bool = False) -> Dataset:
         """The data set: one video, its tracks in the order in which they first came.
@@ -376,7 +391,7 @@ class Intake:
         frames = np.frombuffer(rows.frame, dtype=np.int64)
         kind = np.frombuffer(rows.kind, dtype=np.int8)
         # A box and an end in one frame: the box is shown, the end says nothing.
-        order = np.lexsort((kind, frames))
+        order = np.lexsort((kind, frames)) if len(frames) > 1 else np.zeros(len(frames), np.int64)
         take = order
         if len(order) > 1 and (np.diff(frames[order]) == 0).any():
             take = self._without_twins(uid, rows, order, file)
@@ -390,8 +405,8 @@ class Intake:
             return None
         if interpolate:
             self._boxes += max(int(frames[-1]), rows.until) + 1 - int(frames[0])
-            if self._boxes > MAX_BOXES:
-                raise refuse(file, None, f"has more than {MAX_BOXES} boxes between its key frames. Split it.")
+            if self._boxes > self.target.limits.boxes:
+                raise self._too_many("boxes, with those between its key frames,", self.target.limits.boxes, file)
             frames, edges, label, flags, score = dense(frames, is_box, edges, label, flags, score, rows.until)
         else:
             frames, edges, label = frames[is_box], edges[is_box], label[is_box]

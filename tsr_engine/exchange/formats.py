@@ -15,7 +15,7 @@ from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.spool import Spool
 
-__all__ = ["BAD_BOXES", "ExportOptions", "Format", "ImportTarget", "Switch", "Writer"]
+__all__ = ["BAD_BOXES", "ExportOptions", "Format", "ImportLimits", "ImportTarget", "Switch", "Writer"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +65,19 @@ class ExportOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class ImportLimits:
+    """What one import may hold; a few bytes of an archive, or of key frames, can stand for any number.
+
+    Attributes:
+        tracks: most tracks.
+        boxes: most boxes, those between key frames too.
+    """
+
+    tracks: int = 1_000_000
+    boxes: int = 10_000_000
+
+
+@dataclass(frozen=True, slots=True)
 class ImportTarget:
     """The video that an import is laid onto; the reader checks against it.
 
@@ -76,6 +89,7 @@ class ImportTarget:
         label_map: name in the file -> class number, said by a person; wins.
         wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
         spool: small files of an unpacked archive that are not on the disk; readers of such ask it.
+        limits: what the import may hold.
     """
 
     video: DatasetVideo
@@ -84,6 +98,7 @@ class ImportTarget:
     label_map: Mapping[str, int] = field(default_factory=dict)
     wrapper: str = ""
     spool: Spool | None = field(default=None, repr=False, compare=False)
+    limits: ImportLimits = field(default_factory=ImportLimits)
 
 
 class Writer(Protocol):

@@ -8,12 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.exchange.beside import Told, seen_in, told_beside
 from tsr_engine.exchange.checks import check_track
 from tsr_engine.exchange.collector import seldom_collected
-from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.negatives import with_negatives
@@ -22,7 +25,7 @@ from tsr_engine.exchange.registry import FORMATS, switches_of
 from tsr_engine.exchange.spool import Spool
 from tsr_engine.io.atomic import storage_error
 
-__all__ = ["read_dataset", "recognise"]
+__all__ = ["check_dataset", "read_dataset", "recognise"]
 
 
 def read_dataset(
@@ -106,7 +109,7 @@ def _read(path: Path, name: str, target: ImportTarget, format: Format | None) ->
     dataset = chosen.read(place, target)
     if entry is not None and len(dataset.videos) == 1:
         dataset = _with_origin(with_negatives(dataset, entry, target, MANIFEST), entry)
-    _check(dataset, target, name)
+    check_dataset(dataset, target, name)
     return dataset
 
 
@@ -141,13 +144,24 @@ def _of_others(name: str, told: Told, target: ImportTarget) -> str:
     )
 
 
-def _check(dataset: Dataset, target: ImportTarget, name: str) -> None:
-    """Nothing that breaks a promise gets past this, whatever the reader let through."""
+def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
+    """Nothing that breaks a promise gets past this, whatever the reader let through.
+
+    Args:
+        dataset: as it was read.
+        target: what it was read onto.
+        name: of the file.
+
+    Raises:
+        ImportFormatError: a promise of ``Track`` is broken; names the track.
+    """
     if len(dataset.videos) != 1:
         raise ImportFormatError(f"{name}: has {len(dataset.videos)} videos, must have one. Import one at a time.")
-    video = target.video
+    video, tracks = target.video, list(dataset.videos[0].tracks())
+    if _sound(tracks, video, len(target.labels)):
+        return
     seen: set[str] = set()
-    for track in dataset.videos[0].tracks():
+    for track in tracks:
         try:
             check_track(track, video, target.labels)
         except ExportError as error:
@@ -157,3 +171,33 @@ def _check(dataset: Dataset, target: ImportTarget, name: str) -> None:
         if track.uid in seen:
             raise ImportFormatError(f"{name}: two tracks are called {track.uid!r}. Give each its own name.")
         seen.add(track.uid)
+
+
+def _sound(tracks: list[Track], video: DatasetVideo, labels: int) -> bool:
+    """Whether all tracks keep their promises, looked at together; where not, one by one says which does not."""
+    if not tracks or len({track.uid for track in tracks}) < len(tracks):
+        return False
+    counts = np.array([len(track.frames) for track in tracks])
+    shaped = all(
+        track.boxes.shape == (n, 4)
+        and all(values is None or values.shape == (n,) for values in _columns(track))
+        and -1 <= track.label < labels
+        for track, n in zip(tracks, counts.tolist(), strict=True)
+    )
+    if not shaped or not counts.all():
+        return False
+    frames = np.concatenate([track.frames for track in tracks])
+    boxes = np.concatenate([track.boxes for track in tracks])
+    inside = np.ones(len(frames), np.bool_)
+    inside[np.cumsum(counts)[:-1]] = False  # the first frame of each track but the first follows another's last
+    rising = (np.diff(frames, prepend=-1) > 0) | ~inside
+    within = (frames >= 0) & (frames < video.frames)
+    edges = (0, 0, video.width, video.height)
+    boxed = (boxes[:, :2] >= edges[:2]) & (boxes[:, 2:] <= edges[2:]) & (boxes[:, :2] < boxes[:, 2:])
+    used = [track.labels for track in tracks if track.labels is not None]
+    known = all(int(each.min()) >= -1 and int(each.max()) < labels for each in used)
+    return bool(known and rising.all() and within.all() and boxed.all())
+
+
+def _columns(track: Track) -> tuple[NDArray[Any] | None, ...]:
+    return track.key, track.occluded, track.score, track.labels, track.ignore, track.silent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import struct
 import zipfile
@@ -75,6 +76,10 @@ def opened(path: Path, limits: ArchiveLimits) -> Iterator[zipfile.ZipFile]:
             yield archive
     except _DAMAGED as e:
         raise ImportFormatError(f"{path.name}: the archive is damaged: {e}. Pack it again.") from None
+    except OSError as e:
+        if e.errno != errno.EINVAL:  # that is a place before the file's beginning, which a damaged list can name
+            raise
+        raise ImportFormatError(f"{path.name}: the archive is damaged: {e.strerror}. Pack it again.") from None
 
 
 def entry_names(path: Path, limits: ArchiveLimits | None = None) -> list[str]:

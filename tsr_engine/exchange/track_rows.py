@@ -68,6 +68,8 @@ def dense(
 
 def common_label(label: np.ndarray[Any, Any]) -> int:
     """The label that most frames have, as far as the file says one; among equals the smallest class, ``NONE`` last."""
+    if (label == label[0]).all():  # as of most tracks
+        return NONE if label[0] == UNSAID else int(label[0])
     values, counts = np.unique(label[label != UNSAID], return_counts=True)
     if not len(values):
         return NONE

@@ -11,7 +11,6 @@ import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,25 +24,13 @@ from app.bundles import importing
 from app.edits.commands import Undo
 from app.errors import Busy
 from app.storage.models import Event, Run, Video
-from tsr_engine.bundle import bundle_params, check, make_bundle, open_bundle, replay_bundle
+from tsr_engine.bundle import bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.make import BundleRequest
 from tsr_engine.evidence import EvidenceReader
-from tsr_engine.io.video import VideoLimits, open_video
+from tsr_engine.io.video import open_video
 
 START = 3
 """Frame of the drive that the engine starts with."""
-
-
-@pytest.fixture
-def checked_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Check bundles in this process: starting one for each costs seconds, and is proved by the round trip."""
-
-    def run(command: list[str], **_: Any) -> Any:
-        path, folder, pixels = command[3:6]
-        found = check.answer(Path(path), Path(folder), VideoLimits(max_pixels=int(pixels)))
-        return SimpleNamespace(stdout=json.dumps(found).encode())
-
-    monkeypatch.setattr(subprocess, "run", run)
 
 
 def bring_in(server: Server, path: Path) -> Any:
@@ -124,7 +111,6 @@ def test_the_round_trip(bundled: Bundled, server: Server, tmp_path: Path, toy_ho
     assert replayed.identical == STOP - FIRST, replayed.first_difference
 
 
-@pytest.mark.usefixtures("checked_here")
 def test_numbers_of_the_clip_where_it_begins_later(
     bundled: Bundled, server: Server, toy_homes: Any, tmp_path: Path
 ) -> None:
@@ -173,7 +159,6 @@ def test_numbers_of_the_clip_where_it_begins_later(
         assert np.array_equal(ours.read(first - offset).picture, theirs.read(first).picture)
 
 
-@pytest.mark.usefixtures("checked_here")
 def test_twice_is_one_video_with_two_runs(bundled: Bundled, server: Server) -> None:
     one, two = bring_in(server, bundled.path).json(), bring_in(server, bundled.path).json()
     assert one["video"]["id"] == two["video"]["id"]
@@ -186,11 +171,8 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from app.artefacts import placing
-from app.bundles import importing
 from app.context import build_context
 from app.settings import Settings
-from tsr_engine.bundle import check
-from tsr_engine.io.video import VideoLimits
 home, path, work = map(Path, sys.argv[1:])
 put = placing.Placing.put
 def put_and_die(self, source, place):
@@ -198,7 +180,6 @@ def put_and_die(self, source, place):
     if place.parent.name == "runs":
         os.kill(os.getpid(), signal.SIGKILL)
 placing.Placing.put = put_and_die
-importing.BundleImports._checked = lambda self, path, folder: check.answer(path, folder, VideoLimits())["ok"]
 work.mkdir(parents=True)
 build_context(Settings(home=home)).bundle_imports.bring_in(path, work, "ada")
 """
@@ -224,7 +205,6 @@ def test_a_kill_between_files_and_commit_leaves_nothing_for_the_next_server(bund
         assert counts(again) == (0, 0)
 
 
-@pytest.mark.usefixtures("checked_here")
 def test_what_was_committed_stays_though_its_note_was_left(bundled: Bundled, server: Server) -> None:
     told = bring_in(server, bundled.path).json()
     kept = rubbish(server)
@@ -235,7 +215,6 @@ def test_what_was_committed_stays_though_its_note_was_left(bundled: Bundled, ser
     assert {Path(name).parts[0] for name in kept} == {"runs", "uploads"}
 
 
-@pytest.mark.usefixtures("checked_here")
 def test_a_failed_import_takes_its_files_back(
     bundled: Bundled, server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -248,7 +227,6 @@ def test_a_failed_import_takes_its_files_back(
     assert rubbish(server) == []
 
 
-@pytest.mark.usefixtures("checked_here")
 def test_a_video_whose_file_is_gone_gets_it_back(bundled: Bundled, server: Server) -> None:
     video = bring_in(server, bundled.path).json()["video"]
     Path(video["path"]).unlink()
@@ -288,7 +266,6 @@ def no_database(content: dict[str, bytes]) -> None:
     content["evidence/evidence.sqlite"] = b"SQLite format 3\0" + bytes(4000)
 
 
-@pytest.mark.usefixtures("checked_here")
 @pytest.mark.parametrize(
     ("change", "words", "status"),
     [

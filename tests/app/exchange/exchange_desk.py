@@ -16,6 +16,7 @@ from toy_home import ToyHome
 from toy_server import Server
 
 from app.exchange.dataset import dataset_of
+from app.exchange.imports import Incoming
 from app.exchange.stored import home_source
 from tsr_engine.exchange.dataset import Dataset, Track
 
@@ -79,6 +80,14 @@ class Desk:
         if kind == "annotation":
             asked.setdefault("run", self.run_id)
         return self.server.client.post(f"/api/videos/{self.video_id}/imports", params=asked, content=content)
+
+    def bring_in_here(self, content: bytes, kind: Any, name: str, author: str = "ada") -> Any:
+        """Import in this process, so that a test can lay a hand on it."""
+        path = self.home / name
+        path.write_bytes(content)
+        incoming = Incoming(path, name, author=author)
+        found = self.server.context.imports.bring_in(self.video_id, incoming, kind, self.run_id)
+        return found.model_dump(mode="json")
 
     def dataset(self, run_id: str | None = None) -> Dataset:
         """A run as it would be exported now."""

@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from exchange_desk import Desk, assert_same_track, unzipped, visible, zipped
+from sqlalchemy import select
+
+from app.storage.models import Event
 
 
 def test_an_export_of_one_run_finds_its_signs_in_another(desk: Desk) -> None:
@@ -265,21 +268,36 @@ def test_a_name_that_is_mapped_is_that_class(untouched: Desk, annotations: bytes
 
 
 def test_somebody_who_is_faster_is_not_overwritten(desk: Desk, annotations: bytes, monkeypatch: Any) -> None:
-    """An edit that comes while the file is read: the import looks again, and its undo gives that edit back."""
+    """An edit that comes before the import is stored: it looks again, and its undo gives that edit back."""
     import app.exchange.imports as imports
 
-    read = imports._read
+    annotate, calls = imports.annotate, 0
 
     def slow(*arguments: Any) -> Any:
-        frame = int(desk.tracks()["m1"].frames[5])
-        desk.edit({"name": "relabel_track", "key": "m1", "frame": frame, "class_id": 2}, {"m1": 0})
-        return read(*arguments)
+        nonlocal calls
+        calls += 1
+        if calls == 1:
+            frame = int(desk.tracks()["m1"].frames[5])
+            desk.edit({"name": "relabel_track", "key": "m1", "frame": frame, "class_id": 2}, {"m1": 0})
+        return annotate(*arguments)
 
-    monkeypatch.setattr(imports, "_read", slow)
-    found = desk.bring_in(annotations, "annotation", name="late.xml", author="bob")
+    monkeypatch.setattr(imports, "annotate", slow)
+    found = desk.bring_in_here(annotations, "annotation", "late.xml", "bob")
+    assert calls == 2
     assert (found["tracks"], found["same"]) == (1, 1)
     assert desk.tracks()["m1"].label == 14
     undo = desk.get(f"/api/runs/{desk.run_id}/annotation?author=bob")["undo"]
     command = {"name": "undo", "op_id": undo["op_id"]}
     desk.post(f"/api/runs/{desk.run_id}/edits", {"op_id": "bob-undo-1", "author": "bob", "command": command})
     assert desk.tracks()["m1"].label == 2
+
+
+def test_the_stream_of_events_does_not_carry_an_import_of_very_many_tracks(desk: Desk) -> None:
+    """Pages ask for the documents instead."""
+    rows = "".join(f"{i % 75},{i},{i % 90},5,{i % 90 + 9},14,14\n" for i in range(600))
+    content = b"frame,track_id,x1,y1,x2,y2,class_id\n" + rows.encode()
+    found = desk.bring_in(content, "annotation", name="many.csv", author="bob")
+    assert found["tracks"] == 600
+    with desk.server.context.database.read() as session:
+        told = session.scalars(select(Event).where(Event.kind == "edit")).all()[-1].data
+    assert (told["seq"], told["docs"]) == (found["edit"], None)

@@ -8,6 +8,7 @@ from types import ModuleType
 
 import pytest
 
+from app.videos.decoding import LocalDecoder
 from app.videos.encoded import EncodedCache
 from app.videos.reel import ClosedReelError, Reel, around
 from tsr_engine.io.video import Frame, open_video
@@ -32,7 +33,7 @@ def test_going_back_fills_what_comes_next_and_a_small_cache_ends(corpus: ModuleT
         table = file.confirm()
     for most, held in ((2**20, True), (1, False)):
         cache = EncodedCache(most)
-        reel = Reel("v", open_video(path, table=table), table, cache, (), tmp_path / "none.mp4")
+        reel = Reel("v", LocalDecoder(open_video(path, table=table)), table, cache, (), tmp_path / "none.mp4")
         reel.get(40, reel.snap(None), "jpeg")
         reel.get(39, reel.snap(None), "jpeg")
         pause = threading.Event()
@@ -62,7 +63,7 @@ def test_neighbours_in_any_order_cost_one_jump(
         return read(ordinal)
 
     monkeypatch.setattr(video, "read", counted)
-    reel = Reel("v", video, table, EncodedCache(2**22), (), tmp_path / "none.mp4")
+    reel = Reel("v", LocalDecoder(video), table, EncodedCache(2**22), (), tmp_path / "none.mp4")
     try:
         reel.get(45, reel.snap(None), "jpeg")
         for k in (34, 30, 33, 31, 32, 29, 28):  # as threads come to their turn

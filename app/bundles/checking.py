@@ -1,0 +1,42 @@
+"""The check of a bundle, inside a cage."""
+
+from __future__ import annotations
+
+import resource
+from pathlib import Path
+from typing import Any, Final
+
+from app.cages.talk import Talk
+from tsr_engine.bundle.check import make_ready
+from tsr_engine.bundle.load import Bundle
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.io.video_limits import VideoLimits
+
+__all__ = ["check_bundle"]
+
+_ONCE: Final = 20
+"""Seconds of computing that any clip may take."""
+_FRAME: Final = 0.2
+"""Seconds that a frame may take, whatever its size."""
+_PIXEL: Final = 1e-7
+"""Seconds that a pixel may take: ten times what decoding it, hashing it and reading its evidence take."""
+
+
+def check_bundle(talk: Talk, path: Path, folder: Path, limits: VideoLimits) -> dict[str, Any]:
+    """What ``tsr_engine.bundle.check.make_ready`` says, with computing limited by the length of the clip."""
+
+    def afford(bundle: Bundle) -> None:
+        clip, frames = bundle.manifest.clip, bundle.manifest.frames
+        seconds = _ONCE + (frames.stop - clip.offset) * (_FRAME + _PIXEL * clip.width * clip.height)
+        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+        most = resource.getrlimit(resource.RLIMIT_CPU)[1]
+        computing = int(used + seconds) if most == resource.RLIM_INFINITY else min(int(used + seconds), most)
+        resource.setrlimit(resource.RLIMIT_CPU, (computing, computing))
+        talk.say({"frames": frames.stop - frames.start})
+
+    try:
+        return make_ready(path, folder, limits, afford)
+    except (KeyError, TypeError, AttributeError, ValueError, OverflowError, RecursionError) as error:
+        raise ImportFormatError(
+            f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."
+        ) from error

@@ -1,0 +1,234 @@
+"""Cages as the server sees them: started in milliseconds, asked, told to end, never outlived by."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import pickle
+import select
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, Final
+
+from app.cages.failures import CageError, raised
+from app.cages.limits import Limits
+from app.cages.talk import Ended, Talk
+
+__all__ = ["Cage", "CageError", "Cages", "CagesClosed"]
+
+_LOOK_MS: Final = 50
+"""Milliseconds between two looks at whether somebody wants the cage to end."""
+_BEGIN: Final = 60.0
+"""Seconds that a cage may take to begin: the nursery may be loading, on a busy machine."""
+
+
+class CagesClosed(CageError):
+    """The server ends, or whoever has asked has left."""
+
+
+class Cage:
+    """One process. ``talk`` is the conversation with it; ``kill`` can be called by any thread at any time."""
+
+    def __init__(self, talk: Talk, process: int, limits: Limits) -> None:
+        self.talk = talk
+        self.limits = limits
+        self._process: int | None = process
+        self._lock = threading.Lock()
+
+    def kill(self) -> None:
+        """End it at once; whoever waits for a message hears that it has ended."""
+        with self._lock:
+            if self._process is not None:
+                with suppress(ProcessLookupError):
+                    signal.pidfd_send_signal(self._process, signal.SIGKILL)
+
+    def close(self) -> None:
+        """Kill it and release what belongs to it; closing twice is harmless."""
+        self.kill()
+        with self._lock:
+            if self._process is not None:
+                os.close(self._process)
+                self._process = None
+                self.talk.close()
+
+
+class _Nursery:
+    """The process that cages are forked from, one for each server process. It knows no settings."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._orders: socket.socket | None = None
+
+    def start(self) -> None:
+        """Start it, unless it runs; it goes on loading by itself."""
+        with self._lock:
+            self._running()
+
+    def fork(self) -> socket.socket:
+        """Our end of the conversation with a new cage.
+
+        Raises:
+            CageError: none can be made.
+        """
+        ours, theirs = socket.socketpair()
+        with theirs, self._lock:
+            for _ in range(2):
+                try:
+                    socket.send_fds(self._running(), [b"."], [theirs.fileno()])
+                except OSError:
+                    self._stop()  # it was killed since
+                else:
+                    return ours
+        ours.close()
+        raise CageError("no process could be started for it; try again")
+
+    def close(self) -> None:
+        """End it, and with it all cages."""
+        with self._lock:
+            self._stop()
+
+    def _running(self) -> socket.socket:
+        if self._orders is None:
+            ours, theirs = socket.socketpair()
+            threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+            environment = {**os.environ, **threads, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+            command = [sys.executable, "-m", "app.cages.nursery"]
+            with theirs:
+                self._process = subprocess.Popen(command, stdin=theirs.fileno(), env=environment)  # noqa: S603 - our own module
+            self._orders = ours
+        return self._orders
+
+    def _stop(self) -> None:
+        if self._orders is not None and self._process is not None:
+            self._orders.close()
+            self._process.kill()
+            self._process.wait()
+            self._orders, self._process = None, None
+
+
+_NURSERY: Final = _Nursery()
+"""It has no state but the process, and ends with this one."""
+atexit.register(_NURSERY.close)
+
+
+class Cages:
+    """The cages of one server."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._open: set[Cage] = set()
+        self._closed = False
+
+    def warm(self) -> None:
+        """Let cages begin at once from soon on."""
+        _NURSERY.start()
+
+    def open(self, function: str, *arguments: Any, limits: Limits) -> Cage:
+        """A cage that does something, and may say something meanwhile.
+
+        Args:
+            function: ``module:name``; called with the cage's end of the conversation, then with the arguments.
+            arguments: whatever can be pickled.
+            limits: what it may use.
+
+        Raises:
+            CageError: no process can be started.
+            CagesClosed: the server ends.
+        """
+        end = _NURSERY.fork()
+        end.settimeout(_BEGIN)
+        talk = Talk(end)
+        try:
+            number = int(talk.hear()[0]["number"])
+            cage = Cage(talk, os.pidfd_open(number), limits)
+        except (Ended, OSError, KeyError, ValueError):
+            end.close()
+            raise CageError("no process could be started for it; try again") from None
+        end.settimeout(None)
+        with self._lock:
+            closed = self._closed
+            if not closed:
+                self._open.add(cage)
+        if closed:
+            cage.close()
+            raise CagesClosed("the server ends")
+        try:
+            talk.say({"function": function}, pickle.dumps((limits, arguments)))
+        except Ended:
+            self.end(cage)
+            raise CageError("the process that was started for it ended at once; try again") from None
+        return cage
+
+    def end(self, cage: Cage) -> None:
+        """Close a cage."""
+        with self._lock:
+            self._open.discard(cage)
+        cage.close()
+
+    def run(
+        self,
+        function: str,
+        *arguments: Any,
+        limits: Limits,
+        stop: Callable[[], bool] = lambda: False,
+        tell: Callable[[dict[str, Any]], None] = lambda _: None,
+    ) -> Any:
+        """What a function returns that runs in a cage, as JSON.
+
+        Args:
+            function: as of ``open``.
+            arguments: as of ``open``.
+            limits: what it may use.
+            stop: whoever asks does not want it any more; looked at 20 times a second.
+            tell: hears what the function says meanwhile.
+
+        Raises:
+            CageError: it went over a limit, or ended without an answer.
+            CagesClosed: stopped, or the server ends.
+            ApiError, TsrError: what the function raised.
+        """
+        cage = self.open(function, *arguments, limits=limits)
+        began = time.monotonic()
+        overdue = threading.Timer(limits.wall or threading.TIMEOUT_MAX, cage.kill)
+        overdue.daemon = True
+        overdue.start()
+        looking = select.poll()
+        looking.register(cage.talk, select.POLLIN)
+        try:
+            while True:
+                if stop() or self._closed:
+                    raise CagesClosed("nobody waits for it any more")
+                if not looking.poll(_LOOK_MS):
+                    continue
+                said, _ = cage.talk.hear()
+                if "found" in said:
+                    return said["found"]
+                if "failed" in said:
+                    raise raised(said["failed"], limits.memory_mb)
+                tell(said)
+        except Ended:
+            if self._closed or stop():
+                raise CagesClosed("nobody waits for it any more") from None
+            if limits.wall and time.monotonic() - began > limits.wall:
+                raise CageError(f"it took more than the {limits.wall:.0f} s that it may take") from None
+            if limits.computing and time.monotonic() - began > 0.9 * limits.computing:
+                raise CageError(f"it needs more than the {limits.computing} s of computing that it may use") from None
+            raise CageError("the process that read it died") from None
+        finally:
+            overdue.cancel()
+            self.end(cage)
+
+    def close(self) -> None:
+        """Kill all of them; whoever waits for one is told."""
+        with self._lock:
+            self._closed = True
+            cages = list(self._open)
+        for cage in cages:
+            cage.kill()

@@ -1,0 +1,126 @@
+"""Take rights away from this process, for good: memory, computing, files, network, other programs.
+
+Limits and the signal at the parent's death are there on every Linux. Landlock (Linux 5.13; connections since 6.7) and
+seccomp (x86-64 and AArch64) come on top where the kernel has them. There is no well-kept Python package for either, and
+each is three system calls.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import platform
+import resource
+import signal
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from app.cages.limits import Limits
+
+__all__ = ["confine", "die_with_parent"]
+
+_SET_PDEATHSIG: Final = 1
+_SET_NO_NEW_PRIVS: Final = 38
+_SET_SECCOMP: Final = 22
+_FILTER: Final = 2
+
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
+"""Landlock's system calls have these numbers on every architecture."""
+_WRITE_FILE: Final = 1 << 1
+_WRITING: Final = {1: _WRITE_FILE | 0x1FF0, 2: 1 << 13, 3: 1 << 14}
+"""Rights that change the file system, by the version of Landlock that knows them."""
+_CONNECTIONS: Final = 0b11
+_SCOPES: Final = 0b11
+"""Abstract sockets and signals to processes outside."""
+
+_SYSCALLS: Final = {
+    "x86_64": (0xC000003E, (41, 42, 43, 49, 50, 59, 101, 250, 298, 310, 311, 321, 322, 323, 425, 434)),
+    "aarch64": (0xC00000B7, (198, 203, 202, 200, 201, 221, 117, 219, 241, 270, 271, 280, 281, 282, 425, 434)),
+}
+"""Of each architecture: its name for the kernel, and the calls that nothing in a cage needs.
+
+socket, connect, accept, bind, listen, execve, ptrace, keyctl, perf_event_open, process_vm_readv, process_vm_writev,
+bpf, execveat, userfaultfd, io_uring_setup, pidfd_open.
+"""
+_X32: Final = 0x40000000
+_ALLOW, _REFUSE = 0x7FFF0000, 0x00050000 | errno.EPERM
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def die_with_parent(parent: int, sign: signal.Signals = signal.SIGKILL) -> bool:
+    """Get a signal when the thread that has started this process ends; False: it has ended already.
+
+    Args:
+        parent: number of the process that has started this one.
+        sign: the signal.
+    """
+    _libc.prctl(_SET_PDEATHSIG, sign, 0, 0, 0)
+    return os.getppid() == parent
+
+
+def confine(limits: Limits) -> None:
+    """Hold this process, which has one thread, to its limits."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    most = _address_space() + limits.memory_mb * 2**20
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    if limits.computing:
+        used = int(sum(resource.getrusage(resource.RUSAGE_SELF)[:2]))
+        resource.setrlimit(resource.RLIMIT_CPU, (used + limits.computing, used + limits.computing))
+    largest = limits.file_mb * 2**20 if limits.writable or limits.network else 0
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+    if limits.network:
+        return
+    _libc.prctl(_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
+    _landlock(limits.writable)
+    _seccomp()
+
+
+def _address_space() -> int:
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    return pages * resource.getpagesize()
+
+
+def _landlock(writable: Sequence[Path]) -> None:
+    """Write below some folders only, connect to nothing; as far as the kernel knows how."""
+    version = _libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(1))
+    if version < 1:
+        return
+    rights = sum(more for since, more in _WRITING.items() if since <= version)
+    said = struct.pack("QQQ", rights, _CONNECTIONS if version >= 4 else 0, _SCOPES if version >= 6 else 0)
+    size = 24 if version >= 6 else 16 if version >= 4 else 8
+    rules = _libc.syscall(_CREATE_RULESET, said, ctypes.c_size_t(size), ctypes.c_uint32(0))
+    if rules < 0:
+        return
+    for place, allowed in [*((folder, rights) for folder in writable), (Path(os.devnull), _WRITE_FILE)]:
+        beneath = os.open(place, os.O_PATH | os.O_CLOEXEC)
+        rule = struct.pack("=Qi", allowed, beneath)
+        _libc.syscall(_ADD_RULE, rules, ctypes.c_int(1), rule, ctypes.c_uint32(0))
+        os.close(beneath)
+    _libc.syscall(_RESTRICT_SELF, rules, ctypes.c_uint32(0))
+    os.close(rules)
+
+
+def _seccomp() -> None:
+    """Refuse what nothing in a cage needs: connections, other programs, other processes' memory."""
+    known = _SYSCALLS.get(platform.machine())
+    if known is None:
+        return
+    architecture, refused = known
+    load, equal, at_least, answer = 0x20, 0x15, 0x35, 0x06
+    count = len(refused)
+    steps = [
+        (load, 0, 0, 4),  # the architecture
+        (equal, 0, count + 3, architecture),  # another one: refused
+        (load, 0, 0, 0),  # the number of the call
+        (at_least, count + 1, 0, _X32),
+        *((equal, count - at, 0, number) for at, number in enumerate(refused)),
+        (answer, 0, 0, _ALLOW),
+        (answer, 0, 0, _REFUSE),
+    ]
+    code = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *step) for step in steps))
+    program = struct.pack("HP", len(steps), ctypes.addressof(code))
+    _libc.prctl(_SET_SECCOMP, _FILTER, program, 0, 0)

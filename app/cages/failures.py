@@ -1,0 +1,63 @@
+"""Failures of a cage: told as JSON inside it, raised again outside."""
+
+from __future__ import annotations
+
+import errno
+import logging
+from typing import Any, cast
+
+from sqlalchemy.exc import DBAPIError
+
+import app.errors as of_requests
+import tsr_engine.errors as of_engine
+from app.errors import ApiError, StorageFull
+from app.storage.database import storage_failure
+from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError
+
+__all__ = ["CageError", "raised", "told"]
+
+_log = logging.getLogger("tsr.cage")
+
+
+class CageError(TsrError):
+    """A cage did not come to an end: it was killed, or went over a limit."""
+
+
+def told(error: Exception) -> dict[str, Any]:
+    """A failure for the other side; one that nobody expected is in the log of this one."""
+    if isinstance(error, DBAPIError):
+        error = storage_failure(error) or error
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        error = StorageFull("The disk is full: nothing was imported. Free some space and try again.")
+    if isinstance(error, ApiError):
+        more = {"code": error.code, "field": error.field, "details": error.details}
+        return {"request": type(error).__name__, "message": error.message, **more}
+    if isinstance(error, ImportFormatError):
+        return {"engine": "ImportFormatError", "message": str(error), "kind": error.kind}
+    if isinstance(error, TsrError):
+        # a class of a part of the server is told as the engine's that it is
+        kind = next(base.__name__ for base in type(error).__mro__ if hasattr(of_engine, base.__name__))
+        return {"engine": kind, "message": str(error)}
+    if isinstance(error, MemoryError):
+        return {"memory": True}
+    _log.error("A cage failed.", exc_info=error)
+    return {"unexpected": type(error).__name__}
+
+
+def raised(failure: dict[str, Any], memory_mb: int) -> Exception:
+    """The failure that a cage tells of. Classes are looked up by name among ours, whatever it says."""
+    message = str(failure.get("message", ""))
+    if "request" in failure:
+        kind = getattr(of_requests, str(failure["request"]), None)
+        if isinstance(kind, type) and issubclass(kind, ApiError):
+            code, field, details = (failure.get(name) for name in ("code", "field", "details"))
+            return kind(message, code=code, field=field, details=details)
+    if "engine" in failure:
+        kind = getattr(of_engine, str(failure["engine"]), None)
+        if kind is ImportFormatError and failure.get("kind") in ("broken", "too_large", "unsafe"):
+            return ImportFormatError(message, cast(ImportProblem, failure["kind"]))
+        if isinstance(kind, type) and issubclass(kind, TsrError):
+            return kind(message)
+    if "memory" in failure:
+        return CageError(f"it needs more than the {memory_mb} MiB of memory that it may use")
+    return CageError(f"the process that read it failed ({str(failure.get('unexpected', 'unknown'))[:60]})")

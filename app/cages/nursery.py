@@ -1,0 +1,96 @@
+"""The process that cages are forked from: everything is loaded once, so that a cage begins within milliseconds.
+
+``python -m app.cages.nursery``, its standard input is a socket. With each byte comes one end of a conversation; the
+process that is forked for it tells its number, hears what to do, confines itself, and does it. It has one thread, which
+never ends before the process does: the kernel kills the cages when the nursery ends, and the nursery ends when the
+server has closed the socket, which the kernel does too.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import os
+import pickle
+import signal
+import socket
+import sys
+import traceback
+from typing import Any, Final
+
+from app.cages.confine import confine, die_with_parent
+from app.cages.failures import told
+from app.cages.limits import Limits
+from app.cages.talk import Ended, Talk
+
+__all__: list[str] = []
+
+_LOADED: Final = (
+    "app.exchange.caged:rehearse",
+    "app.bundles.checking",
+    "app.videos.decoding",
+)
+"""What cages need, each with all that it imports; a function does once what takes longest at the first time."""
+
+
+def main() -> None:
+    """Fork until the socket is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the server ends us
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    own = os.getpid()
+    for name in _LOADED:
+        module, _, function = name.partition(":")
+        loaded = importlib.import_module(module)
+        if function:
+            getattr(loaded, function)()
+    gc.collect()
+    gc.freeze()  # nobody collects it, so that its pages stay shared
+    with socket.socket(fileno=os.dup(0)) as orders:
+        while True:
+            said, ends, _, _ = socket.recv_fds(orders, 1, 1)
+            if not said:
+                return
+            if os.fork() == 0:
+                orders.close()
+                os.close(0)
+                _serve(own, socket.socket(fileno=ends[0]))
+            os.close(ends[0])
+
+
+def _serve(parent: int, end: socket.socket) -> None:
+    """Be one cage, to the end of the process."""
+    code = 1
+    try:
+        if die_with_parent(parent):
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            talk = Talk(end)
+            talk.say({"number": os.getpid()})
+            task, content = talk.hear()
+            limits, arguments = pickle.loads(content)  # noqa: S301 - the server's own words
+            _do(talk, str(task["function"]), limits, arguments)
+            code = 0
+    except Ended:
+        code = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stderr.flush()
+        os._exit(code)
+
+
+def _do(talk: Talk, name: str, limits: Limits, arguments: tuple[Any, ...]) -> None:
+    module, _, function = name.partition(":")
+    do = getattr(importlib.import_module(module), function)
+    confine(limits)
+    try:
+        found = do(talk, *arguments)
+    except Ended:
+        raise
+    except Exception as error:
+        talk.say({"failed": told(error)})
+        return
+    talk.say({"found": found})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""Messages between the server and a cage: JSON and bytes. What a cage says is never unpickled."""
+
+from __future__ import annotations
+
+import json
+import socket
+import struct
+from typing import Any, Final
+
+__all__ = ["Ended", "Talk"]
+
+_LENGTHS: Final = struct.Struct(">IQ")
+_MOST_TEXT: Final = 64 << 20
+
+
+class Ended(Exception):
+    """The other side is gone, or says what is no message."""
+
+
+class Talk:
+    """One end of a conversation; one thread at a time.
+
+    Args:
+        end: a connected stream socket, closed with this.
+        most: bytes that one message may carry besides its text.
+    """
+
+    def __init__(self, end: socket.socket, most: int = 1 << 30) -> None:
+        self._end = end
+        self._most = most
+
+    def fileno(self) -> int:
+        """For ``select`` and the like."""
+        return self._end.fileno()
+
+    def patience(self, seconds: float) -> None:
+        """Take the other side for gone when a piece of a message takes longer than this."""
+        self._end.settimeout(seconds)
+
+    def say(self, text: dict[str, Any], content: bytes | memoryview = b"") -> None:
+        """Send a message.
+
+        Raises:
+            Ended: nobody hears it.
+        """
+        said = json.dumps(text).encode()
+        try:
+            self._end.sendall(_LENGTHS.pack(len(said), len(content)) + said)
+            if len(content):
+                self._end.sendall(content)
+        except OSError:
+            raise Ended from None
+
+    def hear(self) -> tuple[dict[str, Any], bytearray]:
+        """The next message.
+
+        Raises:
+            Ended: there will be none, or it is none.
+        """
+        text, content = _LENGTHS.unpack(self._take(_LENGTHS.size))
+        if text > _MOST_TEXT or content > self._most:
+            raise Ended
+        try:
+            found = json.loads(self._take(text))
+        except ValueError:
+            raise Ended from None
+        if not isinstance(found, dict):
+            raise Ended
+        return found, self._take(content)
+
+    def close(self) -> None:
+        """Close this end."""
+        self._end.close()
+
+    def _take(self, count: int) -> bytearray:
+        data = bytearray(count)
+        rest = memoryview(data)
+        while len(rest):
+            try:
+                got = self._end.recv_into(rest, min(len(rest), 1 << 20))
+            except OSError:
+                raise Ended from None
+            if not got:
+                raise Ended
+            rest = rest[got:]
+        return data

@@ -1,0 +1,160 @@
+"""Imports of annotations as the server does them: read in one cage, stored by another process that can be killed.
+
+What reads a stranger's bytes has no network and writes in one folder. What stores its tracks needs the database; it
+gets arrays, which it checks once more, and no byte of the file. Where these are few, the server does that itself.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from app.cages.cage import CageError, Cages, CagesClosed
+from app.cages.limits import Limits
+from app.cages.talk import Talk
+from app.edits.service import EditService
+from app.errors import Busy, TooLarge
+from app.events import EventBus
+from app.evidence.service import EvidenceService
+from app.exchange.as_truth import truth_rows
+from app.exchange.dataset import VideoFacts
+from app.exchange.imports import ImportKind, ImportResult, ImportService, Incoming, Onto, read_incoming, target_of
+from app.settings import Settings
+from app.storage.database import Database
+from app.storage.identity import server_of
+from app.storage.models import Base, Video
+from app.truths.service import TruthService
+from tsr_engine.exchange.formats import ImportLimits
+from tsr_engine.exchange.packed import read_packed, write_packed
+from tsr_engine.io.frame_table import FrameTable
+
+__all__ = ["CagedImports", "read_apart", "rehearse", "store_apart"]
+
+_PACKED: Final = "tracks.npz"
+_SMALL: Final = 1 << 20
+"""Bytes of arrays, of some ten thousand boxes, that the server stores by itself: sooner than a process has begun."""
+_SHORT: Final = 5000
+"""Frames of a video whose run the server writes by itself."""
+
+
+class CagedImports:
+    """Brings files in without reading a byte of them."""
+
+    def __init__(self, settings: Settings, imports: ImportService, cages: Cages) -> None:
+        self._settings = settings
+        self._imports = imports
+        self._cages = cages
+
+    def bring_in(
+        self,
+        video_id: str,
+        incoming: Incoming,
+        kind: ImportKind,
+        run_id: str | None,
+        stop: Callable[[], bool],
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> ImportResult:
+        """Import a file; see ``ImportService.bring_in``.
+
+        Args:
+            video_id: the video that it is about.
+            incoming: the file; ``scratch`` is a folder of its own.
+            kind: as what.
+            run_id: the run that an annotation corrects.
+            stop: whoever has sent it does not wait any more.
+            tell: hears what is done now, ``reading`` or ``storing``.
+
+        Raises:
+            Busy: stopped, or the server ends.
+            TooLarge: it takes more memory or time than an import may.
+            ApiError, TsrError: as of ``ImportService.bring_in``.
+        """
+        assert incoming.scratch is not None
+        onto = self._imports.check(video_id, kind, run_id)
+        packed = incoming.scratch / _PACKED
+        limits = Limits(
+            self._settings.import_memory_mb,
+            computing=self._settings.import_seconds,
+            wall=4.0 * self._settings.import_seconds,
+            writable=(incoming.scratch,),
+        )
+        storing = replace(limits, writable=(), network=True)
+        try:
+            tell("reading")
+            self._cages.run("app.exchange.caged:read_apart", incoming, onto, packed, limits=limits, stop=stop)
+            tell("storing")
+            if packed.stat().st_size <= _SMALL and (kind != "run" or onto.facts.frames <= _SHORT):
+                dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
+                return self._imports.store(video_id, onto, incoming, kind, run_id, dataset)
+            found = self._cages.run(
+                "app.exchange.caged:store_apart",
+                *(self._settings, video_id, onto, incoming, kind, run_id, packed),
+                limits=storing,
+                stop=stop,
+            )
+        except CagesClosed as error:
+            raise Busy(f"The import was ended: {error}. Nothing was imported.") from None
+        except CageError as error:
+            raise TooLarge(
+                f"{incoming.path.name} was not imported: {error}. Split the file, or give imports more with "
+                "TSR_IMPORT_MEMORY_MB or TSR_IMPORT_SECONDS.",
+                field="body",
+                code="bad_file",
+            ) from None
+        return ImportResult.model_validate(found)
+
+
+def read_apart(_: Talk, incoming: Incoming, onto: Onto, packed: Path) -> int:
+    """In the first cage: the file as arrays."""
+    return write_packed(packed, read_incoming(incoming, onto))
+
+
+def store_apart(
+    _: Talk,
+    settings: Settings,
+    video_id: str,
+    onto: Onto,
+    incoming: Incoming,
+    kind: ImportKind,
+    run_id: str | None,
+    packed: Path,
+) -> dict[str, Any]:
+    """In the second one: the arrays into the database and the data folder."""
+    dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
+    packed.unlink()
+    database = Database(settings.database, server_of(settings))
+    events = EventBus()
+    evidence = EvidenceService(settings, database)
+    try:
+        edits = EditService(database, events, evidence, settings)
+        imports = ImportService(settings, database, events, edits, TruthService(database))
+        return imports.store(video_id, onto, incoming, kind, run_id, dataset).model_dump(mode="json")
+    finally:
+        evidence.close()
+        database.close()
+
+
+def rehearse() -> None:
+    """Do all of it once, so that what is set up at the first use is there in every cage that is forked afterwards."""
+    with tempfile.TemporaryDirectory(prefix="tsr-rehearsal-") as name:
+        folder = Path(name)
+        file, packed = folder / "a.csv", folder / _PACKED
+        file.write_text("frame,track_id,x1,y1,x2,y2,class_id\n0,1,1,1,9,9,14\n", encoding="ascii")
+        facts = VideoFacts("a.mp4", "0" * 64, 16, 16, 1, None, None, True, None)
+        ticks, no = np.zeros(1, np.int64), np.zeros(1, np.bool_)
+        onto = Onto(facts, FrameTable(Fraction(1, 25), ticks, ticks, ~no, no, 1, True), 0, ImportLimits())
+        incoming = Incoming(file, "a", scratch=folder)
+        write_packed(packed, read_incoming(incoming, onto))
+        tracks = read_packed(packed, target_of(incoming, onto), file.name).videos[0].tracks()
+        database = Database(f"sqlite:///{folder / 'a.sqlite'}")
+        Base.metadata.create_all(database.engine)
+        with database.write() as session:
+            session.add(Video(id="0" * 64, name="a.mp4", path="a.mp4", size=0, state="ready", warnings=[]))
+        TruthService(database).put_rows("0" * 64, "a", truth_rows(tracks))
+        database.close()

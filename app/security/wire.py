@@ -1,0 +1,235 @@
+"""Connections, below every request: one reading of HTTP, and deadlines and a cap that nobody can wait out.
+
+``h11`` accepts what other parsers read in another way: lines that end in a bare LF, header lines that go on in the next
+line, ``Content-Length`` beside ``Transfer-Encoding``. Where a proxy stands in front, two readings of the same bytes are
+two different requests. So such a request is answered with 400, and its connection is closed.
+
+The parts of ``h11`` and ``uvicorn`` that are overridden here are held by ``tests/attack/test_wire.py``.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import resource
+from typing import Any, Final, Literal
+
+import h11
+from h11._receivebuffer import ReceiveBuffer
+from uvicorn.config import Config
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.server import ServerState
+
+from app.errors import error_body
+
+__all__ = ["BODY_SILENCE", "HEAD_DEADLINE", "Door"]
+
+HEAD_DEADLINE: Final = 10.0
+"""Seconds from the first byte (or the connection) to the end of a request's head."""
+BODY_SILENCE: Final = 60.0
+"""Seconds without a byte after which a body that is being waited for counts as broken off."""
+READING_SILENCE: Final = 60.0
+"""Seconds that the other side may take to read the next piece of an answer."""
+_MOST_FILES: Final = 4096
+"""Descriptors that the server asks for, where the system allows that many."""
+_MOST: Final = 1000
+"""Connections at once, however many descriptors there are."""
+_HEAD_ENDS: Final = re.compile(rb"\n\r?\n")
+_BARE_LF: Final = re.compile(rb"(?<!\r)\n")
+_FOLDED: Final = re.compile(rb"\n[ \t]")
+_CHUNK: Final = re.compile(rb"[0-9A-Fa-f]{1,16}(;[^\r\n]*)?\r\n")
+_Phase = Literal["head", "body", "rest"]
+
+
+class Door:
+    """What the connections of one server share. ``protocol`` is for ``uvicorn.Config(http=...)``.
+
+    Args:
+        most: connections at once; unset: as many as leave half of the descriptors to the database and to files.
+        head: seconds for the head of a request, see ``HEAD_DEADLINE``.
+    """
+
+    def __init__(self, most: int | None = None, head: float = HEAD_DEADLINE) -> None:
+        self.most = min(_MOST, _descriptors() // 2) if most is None else most
+        self.head = head
+        self.waiting: dict[_StrictHttp, None] = {}
+        """Connections that have not sent a whole head yet, the oldest first."""
+
+    def protocol(
+        self,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        _loop: asyncio.AbstractEventLoop | None = None,
+    ) -> asyncio.Protocol:
+        """One connection."""
+        return _StrictHttp(self, config, server_state, app_state, _loop)
+
+
+def _descriptors() -> int:
+    """Descriptors of this process, after asking for as many as it needs."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = _MOST_FILES if hard == resource.RLIM_INFINITY else min(_MOST_FILES, hard)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+        return wanted
+    return _MOST_FILES if soft == resource.RLIM_INFINITY else soft
+
+
+class _StrictHttp(H11Protocol):
+    """One connection; it has a deadline whenever the other side has to do something."""
+
+    def __init__(
+        self,
+        door: Door,
+        config: Config,
+        server_state: ServerState,
+        app_state: dict[str, Any],
+        loop: asyncio.AbstractEventLoop | None,
+    ) -> None:
+        super().__init__(config, server_state, app_state, loop)
+        self.conn._receive_buffer = _StrictBuffer()
+        self._door = door
+        self._phase: _Phase | None = None
+        self._deadline: asyncio.TimerHandle | None = None
+        self._stalled: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        if len(self.connections) > self._door.most:
+            # Whoever has asked for nothing yet goes first, so that silent connections shut nobody out.
+            victim = next(iter(self._door.waiting), self)
+            self.connections.discard(victim)
+            self._door.waiting.pop(victim, None)
+            victim.transport.abort()
+            if victim is self:
+                return
+        self._watch()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._door.waiting.pop(self, None)
+        self._disarm()
+        if self._stalled is not None:
+            self._stalled.cancel()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        if self._phase == "body":
+            self._disarm()
+        self._watch()
+
+    def handle_events(self) -> None:
+        super().handle_events()
+        self._watch()
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        self._watch()
+
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
+        self._door.waiting.pop(self, None)
+        self._disarm()
+        super().handle_websocket_upgrade(event)
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._stalled = self.loop.call_later(READING_SILENCE, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        if self._stalled is not None:
+            self._stalled.cancel()
+            self._stalled = None
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse what is no HTTP, in the shape of all failures, as far as no answer has begun."""
+        if self.cycle is not None:
+            self.cycle.disconnected = True  # nobody reads another answer
+            self.cycle.message_event.set()
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            sentence = "This is not a request as HTTP defines it. The connection was closed."
+            body = json.dumps(error_body("bad_request", sentence)).encode()
+            headers = [
+                ("content-type", "application/json"),
+                ("content-length", str(len(body))),
+                ("connection", "close"),
+            ]
+            for part in (h11.Response(status_code=400, headers=headers, reason=b"Bad Request"), h11.Data(data=body)):
+                self.transport.write(self.conn.send(part) or b"")
+        self.transport.close()
+
+    # ------------------------------------------------------------------------------------------------------ inside
+
+    def _watch(self) -> None:
+        """Begin the deadline of what the other side has to do now."""
+        phase = self._wanted()
+        if phase == "head":
+            self._door.waiting.setdefault(self)
+        else:
+            self._door.waiting.pop(self, None)
+        if phase == self._phase and self._deadline is not None:
+            return
+        self._disarm()
+        if phase is not None:
+            self._phase = phase
+            seconds = BODY_SILENCE if phase == "body" else self._door.head
+            self._deadline = self.loop.call_later(seconds, self._expire)
+
+    def _wanted(self) -> _Phase | None:
+        if self.transport.is_closing() or self.timeout_keep_alive_task is not None:
+            return None
+        state = self.conn.their_state
+        if state is h11.IDLE:
+            return "head"
+        if state is not h11.SEND_BODY:
+            return None
+        # The answer may be complete before the body is, as where a credential is missing.
+        return "body" if self.cycle is not None and not self.cycle.response_complete else "rest"
+
+    def _expire(self) -> None:
+        self._deadline = None
+        if self._phase == "body" and self.flow.read_paused:
+            self._watch()  # it is us who do not read
+        elif not self.transport.is_closing():
+            self.transport.abort()
+
+    def _disarm(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+        self._deadline, self._phase = None, None
+
+
+class _StrictBuffer(ReceiveBuffer):
+    """Bytes that have come; heads, trailers and sizes of chunks are taken out of it as HTTP defines them, or not."""
+
+    def maybe_extract_lines(self) -> list[bytearray] | None:
+        if self._data[:2] != b"\r\n":  # else there are no trailers, and what follows is the next request
+            self._check_lines()
+        lines = super().maybe_extract_lines()
+        if lines is not None:
+            _check_framing(lines)
+        return lines
+
+    def _check_lines(self) -> None:
+        found = _HEAD_ENDS.search(self._data)
+        head = self._data if found is None else self._data[: found.end()]
+        if _BARE_LF.search(head) or _FOLDED.search(head):
+            raise h11.LocalProtocolError("a line that does not end in CRLF, or goes on in the next one")
+
+    def maybe_extract_next_line(self) -> bytearray | None:
+        line = super().maybe_extract_next_line()
+        if line is not None and not _CHUNK.fullmatch(line):
+            raise h11.LocalProtocolError("the size of a chunk is no hexadecimal number")
+        return line
+
+
+def _check_framing(lines: list[bytearray]) -> None:
+    """Refuse a head that says in two ways how long its body is."""
+    lengths = [line for line in lines if line[:15].lower() == b"content-length:"]
+    coded = any(line[:18].lower() == b"transfer-encoding:" for line in lines)
+    if len(lengths) > 1 or any(b"," in line for line in lengths) or (lengths and coded):
+        raise h11.LocalProtocolError("the length of the body is said twice")
+    if coded and lines[0].endswith(b"HTTP/1.0"):
+        raise h11.LocalProtocolError("HTTP/1.0 knows no Transfer-Encoding")

@@ -1,0 +1,191 @@
+"""Pictures of a video, decoded and encoded in a cage of their own: what a file makes a decoder do happens there.
+
+Each open video has one. A picture comes as a few hundred kilobytes through a socket, which takes less than a tenth of a
+millisecond, and while it is decoded the server is free to answer others.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+import cv2
+import numpy as np
+
+from app.cages.cage import CageError, Cages
+from app.cages.failures import raised, told
+from app.cages.limits import Limits
+from app.cages.talk import Ended, Talk
+from app.errors import Busy, Invalid
+from tsr_engine.errors import VideoError
+from tsr_engine.io.frame_table import FrameTable
+from tsr_engine.io.opened_file import VideoSource, named
+from tsr_engine.io.video import Video, open_video
+from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.records import Picture
+
+__all__ = ["CagedDecoder", "Decoder", "Encoding", "LocalDecoder", "encode_picture", "open_here"]
+
+Encoding = Literal["jpeg", "webp"]
+_PATIENCE = 60.0
+"""Seconds that one picture may take: to the farthest one from its key frame, on a busy machine, and much more."""
+
+
+class Decoder(Protocol):
+    """An open video. Frames are ordinals."""
+
+    width: int
+    height: int
+    path: Path
+
+    @property
+    def position(self) -> int:
+        """The frame that the next one in a row follows."""
+
+    def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
+        """A picture as a file."""
+
+    def picture(self, ordinal: int) -> Picture:
+        """A picture, BGR."""
+
+    def close(self) -> None:
+        """Release the file."""
+
+
+class LocalDecoder:
+    """A video that this process has opened."""
+
+    def __init__(self, video: Video) -> None:
+        self._video = video
+        self.width, self.height, self.path = video.width, video.height, video.path
+
+    @property
+    def position(self) -> int:
+        """See ``Video.position``."""
+        return self._video.position
+
+    def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
+        """See ``encode_picture``."""
+        return encode_picture(self.picture(ordinal), width, encoding)
+
+    def picture(self, ordinal: int) -> Picture:
+        """See ``Video.read``."""
+        return self._video.read(ordinal).picture
+
+    def close(self) -> None:
+        """Close the video."""
+        self._video.close()
+
+
+def open_here(source: VideoSource, limits: VideoLimits, table: FrameTable) -> Decoder:
+    """A video in this process, as a worker opens it, which has limits of its own.
+
+    Raises:
+        VideoError: the file cannot be opened.
+    """
+    return LocalDecoder(open_video(source, limits=limits, table=table))
+
+
+class CagedDecoder:
+    """A video that a cage has opened.
+
+    Raises:
+        VideoError: the file cannot be opened.
+        Busy: the server ends, or no process can be started.
+    """
+
+    def __init__(
+        self, cages: Cages, source: VideoSource, limits: VideoLimits, table: FrameTable, *, memory_mb: int
+    ) -> None:
+        self._cages = cages
+        self.path = named(source)
+        try:
+            self._cage = cages.open("app.videos.decoding:decode_apart", source, limits, table, limits=Limits(memory_mb))
+        except CageError as error:
+            raise Busy(f"The video cannot be opened: {error}.", code="busy") from None
+        self._cage.talk.patience(_PATIENCE)
+        self._memory_mb = memory_mb
+        self.position = 0
+        try:
+            opened, _ = self._heard()
+        except BaseException:
+            self.close()
+            raise
+        self.width, self.height = int(opened["width"]), int(opened["height"])
+
+    def encoded(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
+        """See ``encode_picture``; errors as of ``picture``."""
+        return bytes(self._asked({"frame": ordinal, "width": width, "encoding": encoding})[1])
+
+    def picture(self, ordinal: int) -> Picture:
+        """A picture, BGR.
+
+        Raises:
+            VideoError: it cannot be decoded, or its cage has ended.
+        """
+        said, content = self._asked({"frame": ordinal})
+        if len(content) != 3 * self.width * self.height or said.get("shape") != [self.height, self.width, 3]:
+            raise VideoError("the picture has another size than the video")
+        return np.frombuffer(content, np.uint8).reshape(self.height, self.width, 3)
+
+    def close(self) -> None:
+        """End the cage."""
+        self._cages.end(self._cage)
+
+    def _asked(self, question: dict[str, Any]) -> tuple[dict[str, Any], bytearray]:
+        try:
+            self._cage.talk.say(question)
+        except Ended:
+            raise VideoError("the process that decodes the video has ended") from None
+        said, content = self._heard()
+        self.position = int(said.get("position", 0))
+        return said, content
+
+    def _heard(self) -> tuple[dict[str, Any], bytearray]:
+        try:
+            said, content = self._cage.talk.hear()
+        except Ended:
+            self._cage.kill()  # it may be decoding still
+            raise VideoError("the process that decodes the video has ended, or took too long") from None
+        if "failed" in said:
+            raise raised(said["failed"], self._memory_mb)
+        return said, content
+
+
+def decode_apart(talk: Talk, source: VideoSource, limits: VideoLimits, table: FrameTable) -> None:
+    """In the cage: open the file, which is checked again, and answer until nobody asks any more."""
+    with open_video(source, limits=limits, table=table) as video:
+        decoder = LocalDecoder(video)
+        talk.say({"width": video.width, "height": video.height})
+        while True:
+            question, _ = talk.hear()
+            try:
+                if "encoding" in question:
+                    content = decoder.encoded(question["frame"], question["width"], question["encoding"])
+                    talk.say({"position": video.position}, content)
+                else:
+                    picture = np.ascontiguousarray(decoder.picture(question["frame"]))
+                    talk.say({"position": video.position, "shape": list(picture.shape)}, picture.data.cast("B"))
+            except Ended:
+                raise
+            except Exception as error:
+                talk.say({"failed": told(error)})
+
+
+def encode_picture(picture: Picture, width: int, encoding: Encoding) -> bytes:
+    """A BGR picture as JPEG or WebP, shrunk to ``width`` px where that is less than its own.
+
+    Raises:
+        Invalid: the picture does not fit the format (WebP ends at 16,383 px).
+    """
+    if width < picture.shape[1]:
+        height = max(1, round(picture.shape[0] * width / picture.shape[1]))
+        picture = np.asarray(cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    options = [cv2.IMWRITE_JPEG_QUALITY, 88] if encoding == "jpeg" else [cv2.IMWRITE_WEBP_QUALITY, 82]
+    try:
+        good, code = cv2.imencode(".jpg" if encoding == "jpeg" else ".webp", picture, options)
+    except cv2.error:
+        good = False
+    if not good:
+        raise Invalid(f"The picture cannot be written as {encoding}.", field="format")
+    return code.tobytes()

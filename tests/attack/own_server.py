@@ -1,0 +1,121 @@
+"""A server in a process of its own, asked over HTTP and watched from outside."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tests.patience import until, within
+
+__all__ = ["TOKEN", "Running", "command", "running"]
+
+TOKEN = "t" * 24
+
+
+@dataclass
+class Running:
+    """A server in a process of its own."""
+
+    process: subprocess.Popen[bytes]
+    base: str
+    waits: list[float] = field(default_factory=list)
+    memory: int = 0
+
+    def ask(
+        self, path: str, content: bytes | None = None, timeout: float = 240, more: Mapping[str, str] | None = None
+    ) -> tuple[int, Any]:
+        """Status and JSON of an answer."""
+        headers = {"Authorization": f"Bearer {TOKEN}", **(more or {})}
+        request = urllib.request.Request(f"{self.base}{path}", data=content, headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=timeout) as answer:
+                return answer.status, json.load(answer)
+        except urllib.error.HTTPError as error:
+            return error.code, json.load(error)
+
+    def resident(self) -> int:
+        """MiB that the server process holds now."""
+        text = Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(text.partition("VmRSS:")[2].split()[0]) // 1024
+
+    def cages(self) -> list[int]:
+        """Processes below the nursery."""
+        nursery = [child for child in children(self.process.pid) if b"nursery" in command(child)]
+        return [cage for one in nursery for cage in children(one)]
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Ask for something small all the time, and look at the memory."""
+        done = threading.Event()
+
+        def look() -> None:
+            while not done.is_set():
+                began = time.monotonic()
+                assert self.ask("/api/formats")[0] == 200
+                self.waits.append(time.monotonic() - began)
+                self.memory = max(self.memory, self.resident())
+                time.sleep(0.05)
+
+        thread = threading.Thread(target=look)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join()
+
+
+def children(process: int) -> list[int]:
+    try:
+        tasks = list(Path(f"/proc/{process}/task").iterdir())
+        return [int(one) for task in tasks for one in (task / "children").read_text().split()]
+    except OSError:
+        return []
+
+
+def command(process: int) -> bytes:
+    try:
+        return Path(f"/proc/{process}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
+@contextmanager
+def running(home: Path, more: Mapping[str, str] | None = None) -> Iterator[Running]:
+    """Start it on a data folder; it is killed at the end if it still runs.
+
+    Args:
+        home: the data folder.
+        more: further variables of its environment.
+    """
+    (home / "server.json").unlink(missing_ok=True)
+    environment = {**os.environ, "TSR_TOKEN": TOKEN, "TSR_SAMPLE": "false", "TSR_WORKERS": "0", **(more or {})}
+    command_ = [sys.executable, "-m", "app", "review", "--home", str(home), "--port", "0", "--no-browser"]
+    process = subprocess.Popen(command_, env=environment, cwd=Path(__file__).parents[2])
+    try:
+        until((home / "server.json").exists, within(60))
+        base = json.loads((home / "server.json").read_text())["base"]
+        made = Running(process, base)
+        until(lambda: answers(made), within(30))
+        yield made
+    finally:
+        process.kill()
+        process.wait()
+
+
+def answers(made: Running) -> bool:
+    try:
+        return made.ask("/api/formats")[0] == 200
+    except OSError:
+        return False

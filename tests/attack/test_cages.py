@@ -1,0 +1,180 @@
+"""What a process that reads bytes from outside may do, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.cages.cage import CageError, Cages, CagesClosed
+from app.cages.limits import Limits
+from app.cages.talk import Talk
+from tests.patience import until, within
+from tsr_engine.errors import ImportFormatError
+
+FREE = Limits(2048)
+HERE = "tests.attack.test_cages:"
+
+
+@pytest.fixture
+def cages() -> Iterator[Cages]:
+    """Cages of a server that ends with the test."""
+    made = Cages()
+    yield made
+    made.close()
+
+
+def take(_: Talk, megabytes: int) -> int:
+    return len(bytearray(megabytes << 20))
+
+
+def compute(_: Talk) -> None:
+    while True:
+        pass
+
+
+def sleep(_: Talk, mark: str = "") -> None:
+    if mark:
+        Path(mark).write_text(str(os.getpid()))
+    time.sleep(600)
+
+
+def kill_oneself(_: Talk) -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def refuse(_: Talk) -> None:
+    raise ImportFormatError("a.zip: is none.", "too_large")
+
+
+def break_down(_: Talk) -> None:
+    raise RuntimeError("something secret")
+
+
+def try_all(_: Talk, folder: str, other: str, port: int, victim: int) -> dict[str, str]:
+    """What an attacker inside a cage would do; each with the name of the error."""
+
+    def connect() -> None:
+        socket.create_connection(("127.0.0.1", port), timeout=1).close()
+
+    def send_datagram() -> None:
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b"x", ("127.0.0.1", port))
+
+    def rename_out() -> None:
+        Path(folder, "mine").write_text("x")
+        Path(folder, "mine").rename(Path(other, "mine"))
+
+    attempts: dict[str, Any] = {
+        "write": lambda: Path(other, "new").write_text("x"),
+        "overwrite": lambda: Path(other, "old").write_text("x"),
+        "truncate": lambda: os.truncate(Path(other, "old"), 0),
+        "delete": Path(other, "old").unlink,
+        "make a folder": Path(other, "folder").mkdir,
+        "link": lambda: Path(other, "link").symlink_to("/etc/passwd"),
+        "move out": rename_out,
+        "connect": connect,
+        "send": send_datagram,
+        "unix socket": lambda: socket.socket(socket.AF_UNIX),
+        "another program": lambda: subprocess.run(["/bin/true"], check=True),
+        "a signal": lambda: os.kill(victim, signal.SIGTERM),
+        "more memory": lambda: __import__("resource").setrlimit(9, (1 << 40, 1 << 40)),
+    }
+    found = {}
+    for name, attempt in attempts.items():
+        try:
+            attempt()
+            found[name] = "done"
+        except Exception as error:
+            found[name] = type(error).__name__
+    return found
+
+
+def test_the_limits_hold(cages: Cages) -> None:
+    assert cages.run(HERE + "take", 200, limits=Limits(512)) == 200 << 20
+    with pytest.raises(CageError, match="more than the 512 MiB of memory"):
+        cages.run(HERE + "take", 2000, limits=Limits(512))
+    with pytest.raises(CageError, match="more than the 1 s of computing"):
+        cages.run(HERE + "compute", limits=Limits(512, computing=1))
+    with pytest.raises(CageError, match="more than the 1 s that it may take"):
+        cages.run(HERE + "sleep", limits=Limits(512, wall=1))
+
+
+def test_failures_are_told(cages: Cages) -> None:
+    with pytest.raises(ImportFormatError, match="is none") as caught:
+        cages.run(HERE + "refuse", limits=FREE)
+    assert caught.value.kind == "too_large"
+    with pytest.raises(CageError, match=r"failed \(RuntimeError\)") as unexpected:
+        cages.run(HERE + "break_down", limits=FREE)
+    assert "secret" not in str(unexpected.value)
+    with pytest.raises(CageError, match="died"):
+        cages.run(HERE + "kill_oneself", limits=FREE)
+
+
+def test_nothing_leaves_a_cage(cages: Cages, tmp_path: Path) -> None:
+    mine, other = tmp_path / "mine", tmp_path / "other"
+    mine.mkdir()
+    other.mkdir()
+    (other / "old").write_text("old")
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+        limits = Limits(2048, writable=(mine,))
+        found = cages.run(HERE + "try_all", str(mine), str(other), port, os.getpid(), limits=limits)
+    assert [name for name, what in found.items() if what == "done"] == []
+    assert (other / "old").read_text() == "old"
+    assert [path.name for path in other.iterdir()] == ["old"]
+    assert (mine / "mine").exists(), "it may write in its own folder"
+
+
+def test_without_a_folder_it_writes_no_byte(cages: Cages, tmp_path: Path) -> None:
+    with pytest.raises(CageError):
+        cages.run(HERE + "sleep", str(tmp_path / "mark"), limits=Limits(512, wall=20))
+    assert not (tmp_path / "mark").exists() or not (tmp_path / "mark").read_text()
+
+
+def test_it_ends_with_whoever_waits_for_it(cages: Cages, tmp_path: Path) -> None:
+    mark, left = tmp_path / "mark", threading.Event()
+    ended: list[float] = []
+
+    def wait() -> None:
+        with pytest.raises(CagesClosed):
+            cages.run(HERE + "sleep", str(mark), limits=Limits(512, writable=(tmp_path,)), stop=lambda: left.is_set())
+        ended.append(time.monotonic())
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    until(lambda: mark.exists() and mark.read_text(), within(10))
+    began = time.monotonic()
+    left.set()
+    thread.join(within(2))
+    assert ended[0] - began < within(0.5)
+    until(lambda: gone(int(mark.read_text())), within(2))
+
+
+def test_it_ends_with_the_server_however_that_ends(tmp_path: Path) -> None:
+    code = (
+        "import sys; from pathlib import Path; from app.cages.cage import Cages; from app.cages.limits import Limits\n"
+        "folder = Path(sys.argv[1])\n"
+        f"Cages().run('{HERE}sleep', str(folder / 'mark'), limits=Limits(512, writable=(folder,)))"
+    )
+    server = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], cwd=Path(__file__).parents[2])
+    mark = tmp_path / "mark"
+    until(lambda: mark.exists() and mark.read_text(), within(30))
+    server.kill()
+    server.wait()
+    until(lambda: gone(int(mark.read_text())), within(2))
+
+
+def gone(process: int) -> bool:
+    try:
+        return Path(f"/proc/{process}/stat").read_text().split()[2] == "Z"
+    except OSError:
+        return True

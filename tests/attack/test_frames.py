@@ -1,0 +1,99 @@
+"""Frames of videos: whatever a file does to a decoder, it does to a process of its own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from toy_home import ToyHome, make_home
+from toy_server import Server
+
+from app.videos.decoding import CagedDecoder
+from tests.patience import until, within
+
+
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
+    """A home with a tracked drive."""
+    made = make_home(tmp_path_factory.mktemp("frames"))
+    made.evidence.close()
+    made.database.close()
+    return made
+
+
+@pytest.fixture
+def server(toy: ToyHome, tmp_path: Path) -> Iterator[Server]:
+    """A server on a copy of it."""
+    shutil.copytree(toy.settings.home, tmp_path / "home")
+    made = Server(tmp_path / "home")
+    with made.client:
+        yield made
+
+
+def frame(server: Server, toy: ToyHome, ordinal: int) -> Any:
+    return server.client.get(f"/api/videos/{toy.video_id}/frames/{ordinal}")
+
+
+def decoders(server: Server) -> list[CagedDecoder]:
+    found = [reel._video for reel in server.context.frames._open.values()]
+    assert all(isinstance(one, CagedDecoder) for one in found), "no video is decoded in the server"
+    return found  # type: ignore[return-value]
+
+
+def test_a_decoder_that_dies_costs_one_answer(server: Server, toy: ToyHome) -> None:
+    assert frame(server, toy, 3).status_code == 200
+    before = frame(server, toy, 60).content
+    decoders(server)[0]._cage.kill()
+    statuses = [frame(server, toy, k).status_code for k in (35, 36)]
+    assert set(statuses) <= {200, 409}
+    assert statuses[-1] == 200, "it is opened again"
+    assert frame(server, toy, 60).content == before
+
+
+def test_a_decoder_that_hangs_has_a_deadline(server: Server, toy: ToyHome, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.videos.decoding._PATIENCE", within(0.5))
+    assert frame(server, toy, 3).status_code == 200
+    decoder = decoders(server)[0]
+    process = pid_of(decoder)
+    os.kill(process, signal.SIGSTOP)
+    answer = frame(server, toy, 70)
+    assert answer.status_code in (200, 409), answer.text
+    until(lambda: not Path(f"/proc/{process}").exists(), within(3))
+    assert frame(server, toy, 70).status_code == 200
+
+
+def test_no_decoder_outlives_its_server(toy: ToyHome, tmp_path: Path) -> None:
+    shutil.copytree(toy.settings.home, tmp_path / "home")
+    server = Server(tmp_path / "home")
+    with server.client:
+        assert frame(server, toy, 3).status_code == 200
+        process = pid_of(decoders(server)[0])
+    until(lambda: not Path(f"/proc/{process}").exists(), within(3))
+
+
+def test_a_file_that_is_no_video_any_more(server: Server, toy: ToyHome) -> None:
+    """Overwritten under the decoder's hands: one sentence, and the server goes on."""
+    decoder = CagedDecoder(
+        server.context.cages, toy.video, server.settings.video_limits, table(server, toy), memory_mb=2048
+    )
+    decoder.close()
+    broken = toy.video.with_name("broken.mp4")
+    broken.write_bytes(b"\0\0\0\x20ftypisom" + os.urandom(4000))
+    with pytest.raises(Exception, match="cannot be opened as a video"):
+        CagedDecoder(server.context.cages, broken, server.settings.video_limits, table(server, toy), memory_mb=2048)
+    assert frame(server, toy, 3).status_code == 200
+
+
+def table(server: Server, toy: ToyHome) -> Any:
+    frame(server, toy, 0)
+    return next(iter(server.context.frames._open.values())).table
+
+
+def pid_of(decoder: CagedDecoder) -> int:
+    text = Path(f"/proc/self/fdinfo/{decoder._cage._process}").read_text()
+    return int(text.partition("Pid:")[2].split()[0])

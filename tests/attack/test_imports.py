@@ -1,0 +1,184 @@
+"""F3: small archives that unfold to very many tracks and boxes, and people who do not wait for them."""
+
+from __future__ import annotations
+
+import io
+import signal
+import threading
+import time
+import tracemalloc
+import zipfile
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from own_server import Running, command, running
+from toy_home import ToyHome, make_home
+
+from app.evidence.overlap import box_pairs
+from app.evidence.tables import BoxTable
+from app.exchange.dataset import LABELS
+from tests.patience import TIMES, until, within
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.dataset import DatasetVideo
+from tsr_engine.exchange.formats import ImportLimits, ImportTarget
+from tsr_engine.exchange.load import read_dataset
+
+FRAMES = 75
+MOST_MB = 600
+"""Memory of the server during any import, MiB."""
+
+
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
+    """A home with a tracked drive."""
+    made = make_home(tmp_path_factory.mktemp("imports"), FRAMES)
+    made.evidence.close()
+    made.database.close()
+    return made
+
+
+def mot(tracks: int, boxes: int = 1) -> bytes:
+    """A ZIP of MOT rows: so many tracks, each with so many boxes."""
+    rows = "".join(
+        f"{1 + (i + k) % FRAMES},{i + 1},{10 + i % 97},{10 + i % 43},20,20,1,1,1\n"
+        for i in range(tracks)
+        for k in range(boxes)
+    )
+    return zipped({"gt/gt.txt": rows.encode()})
+
+
+def interpolated(tracks: int) -> bytes:
+    """CVAT tracks of two key frames each, which stand for all frames between them."""
+    line = '<box frame="{}" xtl="10" ytl="10" xbr="30" ybr="30" outside="0" occluded="0" keyframe="1"/>'
+    ends = line.format(0) + line.format(FRAMES - 1)
+    rows = "".join(f'<track id="{i}" label="stop">{ends}</track>' for i in range(tracks))
+    return zipped({"annotations.xml": f"<annotations><version>1.1</version>{rows}</annotations>".encode()})
+
+
+def zipped(files: dict[str, bytes]) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+def fails(server: Running, path: str, content: bytes) -> None:
+    with suppress(OSError):
+        server.ask(path, content)
+
+
+def target(limits: ImportLimits | None = None) -> ImportTarget:
+    video = DatasetVideo("d.mp4", "0" * 64, 320, 240, FRAMES, Fraction(25), None, True, lambda: iter(()), stop=FRAMES)
+    return ImportTarget(video, LABELS, limits=limits or ImportLimits())
+
+
+def test_the_server_stays_small_and_quick_whatever_is_imported(toy: ToyHome) -> None:
+    """Many tracks, many boxes, many boxes between key frames: refused, or brought in by another process."""
+    attacks = {
+        "tracks": mot(100_000),
+        "boxes": mot(20_000, 60),
+        "between key frames": interpolated(19_000),
+        "as many as are let in": mot(15_000),
+    }
+    with running(toy.settings.home) as server, server.watched():
+        for name, content in attacks.items():
+            assert len(content) < 16 << 20
+            path = f"/api/videos/{toy.video_id}/imports?as=annotation&run={toy.run_id}&file=a.zip&name=a.zip"
+            began = time.monotonic()
+            status, said = server.ask(path, content)
+            told = said if status != 201 else said["tracks"]
+            assert (status, name) in ((413, name), (201, "as many as are let in")), (name, told)
+            assert time.monotonic() - began < within(20), name
+    assert server.memory < MOST_MB
+    late = [round(wait, 2) for wait in server.waits if wait > within(0.5)]
+    assert not late, late
+
+
+def test_work_ends_when_the_client_leaves_and_when_the_server_does(toy: ToyHome) -> None:
+    content = mot(19_000, 50)
+    path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
+    with running(toy.settings.home) as server:
+        with pytest.raises(OSError, match="timed out"):
+            server.ask(path, content, timeout=2)
+        until(lambda: not server.cages(), within(3))
+        threading.Thread(target=fails, args=(server, path, content), daemon=True).start()
+        until(server.cages, within(10))
+        cages = server.cages()
+        began = time.monotonic()
+        server.process.send_signal(signal.SIGTERM)
+        server.process.wait(within(10))
+        assert time.monotonic() - began < within(2)
+        until(lambda: not any(command(one) for one in cages), within(2))
+
+
+def test_many_rows_are_read_in_time_that_grows_with_them(tmp_path: Path) -> None:
+    """Computing of this process, so that others on the machine do not count."""
+
+    def computing(tracks: int) -> float:
+        path = tmp_path / f"{tracks}.zip"
+        path.write_bytes(mot(tracks))
+        began = time.process_time()
+        assert sum(1 for _ in read_dataset(path, target(), scratch=tmp_path).videos[0].tracks()) == tracks
+        return time.process_time() - began
+
+    few, many = computing(10_000), computing(100_000)
+    assert many < 20 * few
+    assert many < 4 * TIMES
+
+
+def test_one_name_for_all_tracks(tmp_path: Path) -> None:
+    """A name that is taken gets a number: the search for the next free one begins where the last one ended."""
+    intake = Intake(target())
+    began = time.process_time()
+    for k in range(30_000):
+        intake.box(intake.unique("same", "a", k), k % FRAMES, (1, 1, 9, 9), 0, file="a", line=k)
+    assert time.process_time() - began < within(3)
+    assert len(intake) == 30_000
+
+
+def test_caps(tmp_path: Path) -> None:
+    path = tmp_path / "a.zip"
+    path.write_bytes(mot(50, 2))
+    read_dataset(path, target(ImportLimits(50, 100)))
+    for limits, what in ((ImportLimits(49, 100), "more than 49 tracks"), (ImportLimits(50, 99), "more than 99 boxes")):
+        with pytest.raises(ImportFormatError, match=what) as caught:
+            read_dataset(path, target(limits))
+        assert caught.value.kind == "too_large"
+    path.write_bytes(interpolated(10))
+    read_dataset(path, target(ImportLimits(10, 10 * FRAMES)))
+    with pytest.raises(ImportFormatError, match="between its key frames"):
+        read_dataset(path, target(ImportLimits(10, 10 * FRAMES - 1)))
+
+
+def test_laying_many_tracks_onto_many_takes_bounded_memory() -> None:
+    """All in one frame: the pairs are as many as the product, and are looked at a piece at a time."""
+
+    def table(count: int, shift: float) -> BoxTable:
+        places = [(float(10 * (i % 300)) + shift, float(10 * (i // 300))) for i in range(count)]
+        boxes = np.array([[x, y, x + 8, y + 8] for x, y in places])
+        none = np.zeros(count, np.int64)
+        return BoxTable(none, np.arange(count), boxes, none, none > 0, none, tuple(map(str, range(count))))
+
+    tracemalloc.start()
+    pairs = box_pairs(table(4000, 0), table(4000, 1), 0.5)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert pairs.a.tolist() == pairs.b.tolist() == list(range(4000))
+    assert peak < 300 << 20
+
+
+def test_an_archive_that_points_before_its_beginning_is_damaged_and_no_full_disk(tmp_path: Path) -> None:
+    """Its own parts lie at places below zero, which reads as an error of the system."""
+    good = zipped({"gt/gt.txt": b"1,1,10,10,20,20,1,1,1\n"})
+    for where in (slice(0, 40), slice(0, 3)):
+        path = tmp_path / "a.zip"
+        data = bytearray(good)
+        del data[where]
+        path.write_bytes(data)
+        with pytest.raises(ImportFormatError, match="archive is damaged"):
+            read_dataset(path, target(), scratch=tmp_path)

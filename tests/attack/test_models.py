@@ -1,0 +1,91 @@
+"""Model files of somebody else: arrays that would run code, and networks that name other files."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnx
+import pytest
+from onnx import TensorProto, helper
+
+from tsr_engine.detection.onnx import OnnxDetector
+from tsr_engine.detection.onnx_parts import refers_to_files
+from tsr_engine.errors import ModelError
+from tsr_engine.io.models import load_component
+
+
+class Touches:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Path.touch, (self.mark,)
+
+
+def test_an_array_of_objects_is_refused_and_runs_nothing(tmp_path: Path) -> None:
+    mark = tmp_path / "run"
+    pickle.loads(pickle.dumps(Touches(mark)))
+    assert mark.exists(), "the attack works where pickles are read"
+    mark.unlink()
+    out = io.BytesIO()
+    np.savez(out, table=np.array([Touches(mark)], dtype=object))
+    (tmp_path / "prior.npz").write_bytes(out.getvalue())
+    entry = {"file": "prior.npz", "sha256": hashlib.sha256(out.getvalue()).hexdigest()}
+    (tmp_path / "manifest.json").write_text(json.dumps({"format": 2, "components": {"prior": entry}}))
+    with pytest.raises(ModelError, match="not a readable NumPy archive"):
+        load_component("prior", tmp_path)
+    assert not mark.exists()
+
+
+def outside(name: str = "w") -> TensorProto:
+    tensor = TensorProto(name=name, data_type=TensorProto.FLOAT, dims=[3, 4], data_location=TensorProto.EXTERNAL)
+    entry = tensor.external_data.add()
+    entry.key, entry.value = "location", "secret.bin"
+    return tensor
+
+
+def network(kind: str) -> bytes:
+    x, y = helper.make_tensor_value_info("x", 1, [1, 3]), helper.make_tensor_value_info("y", 1, [1, 4])
+    inside = helper.make_tensor("w", 1, [3, 4], np.arange(12, dtype=np.float32))
+    node = helper.make_node("MatMul", ["x", "w"], ["y"])
+    if kind == "initializer":
+        graph = helper.make_graph([node], "g", [x], [y], [outside()])
+    elif kind == "constant":
+        constant = helper.make_node("Constant", [], ["w"], value=outside())
+        graph = helper.make_graph([constant, node], "g", [x], [y])
+    elif kind == "branch":
+        inner = helper.make_graph([helper.make_node("Identity", ["v"], ["z"])], "i", [], [y], [outside("v")])
+        branch = helper.make_node("If", ["c"], ["w"], then_branch=inner, else_branch=inner)
+        graph = helper.make_graph([branch, node], "g", [x], [y])
+    else:
+        graph = helper.make_graph([node], "g", [x], [y], [inside])
+    return bytes(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)]).SerializeToString())
+
+
+@pytest.mark.parametrize("kind", ["initializer", "constant", "branch"])
+def test_a_network_that_names_other_files_is_refused(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    np.arange(12, dtype=np.float32).tofile(tmp_path / "secret.bin")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match="weights lie in other files"):
+        OnnxDetector(network(kind), (32, 32))
+
+
+def test_a_network_of_one_file_is_none_of_these() -> None:
+    assert not refers_to_files(network("plain"))
+    assert onnx.load_model_from_string(network("plain")).graph.initializer
+
+
+@pytest.mark.parametrize("content", [b"\x0a", b"\xff" * 30, b"\x3a\x7f", b"\x0b"])
+def test_bytes_that_are_no_network(content: bytes) -> None:
+    with pytest.raises(ValueError, match="ONNX"):
+        OnnxDetector(content, (32, 32))

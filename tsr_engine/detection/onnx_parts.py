@@ -1,0 +1,86 @@
+"""What an ONNX file refers to besides itself, found without loading it.
+
+A tensor may say that its values lie in another file, by any path. OpenCV follows that, also from bytes in memory, so a
+network from somebody else could have any file of this machine read as its weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+__all__ = ["refers_to_files"]
+
+_TENSOR: Final = "tensor"
+_EXTERNAL: Final = (13, 14)
+"""Fields of a tensor: where its values lie, and that they lie elsewhere."""
+_PARTS: Final[dict[str, dict[int, str]]] = {
+    "model": {7: "graph", 20: "training", 25: "function"},
+    "graph": {1: "node", 5: _TENSOR, 15: "sparse"},
+    "node": {5: "attribute"},
+    "attribute": {5: _TENSOR, 6: "graph", 10: _TENSOR, 11: "graph", 22: "sparse", 23: "sparse"},
+    "sparse": {1: _TENSOR, 2: _TENSOR},
+    "function": {7: "node", 11: "attribute"},
+    "training": {1: "graph", 2: "graph"},
+}
+"""Messages of onnx.proto that hold others: number of the field -> message."""
+_DEEPEST: Final = 64
+_VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
+
+
+def refers_to_files(network: bytes) -> bool:
+    """Whether values of the network lie in other files.
+
+    Raises:
+        ValueError: the bytes are no message of protocol buffers.
+    """
+    return _refers(memoryview(network), "model", 0)
+
+
+def _refers(data: memoryview, message: str, depth: int) -> bool:
+    if depth > _DEEPEST:
+        raise ValueError("Expected an ONNX network that OpenCV reads. Got one that is nested too deeply.")
+    if message == _TENSOR:
+        return any(field in _EXTERNAL and value not in (0, b"") for field, value in _fields(data))
+    parts = _PARTS[message]
+    return any(
+        _refers(value, parts[field], depth + 1)
+        for field, value in _fields(data)
+        if field in parts and isinstance(value, memoryview)
+    )
+
+
+def _fields(data: memoryview) -> Iterator[tuple[int, int | memoryview]]:
+    """Number and value of each field."""
+    at = 0
+    while at < len(data):
+        tag, at = _varint(data, at)
+        kind = tag & 7
+        if kind == _VARINT:
+            number, at = _varint(data, at)
+            yield tag >> 3, number
+            continue
+        if kind == _BYTES:
+            size, at = _varint(data, at)
+        elif kind in (_FIXED64, _FIXED32):
+            size = 8 if kind == _FIXED64 else 4
+        else:
+            raise ValueError("Expected an ONNX network that OpenCV reads. Got bytes that are none.")
+        if at + size > len(data):
+            raise ValueError("Expected an ONNX network that OpenCV reads. Got one that is cut short.")
+        if kind == _BYTES:
+            yield tag >> 3, data[at : at + size]
+        at += size
+
+
+def _varint(data: memoryview, at: int) -> tuple[int, int]:
+    found = 0
+    for shift in range(0, 70, 7):
+        if at >= len(data):
+            break
+        byte = data[at]
+        at += 1
+        found |= (byte & 0x7F) << shift
+        if byte < 0x80:
+            return found, at
+    raise ValueError("Expected an ONNX network that OpenCV reads. Got one that is cut short.")

@@ -1,0 +1,80 @@
+"""An evidence store of somebody else, looked at before anything is read from it.
+
+SQLite runs what a file's own schema says: a view in the place of a table computes for ever, a generated column or a
+trigger calls functions, a page of a tree that names itself gives rows without end. So the schema has to be ours, letter
+by letter, and the trees have to be sound, before the first query.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import Final
+
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence.schema import TABLES, create_tables
+
+__all__ = ["check_foreign"]
+
+_STEPS: Final = 20_000_000
+"""Steps of SQLite's machine that the look itself may take; that of a run of 3,000 frames takes a hundredth."""
+_EVERY: Final = 10_000
+_ROWS: Final = 2000
+"""Rows of one frame in one table at most; the busiest real frames have some hundred."""
+_SCHEMA: Final = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
+
+
+def check_foreign(path: Path, frames: int) -> None:
+    """Refuse a store that has anything but our tables, or more rows than its frames can have.
+
+    Args:
+        path: the SQLite file; nothing else writes it.
+        frames: how many the store is said to have.
+
+    Raises:
+        EvidenceError: says what is in it that must not be.
+    """
+    left = _STEPS // _EVERY
+
+    def spend() -> int:
+        nonlocal left
+        left -= 1
+        return left < 0
+
+    address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
+    try:
+        with closing(sqlite3.connect(address, uri=True, isolation_level=None)) as store:
+            store.set_progress_handler(spend, _EVERY)
+            store.execute("PRAGMA trusted_schema = OFF")
+            store.execute("PRAGMA cell_size_check = ON")
+            _check_schema(path, store)
+            if store.execute("PRAGMA quick_check(1)").fetchone() != ("ok",):
+                raise EvidenceError(f"{path.name} is damaged. Copy the file that it came in again.")
+            for table in TABLES:
+                count = store.execute(f"SELECT count(*) FROM {table.name}").fetchone()[0]  # noqa: S608 - our own names
+                if count > _ROWS * (frames + 1):
+                    raise EvidenceError(
+                        f"{path.name} has {count} rows in {table.name}, more than {frames} frames can have."
+                    )
+    except sqlite3.OperationalError as error:
+        if left < 0:
+            raise EvidenceError(f"{path.name} takes too long to look at for {frames} frames.") from None
+        raise EvidenceError(f"{path.name} cannot be read: {error}.") from None
+    except sqlite3.DatabaseError as error:
+        raise EvidenceError(f"{path.name} cannot be read: {error}.") from None
+
+
+def _check_schema(path: Path, store: sqlite3.Connection) -> None:
+    with closing(sqlite3.connect(":memory:")) as ours:
+        create_tables(ours)
+        known = ours.execute(_SCHEMA).fetchall()
+    # one row more than ours is enough to see that it is another
+    found = store.execute(f"{_SCHEMA} LIMIT {len(known) + 1}").fetchall()
+    if found == known:
+        return
+    other = next((row for row in found if row not in known), None)
+    what = (
+        "lacks a table" if other is None else f"has the {str(other[0])[:20]} {str(other[1])[:60]!r}, which is not ours"
+    )
+    raise EvidenceError(f"{path.name} {what}. Make it anew with this version.")

@@ -1,0 +1,112 @@
+"""A data set of one video between two of our processes: plain arrays and JSON, nothing that runs when it is read."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.load import check_dataset
+
+__all__ = ["read_packed", "write_packed"]
+
+_ALWAYS: Final = ("frames", "boxes", "key", "occluded", "score")
+_SOMETIMES: Final = ("labels", "ignore", "silent")
+_TYPES: Final[dict[str, Any]] = {
+    "frames": np.int64,
+    "boxes": np.float64,
+    "key": np.bool_,
+    "occluded": np.bool_,
+    "score": np.float64,
+    "labels": np.int64,
+    "ignore": np.bool_,
+    "silent": np.bool_,
+}
+
+
+def write_packed(path: Path, dataset: Dataset) -> int:
+    """Write a data set of one video; returns the number of its tracks.
+
+    Args:
+        path: the new file.
+        dataset: its tracks are held in memory.
+    """
+    video = dataset.videos[0]
+    tracks = list(video.tracks())
+    said = {
+        "tracks": [[t.uid, t.label, len(t.frames), t.state, t.source, list(map(list, t.notes))] for t in tracks],
+        "skipped": [[each.what, each.reason] for each in dataset.skipped],
+        "repaired": list(dataset.repaired),
+        "provenance": dict(video.provenance),
+    }
+    columns: dict[str, NDArray[Any]] = {"said": np.frombuffer(json.dumps(said).encode(), np.uint8)}
+    for name in _ALWAYS:
+        columns[name] = _joined([getattr(track, name) for track in tracks], name)
+    for name in _SOMETIMES:
+        values = [getattr(track, name) for track in tracks]
+        columns[f"has_{name}"] = np.array([each is not None for each in values], np.bool_)
+        columns[name] = _joined([each for each in values if each is not None], name)
+    with path.open("xb") as file:
+        np.savez(file, **columns)  # type: ignore[arg-type]
+    return len(tracks)
+
+
+def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
+    """Read it again, and hold it to all promises once more: whoever wrote it has read a stranger's file.
+
+    Args:
+        path: the file.
+        target: what it was read onto.
+        name: of the stranger's file, for messages.
+
+    Raises:
+        ImportFormatError: it breaks a promise.
+    """
+    with zipfile.ZipFile(path) as archive:
+        if any(entry.compress_type != zipfile.ZIP_STORED for entry in archive.infolist()):
+            raise ImportFormatError(f"{name}: was read into arrays that are not ours.")
+    with np.load(path, allow_pickle=False) as file:
+        said = json.loads(file["said"].tobytes())
+        columns: dict[str, NDArray[Any]] = {
+            column: np.asarray(file[column], _TYPES[column]) for column in (*_ALWAYS, *_SOMETIMES)
+        }
+        has = {column: np.asarray(file[f"has_{column}"], np.bool_).tolist() for column in _SOMETIMES}
+    take: dict[str, Callable[[int], Any]] = {column: _taker(values) for column, values in columns.items()}
+
+    def one(at: int, uid: str, label: int, count: int, state: str, source: str, notes: list[tuple[int, str]]) -> Track:
+        arrays: dict[str, Any] = {column: take[column](count) for column in _ALWAYS}
+        arrays |= {column: take[column](count) for column in _SOMETIMES if has[column][at]}
+        texts = tuple((int(frame), str(text)) for frame, text in notes)
+        return Track(uid=str(uid), label=int(label), **arrays, state=str(state), source=str(source), notes=texts)
+
+    tracks = [one(at, *row) for at, row in enumerate(said["tracks"])]
+    video: DatasetVideo = replace(target.video, tracks=lambda: iter(tracks), provenance=dict(said["provenance"]))
+    skipped = tuple(Skipped(str(what), str(reason)) for what, reason in said["skipped"])
+    dataset = Dataset(target.labels, (video,), skipped, tuple(map(str, said["repaired"])))
+    check_dataset(dataset, target, name)
+    return dataset
+
+
+def _joined(parts: list[NDArray[Any]], name: str) -> NDArray[Any]:
+    empty: NDArray[Any] = np.zeros((0, 4) if name == "boxes" else 0, _TYPES[name])
+    return np.concatenate([empty, *parts])
+
+
+def _taker(values: NDArray[Any]) -> Callable[[int], NDArray[Any]]:
+    at = 0
+
+    def take(count: int) -> NDArray[Any]:
+        nonlocal at
+        at += count
+        return values[at - count : at]
+
+    return take
