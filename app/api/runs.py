@@ -44,6 +44,13 @@ class NewRun(Model):
     name: str = Field("", max_length=120, pattern=PLAIN)
 
 
+class ByHand(Model):
+    """Who draws, and what the run is to be called."""
+
+    name: str = Field("Drawn by hand", min_length=1, max_length=120, pattern=PLAIN)
+    author: str | None = Field(None, min_length=1, max_length=80, pattern=PLAIN)
+
+
 class NewName(Model):
     """What a run is to be called."""
 
@@ -80,6 +87,16 @@ def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> RunView
         name=wanted.name,
     )
     return run_view(run)
+
+
+@router.post(
+    "/videos/{video_id}/runs/by-hand", operation_id="start_run_by_hand", status_code=201, responses=failures(404, 409)
+)
+def start_run_by_hand(video_id: VideoId, context: ContextDep, wanted: ByHand) -> RunView:
+    """A run without an engine and without tracks: a person draws them."""
+    made = context.caged_imports.begin_by_hand(video_id, wanted.name, wanted.author or context.settings.author)
+    with context.database.read() as session:
+        return run_view(context.runs.get(session, made.id))
 
 
 @router.get("/runs/{run_id}", operation_id="get_run", responses=failures(404))

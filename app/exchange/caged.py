@@ -7,7 +7,8 @@ gets arrays, which it checks once more, and no byte of the file. Where these are
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -109,6 +110,20 @@ class CagedImports:
             ) from None
         return ImportResult.model_validate(found)
 
+    def begin_by_hand(self, video_id: str, name: str, author: str) -> ImportResult:
+        """A run without tracks; see ``ImportService.begin_by_hand``. Another process writes that of a long video."""
+        onto = self._imports.check(video_id, "run", None)
+        if onto.facts.frames <= _SHORT:
+            return self._imports.begin_by_hand(video_id, name, author, onto)
+        limits = Limits(self._settings.import_memory_mb, computing=self._settings.import_seconds, network=True)
+        try:
+            found = self._cages.run(
+                "app.exchange.caged:begin_apart", self._settings, video_id, name, author, onto, limits=limits
+            )
+        except CageError as error:
+            raise Busy(f"The run was not begun: {error}. Try again.") from None
+        return ImportResult.model_validate(found)
+
 
 def read_apart(_: Talk, incoming: Incoming, onto: Onto, packed: Path) -> int:
     """In the first cage: the file as arrays."""
@@ -128,13 +143,25 @@ def store_apart(
     """In the second one: the arrays into the database and the data folder."""
     dataset = read_packed(packed, target_of(incoming, onto), incoming.path.name)
     packed.unlink()
+    with _imports_of(settings) as imports:
+        return imports.store(video_id, onto, incoming, kind, run_id, dataset).model_dump(mode="json")
+
+
+def begin_apart(_: Talk, settings: Settings, video_id: str, name: str, author: str, onto: Onto) -> dict[str, Any]:
+    """In a cage: a run without tracks."""
+    with _imports_of(settings) as imports:
+        return imports.begin_by_hand(video_id, name, author, onto).model_dump(mode="json")
+
+
+@contextmanager
+def _imports_of(settings: Settings) -> Iterator[ImportService]:
+    """The service in a process of its own."""
     database = Database(settings.database, server_of(settings))
     events = EventBus()
     evidence = EvidenceService(settings, database)
     try:
         edits = EditService(database, events, evidence, settings)
-        imports = ImportService(settings, database, events, edits, TruthService(database))
-        return imports.store(video_id, onto, incoming, kind, run_id, dataset).model_dump(mode="json")
+        yield ImportService(settings, database, events, edits, TruthService(database))
     finally:
         evidence.close()
         database.close()

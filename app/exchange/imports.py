@@ -59,6 +59,8 @@ __all__ = [
 ]
 
 ImportKind = Literal["annotation", "truth", "run"]
+BY_HAND = "drawn by hand"
+"""What a run without an engine and without a file says of where it comes from."""
 _PART = ".import-"
 
 
@@ -184,6 +186,23 @@ class ImportService:
         if kind == "truth":
             return self._truth(video_id, incoming, dataset, tracks)
         return self._run(video_id, onto, incoming, dataset, tracks)
+
+    def begin_by_hand(self, video_id: str, name: str, author: str, onto: Onto | None = None) -> ImportResult:
+        """A run without tracks, for whoever draws all of them.
+
+        Args:
+            video_id: the video.
+            name: of the run.
+            author: who asks.
+            onto: as ``check`` gives it, where it was asked already.
+
+        Raises:
+            NotFound: no such video.
+            Conflict: the video is not imported.
+        """
+        onto = self.check(video_id, "run", None) if onto is None else onto
+        nothing = Dataset(LABELS, (onto.facts.without_tracks(),))
+        return self._run(video_id, onto, Incoming(Path(BY_HAND), name, BY_HAND, author=author), nothing, [])
 
     def sweep(self) -> None:
         """Remove what imports of processes that died have left; those that are going on are let alone."""

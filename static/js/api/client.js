@@ -237,6 +237,8 @@ export function createApi(setup = {}) {
       const answer = await json(`/runs/${e(run)}/edits`, {...call, method: 'POST', body: edit, headers: match ? {'If-Match': match} : {}});
       return expectObject('POST /runs/…/edits', answer, {op_id: 'string', seq: 'number', docs: 'array'});
     },
+    /** @param {string} video @param {string|null} author @param {Call} [call] @returns {Promise<Run>} a run without an engine, for whoever draws all tracks */
+    startByHand: async (video, author, call) => expectObject('POST /videos/…/runs/by-hand', await json(`/videos/${e(video)}/runs/by-hand`, {...call, method: 'POST', body: {author}}), RUN),
     /** @param {string} run @param {{key: string, anchors: import('../types.js').FollowAnchor[], only: string|null, first: number, last: number|null, author: string|null}} wanted @param {Call} [call] @returns {Promise<import('../types.js').Follow>} */
     startFollow: async (run, wanted, call) => expectObject('POST /runs/…/follows', await json(`/runs/${e(run)}/follows`, {...call, method: 'POST', body: wanted}), FOLLOW),
     /** @param {string} run @param {string|null} author @param {Call} [call] @returns {Promise<import('../types.js').Follow|null>} */

@@ -15,7 +15,7 @@ export const onReview = (state) => state.route.screen === 'review' && state.revi
 
 /** Editing needs a run, since edits belong to one. @param {State} state @returns {string|null} */
 export function needsRun(state) {
-  if (!state.review?.run) return 'Run the engine on this video first.';
+  if (!state.review?.run) return 'Run the engine on this video first, or choose “Annotate by hand”.';
   return null;
 }
 

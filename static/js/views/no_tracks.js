@@ -5,6 +5,7 @@ import { canGoOn, whyNoTracks } from '../model/no_tracks.js';
 import { changeRun } from './change_run.js';
 import { h, setText } from './dom.js';
 import { icon } from './icons.js';
+import { recall } from './preferences.js';
 
 /**
  * @param {import('./app.js').ViewApp} app
@@ -13,7 +14,17 @@ import { icon } from './icons.js';
 export function createNoTracks(app, className) {
   const text = h('p');
   const resume = h('button', { class: 'btn btn-small', type: 'button', hidden: true, onclick: goOn }, icon('run'), 'Go on with the run');
-  const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resume);
+  const byHand = h('button', { class: 'btn btn-small', type: 'button', hidden: true, title: 'A run without the engine: draw signs (N) and follow them (T)', onclick: draw }, icon('draw'), 'Annotate by hand');
+  const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resume, byHand);
+
+  async function draw() {
+    const video = app.store.get().review?.video.id;
+    if (!video) return;
+    byHand.disabled = true;
+    await changeRun(app, () => app.api.startByHand(video, recall('author')));
+    byHand.disabled = false;
+  }
+
 
   async function goOn() {
     const run = app.store.get().review?.run;
@@ -31,6 +42,7 @@ export function createNoTracks(app, className) {
       setText(text, why);
       element.hidden = why === '';
       resume.hidden = !canGoOn(review, total);
+      byHand.hidden = review.run !== null || review.timebase === null;
     },
   };
 }

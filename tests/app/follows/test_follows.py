@@ -226,6 +226,36 @@ def test_a_file_that_is_gone_or_replaced_meanwhile_is_told(server: Server, run: 
     assert ("not there any more" if what == "gone" else "has changed") in found["error"]
 
 
+@pytest.mark.parametrize("short", [5000, 10], ids=["here", "in a cage"])
+def test_a_sign_is_followed_on_a_video_that_the_engine_has_not_seen(
+    server: Server, run: str, short: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.exchange.caged._SHORT", short)
+    anchor = anchor_of(server, run)
+    with server.context.database.read() as session:
+        video = session.scalars(select(Video.id)).one()
+    made = server.client.post(f"/api/videos/{video}/runs/by-hand", json={})
+    assert made.status_code == 201, made.text
+    by_hand = made.json()
+    assert (by_hand["state"], by_hand["tracks"], by_hand["frames_done"]) == ("complete", 0, FRAMES)
+    assert server.client.get(f"/api/runs/{by_hand['id']}/tracks").json()["id"] == []
+    follow = started(server, by_hand["id"], [anchor], key="hdrawn01")
+    work_off(server.context, "follow")
+    found = server.client.get(f"/api/follows/{follow['id']}").json()
+    assert found["state"] == "complete"
+    assert len({row[0] for row in found["proposals"]}) > 5
+    command = {
+        "name": "create_track",
+        "frame": anchor["frame"],
+        "key": "hdrawn01",
+        "box": anchor["box"],
+        "class_id": 14,
+    }
+    operation = {"op_id": "by-hand-001", "author": "ada", "command": command}
+    edit = server.client.post(f"/api/runs/{by_hand['id']}/edits", headers={"If-Match": '"hdrawn01:0"'}, json=operation)
+    assert edit.status_code == 200, edit.text
+
+
 def test_a_page_that_waits_hears_at_once_of_what_is_there(server: Server, run: str) -> None:
     follow = started(server, run, [anchor_of(server, run)])
     began = datetime.now(UTC)
