@@ -124,6 +124,8 @@ def test_proposals_outlive_a_reload_and_escape_drops_them(desk: Desk, page: Page
     assert after["proposals"].keys() == before["proposals"].keys()
     choose(page, now["selected"])
     expect(page.locator(".follow-bar")).to_be_visible()
+    titles = page.locator(".follow-bar button").evaluate_all("all => all.map((one) => one.title)")
+    assert [title[title.rindex("(") :] for title in titles] == ["(Enter)", "([)", "(])", "(Escape)"]
     page.keyboard.press("Escape")
     expect(page.locator(".follow-bar")).to_be_hidden()
     assert page.evaluate(FOLLOWING) is None

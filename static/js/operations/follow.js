@@ -114,7 +114,7 @@ export const following = [
   }),
   operation({
     id: 'follow', label: 'Follow', keys: ['T'], icon: 'follow', group: GROUP, disabled: needsBox,
-    tooltip: 'Follow the selected box forwards and backwards until the sign is gone (T)', run: (app) => follow(app, null),
+    tooltip: 'Follow the selected box until the sign is gone: both ways (T), forwards (Shift+T), between two corrected boxes (Alt+T)', run: (app) => follow(app, null),
   }),
   operation({
     id: 'follow-forward', label: 'Follow forwards', keys: ['Shift+T'], group: GROUP, disabled: needsBox,
