@@ -28,6 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--clips", type=Path, help="annotated clips, truth in gt/")
     parser.add_argument("--looming", type=Path, help="simulated approaches with clips.json")
     parser.add_argument("--tuning", type=Path, help="simulated approaches that parameters were chosen on")
+    parser.add_argument("--boards", type=Path, help="simulated approaches to signs of no label set")
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, help="a call of `scale` may spend on a drive; the next one goes on")
@@ -37,7 +38,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     if unknown:
         parser.error(f"there is no experiment {', '.join(unknown)}; there are {', '.join(names)}")
     args.scratch.mkdir(parents=True, exist_ok=True)
-    data = Data(args.gtsdb, args.gtsrb, args.clips, args.looming, args.scratch, args.seed, args.tuning, args.seconds)
+    data = Data(
+        args.gtsdb,
+        args.gtsrb,
+        args.clips,
+        args.looming,
+        args.scratch,
+        args.seed,
+        args.tuning,
+        args.seconds,
+        args.boards,
+    )
     chosen = [] if args.report else [e for e in EXPERIMENTS if not args.names or e.name in args.names]
     try:
         if chosen:

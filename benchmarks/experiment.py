@@ -33,6 +33,7 @@ class Data:
         scratch: for what an experiment makes and may use again.
         seed: of everything random.
         tuning: simulated approaches that parameters were chosen on; their scenes are never reported on.
+        boards: simulated approaches to signs of no label set.
         seconds: that one call may spend on a drive of hours; None: as the experiment says.
     """
 
@@ -44,6 +45,7 @@ class Data:
     seed: int = 0
     tuning: Path | None = None
     seconds: float | None = None
+    boards: Path | None = None
 
     def need(self, name: str) -> Path:
         """A folder of data.

@@ -13,10 +13,12 @@ from tsr_engine.params import Params
 from tsr_engine.version import __version__
 
 Capture = pytest.CaptureFixture[str]
-COMMANDS = ("track", "detect", "classify", "train", "eval", "replay", "calibrate", "sample", "params", "doctor")
+COMMANDS = (
+    "track", "detect", "classify", "train", "eval", "replay", "follow", "calibrate", "sample", "params", "doctor",
+)  # fmt: skip
 LEAVES = (
     "track", "detect", "classify", "train detector", "train prior", "train classifier", "train online", "train all",
-    "eval detection", "eval classification", "eval fusion", "eval tracking", "replay", "calibrate", "sample",
+    "eval detection", "eval classification", "eval fusion", "eval tracking", "replay", "follow", "calibrate", "sample",
     "params", "doctor",
 )  # fmt: skip
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, TextIO
 import typer
 from typer.core import TyperGroup
 
-from tsr_engine.cli import calibrate, classify, detect, doctor, evaluate, params, replay, sample, track, train
+from tsr_engine.cli import calibrate, classify, detect, doctor, evaluate, follow, params, replay, sample, track, train
 from tsr_engine.cli.common import ParameterCommand, say
 from tsr_engine.cli.interrupt import EXIT_INTERRUPTED, leave_interrupted
 from tsr_engine.errors import StorageError, TsrError, UsageError
@@ -76,6 +76,7 @@ app.command("classify")(classify.classify)
 app.add_typer(train.app, name="train")
 app.add_typer(evaluate.app, name="eval")
 app.command("replay", cls=ParameterCommand)(replay.replay)
+app.command("follow")(follow.follow)
 app.command("calibrate")(calibrate.calibrate)
 app.command("sample")(sample.sample)
 app.command("params")(params.params)

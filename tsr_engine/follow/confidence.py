@@ -10,26 +10,22 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["KEPT", "LEARNED", "REGAINED", "WEIGHTS", "Evidence"]
+__all__ = ["KEPT", "LEARNED", "WEIGHTS", "Evidence"]
 
-KEPT: Final = 0.5
+KEPT: Final = 0.55
 """A sign that is less sure is hidden."""
-REGAINED: Final = 0.8
-"""One that was hidden is seen again from here on."""
-LEARNED: Final = 0.9
-"""... and its look is learned from here on."""
+LEARNED: Final = 0.85
+"""From here on its look is learned."""
 
 WEIGHTS: Final = {
-    "constant": 2.93,
-    "likeness": 1.06,
-    "anchor_likeness": 0.72,
-    "coarse": 0.13,
-    "away": -0.5,
-    "grown": -0.16,
-    "hidden": -1.5,
-    "score": 4.74,
-    "known": 1.09,
-    "decision": 3.81,
+    "constant": 0.03,
+    "likeness": 2.84,
+    "anchor_likeness": 0.88,
+    "away": -1.06,
+    "grown": -0.24,
+    "score": 3.33,
+    "known": 0.71,
+    "decision": 3.19,
 }
 """Of the terms of :meth:`Evidence.terms`."""
 
@@ -41,20 +37,16 @@ class Evidence:
     Attributes:
         likeness: largest correlation with a template.
         anchor_likeness: correlation with an anchor's template.
-        coarse: correlation before alignment.
         away: distance from the predicted place, in standard deviations.
         grown: distance from the predicted size, likewise.
-        hidden: frames since the sign was seen.
         decision: of the track's own SVM; None: it has none.
         score: log-odds of the detector; None: it does not know the shape, or cannot look.
     """
 
     likeness: float
     anchor_likeness: float
-    coarse: float
     away: float
     grown: float
-    hidden: int
     decision: float | None
     score: float | None
 
@@ -64,10 +56,8 @@ class Evidence:
             "constant": 1.0,
             "likeness": self.likeness,
             "anchor_likeness": self.anchor_likeness,
-            "coarse": self.coarse,
             "away": min(self.away, 6.0),
             "grown": min(self.grown, 6.0),
-            "hidden": min(self.hidden, 8) / 8.0,
             "score": 0.0 if self.score is None else min(max(self.score, -4.0), 8.0) / 8.0,
             "known": float(self.score is not None),
             "decision": 0.0 if self.decision is None else min(max(self.decision, -2.0), 2.0),

@@ -58,7 +58,7 @@ def follow(
         UsageError: an anchor cannot be followed, or lies outside ``first`` to ``last``. Raised before any proposal.
     """
     for anchor in anchors:
-        if anchor.frame < first or (last is not None and anchor.frame > last):
+        if 0 <= anchor.frame < first or (last is not None and anchor.frame > last):
             end = "the end" if last is None else last
             raise UsageError(
                 f"The box of frame {anchor.frame} lies outside frames {first} to {end}, which may be looked at. Choose "

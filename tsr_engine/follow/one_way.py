@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from tsr_engine.follow.confidence import KEPT, LEARNED, REGAINED, Evidence
+from tsr_engine.follow.confidence import KEPT, LEARNED, Evidence
 from tsr_engine.follow.path import SignPath
 from tsr_engine.follow.pixels import PicturePixels
 from tsr_engine.follow.records import Direction, FollowerParts, Source
@@ -121,15 +121,13 @@ class OneWay:
         evidence = Evidence(
             likeness=0.0 if match is None else match.likeness,
             anchor_likeness=0.0 if match is None else match.anchor_likeness,
-            coarse=0.0 if match is None else match.coarse,
             away=float(np.hypot(*(to_cxcywh(where) - to_cxcywh(expected))[:2])) / (place_error + 0.05 * size),
             grown=abs(math.log(size_of(where) / size)) / (self._path.size_error + 0.02),
-            hidden=self.hidden,
             decision=self._decision(picture, where),
             score=None if seen is None else seen.score,
         )
         confidence = evidence.confidence
-        if confidence < (REGAINED if self.hidden else KEPT):
+        if confidence < KEPT:
             return self._hide(expected, confidence, evidence)
         self.hidden = 0
         if match is not None:

@@ -14,11 +14,11 @@ from tsr_engine.follow.records import NARROWEST, Direction, Ending, Event, Follo
 from tsr_engine.geometry.boxes import LEAST_SIDE, clip
 from tsr_engine.records import FloatArray
 
-__all__ = ["HIDDEN_LIMIT", "Outwards"]
+__all__ = ["HIDDEN_LIMIT", "LEAST_SEEN", "Outwards"]
 
 HIDDEN_LIMIT: Final = 15
 """Frames without a sight of the sign after which it is gone."""
-_LEAST_SEEN: Final = 0.48
+LEAST_SEEN: Final = 0.48
 """Share of the box that lies in the picture below which the sign has left it."""
 _LET_PASS: Final = 3
 """Frames without a sight that still count where the sign leaves the picture, or the video ends."""
@@ -101,7 +101,7 @@ class Outwards:
         """Why a box is no proposal any more."""
         if cut:
             return "cut"
-        if visible_share(box, width, height) < _LEAST_SEEN:
+        if visible_share(box, width, height) < LEAST_SEEN:
             return "picture edge"
         if box[2] - box[0] < NARROWEST or box[3] - box[1] < LEAST_SIDE:
             return "small"

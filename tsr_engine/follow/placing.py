@@ -19,6 +19,8 @@ __all__ = ["Placed", "opened", "place"]
 
 _TOUCHES: Final = 1.0
 """px: a box that is so near the picture's edge ends there because the picture does."""
+_LEAST_SHAPE: Final = 0.5
+"""Shorter side / longer side of what is seen of a sign whose edge is cut off."""
 _FLAT: Final = 2.0
 """Grey levels: pixels whose standard deviation is below this show nothing that could be found again."""
 
@@ -96,6 +98,8 @@ def _placed(pictures: Pictures, anchor: Anchor) -> Placed:
 def opened(box: FloatArray, width: int, height: int) -> FloatArray:
     """The whole sign's box, where the picture's edge cuts it: most signs are as wide as they are high.
 
+    A box of less than half that shape is a long board's: of a sign that is drawn, at least half is seen.
+
     Args:
         box: shape (4,), px.
         width: of the picture, px.
@@ -103,6 +107,8 @@ def opened(box: FloatArray, width: int, height: int) -> FloatArray:
     """
     x1, y1, x2, y2 = (float(v) for v in box)
     across, down = x2 - x1, y2 - y1
+    if min(across, down) < _LEAST_SHAPE * max(across, down):
+        return np.array([x1, y1, x2, y2])
     if across < down:
         if x1 <= _TOUCHES:
             x1 = x2 - down

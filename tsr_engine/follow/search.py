@@ -21,6 +21,8 @@ __all__ = ["Match", "search"]
 
 _COARSE: Final = 16.0
 """Largest size of the box in the search by correlation, px."""
+_COARSER: Final = 11.3
+"""... where it is searched farther away than the box's size."""
 _SCALE_STEP: Final = 0.09
 """Distance of neighbouring scales of the search at most, natural logarithm: alignment bridges half of it."""
 _ONE_SCALE: Final = 0.035
@@ -50,14 +52,12 @@ class Match:
         variance: of the natural logarithm of its size.
         likeness: largest correlation with a template, in [-1, 1].
         anchor_likeness: the same with an anchor's.
-        coarse: correlation of the search before alignment.
     """
 
     box: FloatArray
     variance: float
     likeness: float
     anchor_likeness: float
-    coarse: float
 
 
 def search(
@@ -76,7 +76,7 @@ def search(
     Returns:
         None where nothing could be aligned.
     """
-    coarse, start = _coarse(picture, templates[:2], box, stretch, radius, spread)
+    start = _coarse(picture, templates[:2], box, stretch, radius, spread)
     found: list[tuple[float, FloatArray, float, float, bool]] = []
     size = size_of(start)
     for template in templates:
@@ -107,20 +107,19 @@ def search(
         max(1.0 / trust.sum(), 0.6 * min(row[0] for row in found)),
         max(row[3] for row in found),
         max((row[3] for row in found if row[4]), default=0.0),
-        coarse,
     )
 
 
 def _coarse(
     picture: Picture, templates: Sequence[Template], box: FloatArray, stretch: float, radius: float, spread: float
-) -> tuple[float, FloatArray]:
+) -> FloatArray:
     """The best place and scale by correlation; the box as it was where nothing can be compared."""
     size = size_of(box)
-    level = min(_COARSE, max(size, 8.0))
+    # Far away, and among many sizes, it is looked for with fewer pixels.
+    level = min(_COARSE if radius < size else _COARSER, max(size, 8.0))
     reach = min(radius * level / size, _WIDEST * level)
     region = view(picture, box, level, reach)
     best, at = -2.0, box
-    likeness = 0.0
     for template in templates:
         for scale in _scales(spread):
             look, weights = template.at(level * scale)
@@ -136,11 +135,11 @@ def _coarse(
             score = response - _PENALTY * ((across / reach) ** 2 + (down / reach)[:, None] ** 2)
             i, j = np.unravel_index(int(score.argmax()), score.shape)
             if score[i, j] > best:
-                best, likeness = float(score[i, j]), float(response[i, j])
+                best = float(score[i, j])
                 x, y = across[j] + vertex(score[i], int(j)), down[i] + vertex(score[:, j], int(i))
                 centre = region.centre + np.array([x, y]) / region.scale
                 at = to_xyxy(np.array([*centre, size * scale * stretch, size * scale / stretch]))
-    return likeness, at
+    return at
 
 
 def _scales(spread: float) -> list[float]:

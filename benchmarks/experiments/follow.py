@@ -1,0 +1,257 @@
+"""Following a sign that is drawn once: ours beside generic trackers, a flow box and straight lines."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from benchmarks.experiment import Data, Experiment, Result, machine, table
+from benchmarks.experiments.clips import read_clips
+from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
+from benchmarks.following.long_video import flat_memory
+from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
+from benchmarks.following.ways import PEERS, by_peer, by_us, legacy, straight
+from benchmarks.peers.kept import Kept, code, digest_of, file_digest
+from benchmarks.peers.multi import Missing
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.follow import FollowerParts
+from tsr_engine.following import load_follower
+from tsr_engine.io.video import open_video
+from tsr_engine.pipeline import one_blas_thread
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["EXPERIMENT"]
+
+TUNED_ON = ("02_71ec1e", "03_c0da85", "SH13_9f8bd8")
+"""Clips that values of the follower were chosen on."""
+EACH = 1
+"""Approaches of each stress, to signs of the 43 classes and to signs of no label set."""
+SIGNS = 3
+"""Signs of a video, those that get widest: peers take a tenth of a second a frame."""
+SLOW = ("MIL", "TLD")
+"""Peers that follow approaches only: on the pictures of clips they take 30 ms a frame and more."""
+OURS = "ours"
+UNKNOWN = "ours, no detector"
+"""The same without the offline detector's later stages, as for a sign that it does not know."""
+LINES = (2, 3, 4)
+GONE = "painted over"
+CLIPS = "clips"
+
+
+@dataclass(frozen=True, slots=True)
+class _Video:
+    group: str
+    path: Path
+    truth: Truth
+    vanish: bool = False
+
+    def identity(self) -> list[Any]:
+        truth = _digest(self.truth)
+        return [self.group, file_digest(self.path), truth, self.vanish]
+
+
+def _digest(truth: Truth) -> str:
+    """What tells one truth from another."""
+    digest = hashlib.sha256()
+    for column in (truth.frame, truth.track_id, truth.boxes, truth.visibility):
+        digest.update(column.tobytes())
+    return digest.hexdigest()
+
+
+def _videos(data: Data) -> Iterator[_Video]:
+    for name, (path, truth) in read_clips(data.need("clips")).items():
+        if name not in TUNED_ON:
+            yield _Video(CLIPS, path, truth)
+    tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
+    approaches = read_looming(data.need("looming"), without=tuned, each=EACH)
+    for name, (path, truth) in approaches.videos.items():
+        yield _Video(approaches.stress[name], path, truth)
+    for name, (path, truth) in approaches.videos.items():
+        if approaches.stress[name] in ("steady", "shake"):
+            yield _Video(GONE, path, truth, True)
+    if data.boards is not None:
+        for path, truth in read_looming(data.need("boards"), each=EACH).videos.values():
+            yield _Video("no label set", path, truth)
+
+
+def _run(data: Data) -> Result:
+    parts = load_follower()
+    makers: dict[str, Callable[[], Any]] = {}
+    missing: dict[str, str] = {}
+    for name in PEERS:
+        try:
+            makers[name] = legacy(name)
+        except Missing as why:
+            missing[name] = str(why)
+    kept = Kept(data.scratch / "following")
+    root = Path(__file__).parents[1]
+    own = digest_of(root, [root / "following" / f"{name}.py" for name in ("signs", "ways", "figures")])
+    engine = code(("follow", "following.py"))
+    long = digest_of(root, [root / "following" / "long_video.py"])
+    rows: dict[str, dict[str, dict[str, list[dict[str, float]]]]] = {}
+    needed: dict[str, list[dict[str, float]]] = {}
+    signs: dict[str, int] = {}
+    times: dict[str, list[tuple[float, int]]] = {}
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)  # so that CPU time is what a step costs
+    try:
+        with one_blas_thread():
+            for video in _videos(data):
+                about = [*video.identity(), own, cv2.__version__]
+                ours = kept.get(["ours", *about, engine], partial(_ours, video, parts))
+                able = {name: make for name, make in makers.items() if video.group != CLIPS or name not in SLOW}
+                theirs = kept.get(["theirs", *about, sorted(able)], partial(_theirs, video, able))
+                signs[video.group] = signs.get(video.group, 0) + ours["signs"]
+                for way, by_position in {**ours["ways"], **theirs["ways"]}.items():
+                    for position, found in by_position.items():
+                        rows.setdefault(video.group, {}).setdefault(way, {}).setdefault(position, []).extend(found)
+                needed.setdefault(video.group, []).extend(ours["needed"])
+                for way, (seconds, steps) in {**ours["times"], **theirs["times"]}.items():
+                    times.setdefault(way if video.group != CLIPS else f"{way} at 720p", []).append((seconds, steps))
+    finally:
+        cv2.setNumThreads(threads)
+    figures = {
+        "groups": {
+            group: {way: {p: mean_of(found) for p, found in by.items()} for way, by in ways.items()}
+            for group, ways in rows.items()
+        },
+        "actions": {group: mean_of(found) for group, found in needed.items() if found},
+        "ms": {way: 1e3 * sum(s for s, _ in found) / max(1, sum(n for _, n in found)) for way, found in times.items()},
+        "memory": kept.get(["memory", long, engine], partial(flat_memory, parts, data.scratch)),
+        "missing": missing,
+    }
+    return Result(
+        "follow",
+        data=f"Signs: {', '.join(f'{n} ({group})' for group, n in signs.items())}. Clips: annotated dash-cam clips "
+        f"without {', '.join(TUNED_ON)}, which values were chosen on; signs of all kinds, those of none of the 43 "
+        "classes among them. The approaches are simulated, to scenes that values were not chosen on. *Painted over*: "
+        "approaches whose sign vanishes in the middle of the picture. Times are CPU ms.",
+        figures=figures,
+        settings={"opencv": cv2.__version__},
+        machine=machine(),
+    )
+
+
+def _pictures(video: _Video) -> list[Picture]:
+    with open_video(video.path) as opened:
+        return [frame.picture for frame in opened.frames()]
+
+
+def _signs(video: _Video) -> Iterator[tuple[Sequence[Picture], Sign]]:
+    pictures = _pictures(video)
+    height, width = pictures[0].shape[:2]
+    for sign in signs_of(video.truth, width, height)[:SIGNS]:
+        yield painted(pictures, sign) if video.vanish else (pictures, sign)
+
+
+def _ours(video: _Video, parts: FollowerParts) -> dict[str, Any]:
+    """Our figures on one video, and how many boxes its signs need."""
+    ways: dict[str, dict[str, list[dict[str, float]]]] = {}
+    times: dict[str, list[float]] = {}
+    needed: list[dict[str, float]] = []
+    count = 0
+    for pictures, sign in _signs(video):
+        count += 1
+        for position in POSITIONS:
+            start = sign.anchor(position)
+            for way, given in ((OURS, parts), (UNKNOWN, FollowerParts(parts.make_online, None))):
+                filled = by_us(pictures, {start: sign.life[start]}, given)
+                ways.setdefault(way, {}).setdefault(position, []).append(figures_of(sign, filled.boxes))
+                spent = times.setdefault(way, [0.0, 0])
+                spent[0] += filled.seconds
+                spent[1] += filled.steps
+        for k in LINES:
+            frames = np.array(sorted(sign.life))
+            chosen = frames[np.round(np.linspace(0, len(frames) - 1, k)).astype(int)].tolist()
+            lines = straight({frame: sign.life[frame] for frame in chosen})
+            ways.setdefault(f"lines, {k} exact boxes", {}).setdefault("whole life", []).append(figures_of(sign, lines))
+
+        def fill(drawn: Mapping[int, FloatArray], pictures: Sequence[Picture] = pictures) -> Mapping[int, FloatArray]:
+            return by_us(pictures, drawn, parts).boxes
+
+        by_position = {position: float(actions(sign, sign.anchor(position), fill)) for position in POSITIONS}
+        needed.append({**by_position, "lines": float(lines_needed(sign))})
+    return {"ways": ways, "times": times, "needed": needed, "signs": count}
+
+
+def _theirs(video: _Video, makers: Mapping[str, Callable[[], Any]]) -> dict[str, Any]:
+    """The peers' figures on one video."""
+    ways: dict[str, dict[str, list[dict[str, float]]]] = {}
+    times: dict[str, list[float]] = {}
+    for pictures, sign in _signs(video):
+        for position in POSITIONS:
+            start = sign.anchor(position)
+            for name, make in makers.items():
+                filled = by_peer(pictures, start, sign.life[start], make)
+                ways.setdefault(name, {}).setdefault(position, []).append(figures_of(sign, filled.boxes))
+                spent = times.setdefault(name, [0.0, 0])
+                spent[0] += filled.seconds
+                spent[1] += filled.steps
+    return {"ways": ways, "times": times}
+
+
+def _tell(result: Result) -> str:
+    f = result.figures
+    parts = [_table(f["groups"], group) for group in f["groups"]]
+    rows = [["", *POSITIONS, "straight lines"]]
+    for group, found in f["actions"].items():
+        rows.append([group, *(f"{found[p]:.2f}" for p in POSITIONS), f"{found['lines']:.2f}"])
+    m = f["memory"]
+    parts += [
+        "Boxes to draw until every frame has an IoU of at least 0.7, on average: the first where the column says, "
+        f"each further one where the result is worst, {MOST_ACTIONS} at most; with straight lines, exact boxes at both "
+        "ends and where the line is worst.\n",
+        table(rows),
+        f"A frame of 1280x720 px takes {_ms(f['ms'], f'{OURS} at 720p')}, with the offline detector's later stages "
+        "where they know the sign; decoding is not counted. Peers there: "
+        + ", ".join(f"{name} {_ms(f['ms'], f'{name} at 720p')}" for name in PEERS if f"{name} at 720p" in f["ms"])
+        + f".\n\nOver {m['frames']:,} frames of a video whose group of pictures is {m['group']} frames long, followed "
+        f"backwards from its end, the process grows from {m['early_mb']:.0f} MB after {m['early']:,} frames to "
+        f"{m['late_mb']:.0f} MB.\n",
+    ]
+    for name, why in f["missing"].items():
+        parts.append(f"{name} is not there: {why}\n")
+    return "\n".join(parts)
+
+
+def _ms(times: Mapping[str, float], way: str) -> str:
+    return f"{times[way]:.1f} ms ({1e3 / times[way]:.0f} frames/s)"
+
+
+def _table(groups: Mapping[str, Any], group: str) -> str:
+    ways = groups[group]
+    head = ["share of frames with IoU >= 0.7 / >= 0.5; ends met; runaways", *POSITIONS]
+    rows = [head]
+    for way, by_position in ways.items():
+        if "whole life" in by_position:
+            found = by_position["whole life"]
+            rows.append([way, f"{found['iou70']:.3f} / {found['iou50']:.3f}", "", ""])
+            continue
+        best = {p: max(w[p]["iou70"] for w in ways.values() if p in w) for p in POSITIONS}
+        cells = []
+        for p in POSITIONS:
+            found = by_position[p]
+            share = f"{found['iou70']:.3f}"
+            share = f"**{share}**" if found["iou70"] >= best[p] else share
+            cells.append(f"{share} / {found['iou50']:.3f}; {found['ends_met']:.2f}; {found['runaway']:.2f}")
+        rows.append([way, *cells])
+    starts = next(iter(next(iter(ways.values())).values()))["starts"]
+    return f"**{group}** ({starts} signs)\n\n{table(rows)}"
+
+
+EXPERIMENT = Experiment(
+    "follow",
+    "Draw once, follow both ways",
+    "A sign is drawn in one frame: in how many frames of its visible life does the box then lie right, is its end met, "
+    "and how many boxes does a person draw in all?",
+    _run,
+    _tell,
+)

@@ -1,0 +1,106 @@
+"""Fit how sure the follower may be: ``python -m benchmarks.follow_confidence --clips CLIPS --looming TUNING``.
+
+Follows each sign of the videos that values are chosen on from its three anchors, as it is and painted over from the
+middle of its life on, and fits the logistic of ``tsr_engine.follow.confidence`` to whether the box lies on the sign.
+Prints the weights, and how often boxes of a confidence lie on their sign with the weights in force.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from sklearn.linear_model import LogisticRegression
+
+from benchmarks.experiments.clips import read_clips
+from benchmarks.experiments.follow import TUNED_ON
+from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.follow import FollowerParts
+from tsr_engine.follow.camera import Camera
+from tsr_engine.follow.confidence import WEIGHTS, Evidence
+from tsr_engine.follow.one_way import OneWay, visible_share
+from tsr_engine.follow.outwards import HIDDEN_LIMIT, LEAST_SEEN
+from tsr_engine.follow.template import Template
+from tsr_engine.following import load_follower
+from tsr_engine.geometry.boxes import clip, iou_each
+from tsr_engine.io.video import open_video
+from tsr_engine.pipeline import one_blas_thread
+from tsr_engine.records import Picture
+
+Seen = tuple[Evidence, bool]
+
+
+def main() -> None:
+    """Print weights and calibration."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--clips", type=Path, required=True, help="annotated clips; those that values are chosen on count"
+    )
+    parser.add_argument("--looming", type=Path, required=True, help="simulated approaches to choose on")
+    parser.add_argument("--each", type=int, default=2, help="approaches of each stress")
+    args = parser.parse_args()
+    videos = [video for name, video in read_clips(args.clips).items() if name in TUNED_ON]
+    videos += read_looming(args.looming, each=args.each).videos.values()
+    parts = load_follower()
+    with one_blas_thread():
+        seen = [row for path, truth in videos for row in evidence_of(path, truth, parts)]
+    for line in told(seen):
+        print(line)
+
+
+def evidence_of(path: Path, truth: Truth, parts: FollowerParts) -> Iterator[Seen]:
+    """All evidence of one video, and whether each box lies on its sign by an IoU of 0.5."""
+    with open_video(path) as video:
+        pictures = [frame.picture for frame in video.frames()]
+    height, width = pictures[0].shape[:2]
+    for sign in signs_of(truth, width, height):
+        for shown, rest in ((pictures, sign), painted(pictures, sign)):
+            if rest.clear:
+                for position in POSITIONS:
+                    for step in (1, -1):
+                        yield from _one_way(shown, rest, rest.anchor(position), step, parts)
+
+
+def _one_way(pictures: Sequence[Picture], sign: Sign, start: int, step: int, parts: FollowerParts) -> Iterator[Seen]:
+    height, width = pictures[0].shape[:2]
+    box = sign.life[start]
+    look = Template.cut(pictures[start], box, 0.0, True)
+    way = OneWay(pictures[start], box, [look], "forward" if step > 0 else "backward", parts)
+    camera = Camera(pictures[start])
+    k = start + step
+    while 0 <= k < len(pictures) and way.hidden <= HIDDEN_LIMIT:
+        turn = camera.step(pictures[k])
+        found = way.step(pictures[k], turn.shift, turn.repeated)
+        if visible_share(found.box, width, height) < LEAST_SEEN:
+            return
+        if found.evidence is not None and not turn.repeated:
+            true = sign.rows.get(k)
+            yield found.evidence, true is not None and iou_each(clip(found.box, width, height), true)[0] >= 0.5
+        k += step
+
+
+def told(seen: Sequence[Seen]) -> Iterator[str]:
+    """The weights of a fit, and the calibration of those in force, as lines."""
+    names = list(WEIGHTS)
+    terms = np.array([[evidence.terms()[name] for name in names] for evidence, _ in seen])
+    on = np.array([good for _, good in seen])
+    fitted = LogisticRegression(C=3.0, max_iter=3000, fit_intercept=False).fit(terms, on)
+    yield f"{len(on)} boxes, {on.mean():.3f} of them on their sign"
+    for name, weight in zip(names, fitted.coef_[0], strict=True):
+        yield f"{name}: {weight:.2f} (in force {WEIGHTS[name]:.2f})"
+    sure = np.array([evidence.confidence for evidence, _ in seen])
+    edges = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 1.0001)
+    for low, high in pairwise(edges):
+        here = (sure >= low) & (sure < high)
+        if here.any():
+            span = f"confidence {low:.2f} to {min(high, 1.0):.2f}"
+            yield f"{span}: {here.sum()} boxes, {on[here].mean():.3f} of them on their sign"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+"""How well a sign's life is filled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.following.signs import Sign
+from benchmarks.following.ways import straight
+from tsr_engine.geometry.boxes import iou_each
+from tsr_engine.records import FloatArray
+
+__all__ = ["GOOD", "MOST_ACTIONS", "actions", "figures_of", "lines_needed", "mean_of", "overlaps"]
+
+GOOD = 0.7
+"""IoU of a box that nobody has to touch."""
+NEAR = 3
+"""Frames by which an end may be missed, and that a box may lie on no sign."""
+MOST_ACTIONS = 8
+
+Boxes = Mapping[int, FloatArray]
+
+
+def overlaps(sign: Sign, boxes: Boxes) -> dict[int, float]:
+    """IoU in each frame of the life; 0 where nothing is proposed."""
+    return {k: float(iou_each(boxes[k], box)[0]) if k in boxes else 0.0 for k, box in sign.life.items()}
+
+
+def figures_of(sign: Sign, boxes: Boxes) -> dict[str, float]:
+    """Shares of the life by IoU, whether both ends are met, and whether the box ran away.
+
+    A box has run away in a frame beyond all annotated ones of the sign, or where it hardly overlaps the sign's.
+    """
+    found = np.array(list(overlaps(sign, boxes).values()))
+    life = sorted(sign.life)
+    ends = min(boxes) - life[0], max(boxes) - life[-1]
+    # what is annotated beyond the life is the sign still: narrower than counts, or leaving the picture
+    early, late = min(sign.rows), max(sign.rows)
+    met = (ends[0] <= NEAR and min(boxes) >= early - NEAR) and (ends[1] >= -NEAR and max(boxes) <= late + NEAR)
+    run = longest = 0
+    for k in range(min(boxes), max(boxes) + 1):
+        away = k in boxes and (not early <= k <= late or (k in sign.rows and _iou(boxes[k], sign.rows[k]) < 0.1))
+        run = run + 1 if away else 0
+        longest = max(longest, run)
+    return {
+        "iou70": float((found >= GOOD).mean()),
+        "iou50": float((found >= 0.5).mean()),
+        "ends_met": float(met),
+        "runaway": float(longest > NEAR),
+    }
+
+
+def actions(sign: Sign, start: int, fill: Callable[[Boxes], Boxes]) -> int:
+    """Boxes to draw until every frame of the life has an IoU of 0.7, each where it is worst; ``MOST_ACTIONS`` at most.
+
+    Args:
+        sign: the sign.
+        start: frame of the first box.
+        fill: from drawn boxes to all.
+    """
+    drawn = {start: sign.life[start]}
+    for done in range(1, MOST_ACTIONS + 1):
+        found = overlaps(sign, fill(drawn))
+        worst = min(found, key=lambda k: (found[k], k))
+        if found[worst] >= GOOD:
+            return done
+        drawn = {**drawn, worst: sign.life[worst]}
+    return MOST_ACTIONS
+
+
+def lines_needed(sign: Sign) -> int:
+    """Exact key frames until straight lines between them have an IoU of 0.7 throughout, each where it is worst."""
+    frames = sorted(sign.life)
+    drawn = {k: sign.life[k] for k in (frames[0], frames[-1])}
+    while True:
+        found = overlaps(sign, straight(drawn))
+        worst = min(found, key=lambda k: (found[k], k))
+        if found[worst] >= GOOD:
+            return len(drawn)
+        drawn[worst] = sign.life[worst]
+
+
+def mean_of(rows: Sequence[Mapping[str, float]]) -> dict[str, Any]:
+    """Means of each figure, and how many rows they are of."""
+    return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]} | {"starts": len(rows)}
+
+
+def _iou(a: FloatArray, b: FloatArray) -> float:
+    return float(iou_each(a, b)[0])

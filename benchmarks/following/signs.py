@@ -1,0 +1,101 @@
+"""Signs to follow: their visible lives, where they are drawn, and signs that vanish."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.follow import NARROWEST
+from tsr_engine.geometry.boxes import clip
+from tsr_engine.records import FloatArray, Picture
+
+__all__ = ["POSITIONS", "Sign", "painted", "signs_of"]
+
+POSITIONS = {"first third": 1 / 6, "middle": 1 / 2, "last third": 5 / 6}
+"""Where a sign is drawn, as a share of its visible life."""
+_VISIBLE = 0.5
+"""Share of a sign that must be seen for a frame to count."""
+_CLEAR = 0.75
+"""... and for the sign to be drawn in it."""
+_SHORTEST = 6
+"""Frames of a life that is worth following."""
+_LARGEST = 16.0
+"""px: what never gets so wide cannot be told from others like it, and nobody draws it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """One sign of a video.
+
+    Attributes:
+        sign: its id in the truth.
+        life: frames in which at least half of it is seen and its box is 10 px wide or more -> box, shape (4,).
+        rows: all annotated frames -> box.
+        clear: frames of the life in which it may be drawn.
+    """
+
+    sign: int
+    life: Mapping[int, FloatArray]
+    rows: Mapping[int, FloatArray]
+    clear: Sequence[int]
+
+    def anchor(self, position: str) -> int:
+        """The frame to draw it in: the nearest clear one to the place in its life."""
+        frames = sorted(self.life)
+        wanted = frames[round(POSITIONS[position] * (len(frames) - 1))]
+        return min(self.clear, key=lambda frame: (abs(frame - wanted), frame))
+
+
+def signs_of(truth: Truth, width: int, height: int) -> list[Sign]:
+    """The signs of a video that are seen for six frames and get 16 px wide, those that other experiments ignore too.
+
+    Args:
+        truth: annotated boxes.
+        width: of the pictures, px; boxes are cut to them.
+        height: px.
+
+    Returns:
+        Those that get widest first.
+    """
+    found = []
+    for sign in np.unique(truth.track_id).tolist():
+        place = np.flatnonzero(truth.track_id == sign)
+        boxes = clip(truth.boxes[place], width, height)
+        rows = {int(k): box for k, box in zip(truth.frame[place], boxes, strict=True)}
+        seen = {int(k): float(v) for k, v in zip(truth.frame[place], truth.visibility[place], strict=True)}
+        life = {k: b for k, b in sorted(rows.items()) if seen[k] >= _VISIBLE and b[2] - b[0] >= NARROWEST}
+        clear = [k for k in life if seen[k] >= _CLEAR]
+        widest = max((b[2] - b[0] for b in life.values()), default=0.0)
+        if len(life) >= _SHORTEST and widest >= _LARGEST and clear:
+            found.append(Sign(int(sign), life, rows, clear))
+    return sorted(found, key=lambda sign: -max(b[2] - b[0] for b in sign.life.values()))
+
+
+def painted(pictures: Sequence[Picture], sign: Sign, share: float = 0.6) -> tuple[list[Picture], Sign]:
+    """A sign that vanishes: from some frame of its life on, what lies beside it is painted over it.
+
+    Args:
+        pictures: of the whole video.
+        sign: the sign.
+        share: of its life that is left to it.
+    """
+    frames = sorted(sign.life)
+    last = frames[int(share * (len(frames) - 1))]
+    out = list(pictures)
+    for k in (k for k in sign.rows if k > last):
+        picture = pictures[k].copy()
+        height, width = picture.shape[:2]
+        x1, y1, x2, y2 = sign.rows[k]
+        rim = 0.3 * max(x2 - x1, y2 - y1) + 2.0
+        left, top = int(max(0, x1 - rim)), int(max(0, y1 - rim))
+        right, bottom = int(min(width, x2 + rim)), int(min(height, y2 + rim))
+        wide = right - left
+        source = left - wide - 4 if left - wide - 4 >= 0 else min(right + 4, width - wide)
+        picture[top:bottom, left:right] = pictures[k][top:bottom, source : source + wide]
+        out[k] = picture
+    kept = {k: b for k, b in sign.rows.items() if k <= last}
+    life = {k: b for k, b in sign.life.items() if k <= last}
+    return out, replace(sign, life=life, rows=kept, clear=[k for k in sign.clear if k <= last])

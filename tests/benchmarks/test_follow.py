@@ -1,0 +1,139 @@
+"""The figures of following: what counts as filled, met and run away, and what the report says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.experiment import Result
+from benchmarks.experiments import follow as experiment
+from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
+from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
+from benchmarks.following.ways import PEERS, KltBox, by_peer, by_us, legacy, straight
+from tests.follow.drives import HEIGHT, WIDTH, drive
+from tsr_engine.evaluation.tracking_rows import Truth
+from tsr_engine.follow import FollowerParts
+
+
+def truth(boxes: dict[int, Any], visibility: Any = None) -> Truth:
+    n = len(boxes)
+    seen = np.ones(n) if visibility is None else np.array([visibility(k) for k in boxes])
+    return Truth(
+        np.array(list(boxes)),
+        np.ones(n, int),
+        np.array(list(boxes.values())),
+        np.zeros(n, int),
+        seen,
+        np.zeros(n, bool),
+    )
+
+
+MADE = drive(frames=30, first=8.0, last=48.0)
+
+
+def sign() -> Sign:
+    return signs_of(truth(MADE.boxes), WIDTH, HEIGHT)[0]
+
+
+def test_the_life_of_a_sign_begins_at_ten_pixels_and_leaves_out_what_is_hidden() -> None:
+    found = signs_of(truth(MADE.boxes, lambda k: 0.3 if 10 <= k < 14 else 0.6 if k == 20 else 1.0), WIDTH, HEIGHT)[0]
+    assert min(found.life) == min(k for k, b in MADE.boxes.items() if b[2] - b[0] >= 10.0) > 0
+    assert not {10, 11, 12, 13} & set(found.life)
+    assert 20 in found.life
+    assert 20 not in found.clear
+    assert len(found.rows) == 30
+    assert {found.anchor(p) for p in POSITIONS} <= set(found.clear)
+
+
+def test_signs_that_stay_small_are_not_followed() -> None:
+    small = {k: np.array([100.0, 100.0, 113.0, 113.0]) for k in range(20)}
+    assert signs_of(truth(small), WIDTH, HEIGHT) == []
+    assert signs_of(truth({k: MADE.boxes[k] for k in range(25, 30)}), WIDTH, HEIGHT) == []
+
+
+def test_figures_of_exact_boxes() -> None:
+    assert figures_of(sign(), sign().rows) == {"iou70": 1.0, "iou50": 1.0, "ends_met": 1.0, "runaway": 0.0}
+
+
+def test_a_box_that_goes_on_after_its_sign_has_run_away() -> None:
+    beyond = {**sign().rows, **{30 + k: MADE.boxes[29] for k in range(4)}}
+    assert figures_of(sign(), beyond)["runaway"] == 1.0
+    assert figures_of(sign(), beyond)["ends_met"] == 0.0
+    assert figures_of(sign(), {k: b for k, b in beyond.items() if k < 33})["runaway"] == 0.0
+
+
+def test_a_box_elsewhere_has_run_away() -> None:
+    away = {k: b + 200.0 if 15 <= k < 19 else b for k, b in sign().rows.items()}
+    figures = figures_of(sign(), away)
+    assert figures["runaway"] == 1.0
+    assert figures["iou50"] == pytest.approx(1 - 4 / len(sign().life))
+
+
+def test_an_end_that_is_missed() -> None:
+    late = {k: b for k, b in sign().rows.items() if k >= min(sign().life) + 4}
+    assert figures_of(sign(), late)["ends_met"] == 0.0
+
+
+def test_straight_lines_meet_their_boxes() -> None:
+    drawn = {k: MADE.boxes[k] for k in (5, 29)}
+    lines = straight(drawn)
+    assert sorted(lines) == list(range(5, 30))
+    assert np.allclose(lines[29], MADE.boxes[29])
+    assert np.allclose(lines[17], (MADE.boxes[5] + MADE.boxes[29]) / 2)
+    assert 2 < lines_needed(sign()) <= 6
+
+
+def test_actions_are_counted_until_all_is_right() -> None:
+    def perfect(drawn: Any) -> Any:
+        return sign().life
+
+    def only_drawn(drawn: Any) -> Any:
+        return drawn
+
+    assert actions(sign(), 20, perfect) == 1
+    assert actions(sign(), 20, straight) > 2
+    assert actions(sign(), 20, only_drawn) == MOST_ACTIONS
+
+
+def test_a_painted_sign_is_gone_from_pixels_and_rows() -> None:
+    pictures, rest = painted(MADE.pictures, sign(), 0.5)
+    last = max(rest.rows)
+    assert last < 29
+    assert np.array_equal(pictures[last], MADE.pictures[last])
+    x1, y1, x2, y2 = (int(v) for v in MADE.boxes[last + 1])
+    there, before = pictures[last + 1][y1:y2, x1:x2], MADE.pictures[last + 1][y1:y2, x1:x2]
+    assert np.abs(there.astype(int) - before).mean() > 20
+
+
+def test_ours_and_a_flow_box_fill_a_life() -> None:
+    start = sign().anchor("middle")
+    ours = by_us(MADE.pictures, {start: MADE.boxes[start]}, FollowerParts())
+    assert figures_of(sign(), ours.boxes)["iou70"] > 0.9
+    assert ours.steps == len(ours.boxes)  # without the drawn one, with one that is too narrow
+    assert ours.seconds > 0.0
+    klt = by_peer(MADE.pictures, start, MADE.boxes[start], KltBox)
+    assert figures_of(sign(), klt.boxes)["iou50"] > 0.3
+    assert legacy("KLT") is KltBox
+
+
+def test_the_report_says_who_is_best_and_what_is_not_there() -> None:
+    row = {"iou70": 0.9, "iou50": 1.0, "ends_met": 1.0, "runaway": 0.0}
+    worse = {**row, "iou70": 0.4, "runaway": 1.0}
+    places = {p: mean_of([row, row]) for p in POSITIONS}
+    peer = {p: mean_of([worse, worse]) for p in POSITIONS}
+    figures = {
+        "groups": {"clips": {"ours": places, "CSRT": peer, "lines, 2 exact boxes": {"whole life": mean_of([worse])}}},
+        "actions": {"clips": {**dict.fromkeys(POSITIONS, 1.2), "lines": 4.0, "starts": 2}},
+        "ms": {"ours at 720p": 8.0, "CSRT at 720p": 20.0},
+        "memory": {"frames": 10000, "group": 250, "early": 1000, "early_mb": 300.0, "late_mb": 301.0},
+        "missing": {"TLD": "no such build."},
+    }
+    told = experiment.EXPERIMENT.tell(Result("follow", figures=figures))
+    assert "**0.900** / 1.000; 1.00; 0.00" in told
+    assert "| CSRT | 0.400 / 1.000; 1.00; 1.00" in told
+    assert "| clips | 1.20 | 1.20 | 1.20 | 4.00 |" in told
+    assert "8.0 ms (125 frames/s)" in told
+    assert "TLD is not there: no such build." in told
+    assert set(PEERS) == {"CSRT", "KCF", "MIL", "TLD", "KLT"}

@@ -1,0 +1,82 @@
+"""Anchors that cannot be followed: one sentence each, before anything is proposed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.follow.drives import HEIGHT, WIDTH, drive
+from tests.follow.test_follow import PARTS
+from tsr_engine.errors import UsageError
+from tsr_engine.follow import Anchor, follow
+from tsr_engine.follow.placing import opened
+
+MADE = drive(frames=6)
+
+
+@pytest.mark.parametrize(
+    ("frame", "box", "said"),
+    [
+        (2, [500.0, 10.0, 560.0, 60.0], "outside the picture of 480x320"),
+        (2, [-60.0, -60.0, -5.0, -5.0], "outside the picture"),
+        (2, [100.0, 100.0, 101.0, 101.0], "too small"),
+        (2, [477.0, 100.0, 520.0, 140.0], "too small"),
+        (2, [100.0, 100.0, np.nan, 140.0], "finite"),
+        (2, [100.0, 100.0, np.inf, 140.0], "finite"),
+        (2, [100.0, 100.0, 140.0], "four"),
+        (2, [140.0, 100.0, 100.0, 140.0], "x1 < x2"),
+        (6, [100.0, 100.0, 140.0, 140.0], "no frame 6"),
+        (-1, [100.0, 100.0, 140.0, 140.0], "no frame -1"),
+    ],
+)
+def test_a_box_that_is_none(frame: int, box: list[float], said: str) -> None:
+    events = follow(MADE.source(), [Anchor(frame, np.array(box))], PARTS)
+    with pytest.raises(UsageError, match=said) as error:
+        next(events)
+    assert "\n" not in str(error.value)
+
+
+def test_two_boxes_of_one_frame() -> None:
+    twice = [Anchor(2, MADE.boxes[2]), Anchor(2, MADE.boxes[2])]
+    with pytest.raises(UsageError, match="Frame 2 has two boxes"):
+        next(follow(MADE.source(), twice, PARTS))
+
+
+def test_no_box() -> None:
+    with pytest.raises(UsageError, match="at least one"):
+        next(follow(MADE.source(), [], PARTS))
+
+
+def test_a_damaged_frame() -> None:
+    with pytest.raises(UsageError, match="Frame 3 is damaged"):
+        next(follow(MADE.source(corrupt=[3]), [Anchor(3, MADE.boxes[3])], PARTS))
+
+
+def test_a_black_picture() -> None:
+    made = drive(frames=6)
+    made.pictures[3] = np.zeros_like(made.pictures[3])
+    with pytest.raises(UsageError, match="one colour"):
+        next(follow(made.source(), [Anchor(3, made.boxes[3])], PARTS))
+
+
+@pytest.mark.parametrize("frame", [1, 5])
+def test_a_box_outside_of_what_may_be_looked_at(frame: int) -> None:
+    with pytest.raises(UsageError, match="outside frames 2 to 4"):
+        next(follow(MADE.source(), [Anchor(frame, MADE.boxes[frame])], PARTS, first=2, last=4))
+
+
+@pytest.mark.parametrize(
+    ("box", "whole"),
+    [
+        ([0.0, 50.0, 20.0, 90.0], [-20.0, 50.0, 20.0, 90.0]),
+        ([WIDTH - 20.0, 50.0, WIDTH, 90.0], [WIDTH - 20.0, 50.0, WIDTH + 20.0, 90.0]),
+        ([50.0, 0.0, 90.0, 30.0], [50.0, -10.0, 90.0, 30.0]),
+        ([50.0, HEIGHT - 30.0, 90.0, HEIGHT], [50.0, HEIGHT - 30.0, 90.0, HEIGHT + 10.0]),
+        ([0.0, 50.0, 80.0, 90.0], [0.0, 50.0, 80.0, 90.0]),
+        ([0.0, 50.0, 19.0, 90.0], [0.0, 50.0, 19.0, 90.0]),
+        ([50.0, 0.0, 140.0, 44.0], [50.0, 0.0, 140.0, 44.0]),
+        ([40.0, 50.0, 60.0, 90.0], [40.0, 50.0, 60.0, 90.0]),
+    ],
+)
+def test_a_box_that_the_edge_cuts_is_opened(box: list[float], whole: list[float]) -> None:
+    assert opened(np.array(box), WIDTH, HEIGHT).tolist() == whole

@@ -1,0 +1,93 @@
+"""Frames in both directions: the pictures of a sequential pass, few decodings, and a bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tsr_engine.io.both_ways import BothWays
+from tsr_engine.io.video import Frame, Video, open_video
+
+KINDS = ("constant", "b_frames", "long_gop", "open_gop", "variable", "avi_mpeg4", "repeated_stamps_gop", "edit_list")
+
+
+class Counting(Video):
+    """Counts the frames that are asked for beyond the anchor's."""
+
+    decoded = 0
+
+    def frames(self, *args: Any, **options: Any) -> Iterator[Frame]:
+        for frame in super().frames(*args, **options):
+            Counting.decoded += 1
+            yield frame
+
+
+def pictures_of(video: Video) -> list[np.ndarray]:
+    return [frame.picture for frame in video.frames()]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_pictures_are_those_of_a_sequential_pass(kind: str, made: Any) -> None:
+    path = made(kind).path
+    with open_video(path) as video:
+        truth = pictures_of(video)
+    middle = len(truth) // 2
+    with open_video(path) as video, BothWays(video) as give:
+        order = [middle]
+        for k in range(1, len(truth)):
+            order += [middle + k, middle - k]
+        for k in order:
+            frame = give(k)
+            if 0 <= k < len(truth):
+                assert frame is not None
+                assert frame.ordinal == k
+                assert np.array_equal(frame.picture, truth[k])
+            else:
+                assert frame is None
+
+
+def test_a_jump_is_answered(made: Any) -> None:
+    path = made("b_frames").path
+    with open_video(path) as video:
+        truth = pictures_of(video)
+    with open_video(path) as video, BothWays(video) as give:
+        for k in (20, 3, 19, 4, 20, 21, 2):
+            frame = give(k)
+            assert frame is not None
+            assert np.array_equal(frame.picture, truth[k])
+
+
+def test_going_back_through_a_long_group_decodes_each_frame_once(made: Any) -> None:
+    path = made("long_gop").path
+    with open_video(path) as video:
+        count = len(pictures_of(video))
+    with Counting(path, open_video(path).limits) as video, BothWays(video) as give:
+        Counting.decoded = 0
+        for k in range(count - 1, -1, -1):
+            assert give(k) is not None
+        assert count <= Counting.decoded <= count + 4
+
+
+def test_no_more_is_kept_than_there_is_room_for(made: Any) -> None:
+    path = made("long_gop").path
+    with open_video(path) as video:
+        room = 10 * video.width * video.height * 3
+        with BothWays(video, room) as give:
+            for k in range(35, -1, -1):
+                assert give(k) is not None
+                assert len(give._block) <= 10
+                assert len(give._recent) <= 3
+
+
+def test_it_lets_go(made: Any) -> None:
+    with open_video(made("constant").path) as video:
+        give = BothWays(video)
+        assert give(10) is not None
+        assert give(9) is not None
+        give.close()
+        assert not give._block
+        assert give(10) is not None
+        give.close()
