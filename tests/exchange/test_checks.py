@@ -12,9 +12,9 @@ import pytest
 from exchange_toys import a_dataset, a_track, a_video, target_of
 
 from tsr_engine.errors import ExportError, ImportFormatError
-from tsr_engine.exchange import checks
 from tsr_engine.exchange.checks import Intake, check_track, read_json, read_text
 from tsr_engine.exchange.dataset import UNSAID
+from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.labels import CLASS_NAMES
 
 
@@ -152,8 +152,8 @@ def test_lines_between_key_frames_stop_at_an_end(intake: Intake) -> None:
     assert np.flatnonzero(track.occluded).tolist() == [4, 5]
 
 
-def test_few_rows_that_stand_for_too_many_boxes(monkeypatch: pytest.MonkeyPatch, intake: Intake) -> None:
-    monkeypatch.setattr(checks, "MAX_BOXES", 500)
+def test_few_rows_that_stand_for_too_many_boxes(intake: Intake) -> None:
+    intake.target = replace(intake.target, limits=ImportLimits(boxes=500))
     for k in range(6):
         intake.box(f"t{k}", 0, (0, 0, 9, 9), 0, file="f")
         intake.box(f"t{k}", 99, (0, 0, 9, 9), 0, file="f")
