@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
 from tsr_engine.params.detector import PriorParams
-from tsr_engine.products import product
 from tsr_engine.records import FloatArray
 
 GRID: Final = 128
@@ -62,6 +61,8 @@ def parzen(centres: ArrayLike, bandwidth: float) -> NDArray[np.float32]:
     nodes = (np.arange(GRID) + 0.5) / GRID
     kernel_x = np.exp(-0.5 * ((nodes[None] - points[:, :1]) / bandwidth) ** 2)
     kernel_y = np.exp(-0.5 * ((nodes[None] - points[:, 1:]) / bandwidth) ** 2)
+    from tsr_engine.products import product  # whoever only reads a prior does without the compiler
+
     density = product(np.ascontiguousarray(kernel_y.T), kernel_x)
     return np.asarray(density / density.max(), dtype=np.float32)
 
