@@ -14,7 +14,7 @@ import struct
 from pathlib import Path
 from typing import Final
 
-__all__ = ["LINKS", "open_beneath"]
+__all__ = ["LINKS", "open_beneath", "resolved"]
 
 LINKS: Final = (errno.ELOOP, errno.EXDEV)
 """What the kernel says of a way that leads through a link, or out of the folder."""
@@ -22,6 +22,18 @@ _OPENAT2: Final = 437
 _NO_MAGICLINKS, _NO_SYMLINKS, _BENEATH = 0x02, 0x04, 0x08
 _CLOSED_TO_US: Final = (errno.ENOSYS, errno.EPERM)
 """No such call in this kernel, or a sandbox does not know it."""
+
+
+def resolved(path: Path) -> Path:
+    """A path without the links that are on its way now.
+
+    One that is exchanged for a file meanwhile cannot be resolved. Then the path stays as it is: ``open_beneath`` looks at
+    each part once more.
+    """
+    try:
+        return Path(os.path.realpath(path))
+    except OSError:
+        return path
 
 
 def open_beneath(folder: Path, place: Path, flags: int = os.O_RDONLY) -> int:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from app.settings import Settings
 from app.storage.models import Video
-from app.videos.beneath import LINKS, open_beneath
+from app.videos.beneath import LINKS, open_beneath, resolved
 from app.videos.paths import open_allowed, root_of
 from sample_videos import SHIPPED
 from tsr_engine.errors import VideoError
@@ -106,7 +106,7 @@ class CheckedFile:
         return file
 
     def _open(self) -> OpenedFile:
-        real = Path(os.path.realpath(self.path))
+        real = resolved(self.path)
         root = root_of(real, self._roots)
         place = self.path if root is None else real
         try:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.errors import Invalid, NotFound, Refused
-from app.videos.beneath import LINKS, open_beneath
+from app.videos.beneath import LINKS, open_beneath, resolved
 from tsr_engine.io.opened_file import OpenedFile, unreadable
 from tsr_engine.io.video_kinds import SUFFIXES
 
@@ -42,7 +42,7 @@ def allowed_path(text: str, roots: Sequence[Path]) -> Path:
     plain = Path(os.path.normpath(text))
     if not _inside(plain, roots):
         raise Refused(_OUTSIDE, field="path")
-    real = Path(os.path.realpath(plain))
+    real = resolved(plain)
     if not _inside(real, roots):
         raise Refused(_OUTSIDE, field="path")
     return real
@@ -125,7 +125,7 @@ def list_folder(text: str, roots: Sequence[Path]) -> Listing:
             for entry in sorted(entries, key=lambda e: e.name.casefold()):
                 if entry.name.startswith(".") or _odd(entry.name):
                     continue
-                if entry.is_symlink() and not _inside(Path(os.path.realpath(folder / entry.name)), roots):
+                if entry.is_symlink() and not _inside(resolved(folder / entry.name), roots):
                     continue
                 try:
                     a_folder = entry.is_dir()

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tsr_engine.io.both_ways import BothWays
-from tsr_engine.io.video import Frame, Video, open_video
+from tsr_engine.io.opened_file import OpenedFile
+from tsr_engine.io.video import Frame, Video, VideoLimits, open_video
 
 KINDS = ("constant", "b_frames", "long_gop", "open_gop", "variable", "avi_mpeg4", "repeated_stamps_gop", "edit_list")
 
@@ -64,7 +65,7 @@ def test_going_back_through_a_long_group_decodes_each_frame_once(made: Any) -> N
     path = made("long_gop").path
     with open_video(path) as video:
         count = len(pictures_of(video))
-    with Counting(path, open_video(path).limits) as video, BothWays(video) as give:
+    with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BothWays(video) as give:
         Counting.decoded = 0
         for k in range(count - 1, -1, -1):
             assert give(k) is not None
