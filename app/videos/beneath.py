@@ -27,8 +27,8 @@ _CLOSED_TO_US: Final = (errno.ENOSYS, errno.EPERM)
 def resolved(path: Path) -> Path:
     """A path without the links that are on its way now.
 
-    One that is exchanged for a file meanwhile cannot be resolved. Then the path stays as it is: ``open_beneath`` looks at
-    each part once more.
+    One that is exchanged for a file meanwhile cannot be resolved. Then the path stays as it is: ``open_beneath`` looks
+    at each part once more.
     """
     try:
         return Path(os.path.realpath(path))
