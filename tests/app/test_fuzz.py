@@ -37,6 +37,7 @@ _STRICTER = frozenset(
         "upload_video",  # the bytes must be a video's
         "start_run",  # parameters are the engine's
         "start_whatif",
+        "start_follow",  # boxes have x1 < x2, anchors lie in frames of their own
         "get_overlays",  # last is not before first, nor far behind
         "get_truth_boxes",
         "put_truth",  # the body must be the CSV

@@ -92,7 +92,7 @@ def pictures_of(run: Run) -> ExportRequest:
 def test_each_kind_has_a_lane(tmp_path: Path) -> None:
     short = KINDS.within("short")
     assert {KINDS.lane(kind) for kind in ("track", "retrain", "something new")} == {"long"}
-    assert set(short) == {"whatif", "export", "recording", "bundle", "scene"}
+    assert set(short) == {"follow", "whatif", "export", "recording", "bundle", "scene"}
     assert KINDS.within("imports") == ["import"]
     database = Database(f"sqlite:///{tmp_path / 'tsr.sqlite'}")
     database.migrate()
