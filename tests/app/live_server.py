@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import socket
 import threading
 import time
@@ -43,6 +44,8 @@ class Live:
         began = time.monotonic()
         self.uvicorn.should_exit = True
         self.thread.join(20)
+        if self.thread.is_alive():
+            faulthandler.dump_traceback()  # which part holds it up
         assert not self.thread.is_alive(), "the server does not end"
         self.listener.close()
         return time.monotonic() - began
