@@ -12,7 +12,6 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from sample_videos import SHIPPED
 from tests.e2e.review_desk import (
     PATIENCE,
     Desk,
@@ -22,7 +21,6 @@ from tests.e2e.review_desk import (
     drag,
     edited,
     next_long_track,
-    open_desk,
     saved,
     state,
     wait,
@@ -37,21 +35,12 @@ pytestmark = [
 FOLLOWING = "() => window.tsr.store.get().review.following"
 
 
-@pytest.fixture(scope="module")
-def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
-    with open_desk(tmp_path_factory, SHIPPED[0].video, {"stop": 120}) as desk:
-        yield desk
-
-
 @pytest.fixture
-def page(desk: Desk) -> Iterator[Page]:
+def page(page: Page) -> Iterator[Page]:
     """A page that leaves nothing behind: what it edited is undone."""
-    from tests.e2e.review_desk import faultless
-
-    with faultless(desk.page()) as page:
-        yield page
-        while state(page)["undo"]:
-            edited(page, lambda: page.keyboard.press("Control+z"))
+    yield page
+    while state(page)["undo"]:
+        edited(page, lambda: page.keyboard.press("Control+z"))
 
 
 def proposed(page: Page) -> dict[str, Any]:
