@@ -24,6 +24,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from http.client import HTTPException
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "app")]
@@ -80,7 +81,7 @@ def client(place: Place, server: Callable[[], Running], log: Log, seed: int, don
                 body = json.dumps({"op_id": op_id, "author": author, "command": command}).encode()
                 headers = {"If-Match": f'"{key}:{revision}"', "Content-Type": "application/json"}
                 status, _ = server().ask(f"/api/runs/{place.run}/edits", body, timeout=10, more=headers)
-            except (OSError, ValueError, KeyError):
+            except (OSError, HTTPException, ValueError, KeyError):
                 time.sleep(0.05)  # the server is down: the same operation again
                 continue
             if status == 200:
