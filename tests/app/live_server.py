@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import faulthandler
+import gc
 import socket
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -46,9 +49,19 @@ class Live:
         self.thread.join(20)
         if self.thread.is_alive():
             faulthandler.dump_traceback()  # which part holds it up
+            print_tasks()
         assert not self.thread.is_alive(), "the server does not end"
         self.listener.close()
         return time.monotonic() - began
+
+
+def print_tasks() -> None:
+    """Print what the tasks of all event loops of this process wait for."""
+    for loop in gc.get_objects():
+        if isinstance(loop, asyncio.BaseEventLoop) and not loop.is_closed():
+            print(f"loop {loop!r}: {vars(loop)!r}", file=sys.stderr)
+            for task in asyncio.all_tasks(loop):
+                task.print_stack(file=sys.stderr)
 
 
 @contextmanager

@@ -1,0 +1,126 @@
+"""Label sets: what a set refuses, what it finds, and that its file comes back equal."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from tsr_engine.errors import InputError
+from tsr_engine.labels.files import dump_set, parse_set, shipped_set
+from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.model import Attribute, Label, LabelSet
+from tsr_engine.recognition.catalogue import CATALOGUE
+
+
+def a_set(*labels: Label) -> LabelSet:
+    return LabelSet(key="mine", name="Mine", next_id=100, labels=labels)
+
+
+def a_label(number: int, key: str, **facts: Any) -> Label:
+    return Label(id=number, key=key, name=facts.pop("name", key), **facts)
+
+
+def test_the_default_set_is_the_43_of_the_engine() -> None:
+    labels = shipped_set("gtsrb-43")
+    assert [(label.id, label.name, label.short, label.shape) for label in labels] == [
+        (sign.id, sign.name, sign.short, sign.shape) for sign in CATALOGUE
+    ]
+    assert labels.by_key("Turn-Left-Ahead") == labels.get(34)
+    assert labels.get(33).mirror == "turn-left-ahead"  # type: ignore[union-attr]
+
+
+def test_a_set_comes_back_from_its_file() -> None:
+    side = Attribute(name="side", kind="select", values=("left", "right"), default="left")
+    mine = a_set(a_label(7, "nö parking", aliases=("停车",), attributes=(side,)), a_label(9, "x", merged_into=7))
+    text = dump_set(mine)
+    assert parse_set(text, "x") == mine
+    assert dump_set(parse_set(text, "x")) == text
+    assert parse_set(dump_set(a_set()), "x") == a_set()
+
+
+@pytest.mark.parametrize(
+    ("labels", "told"),
+    [
+        ((a_label(1, "a"), a_label(1, "b")), "one id: 1"),
+        ((a_label(1, "Stop"), a_label(2, "stop")), "one key"),
+        ((a_label(1, "a", aliases=("no parking",)), a_label(2, "No-Parking")), "names two labels"),
+        ((a_label(1, "a", pinned=3), a_label(2, "b", pinned=3)), "one pinned digit: 3"),
+        ((a_label(1, "a", merged_into=2), a_label(2, "b", merged_into=1)), "merged into itself"),
+        ((a_label(1, "a", merged_into=5),), "which is no label"),
+        ((a_label(100, "a"),), "next_id"),
+    ],
+)
+def test_what_collides_is_refused(labels: tuple[Label, ...], told: str) -> None:
+    with pytest.raises(ValidationError, match=told):
+        a_set(*labels)
+
+
+@pytest.mark.parametrize("name", ["", " a", "a\n", "a\u202eb", "a\x00"])
+def test_names_are_one_line_of_plain_text(name: str) -> None:
+    with pytest.raises(ValidationError):
+        a_label(1, "a", name=name)
+
+
+@pytest.mark.parametrize(
+    ("facts", "told"),
+    [
+        ({"kind": "select"}, "a select has values"),
+        ({"kind": "text", "values": ("a",)}, "nothing else has"),
+        ({"kind": "number", "low": 2.0, "high": 1.0}, "low is above high"),
+        ({"kind": "number", "high": 1.0, "default": 2.0}, "must be within None and 1.0"),
+        ({"kind": "checkbox", "default": "yes"}, "must be true or false"),
+        ({"kind": "select", "values": ("a",), "default": "b"}, "must be one of a"),
+        ({"kind": "text", "low": 0.0}, "only a number"),
+    ],
+)
+def test_an_attribute_that_contradicts_itself_is_refused(facts: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValidationError, match=told):
+        Attribute(name="a", **facts)
+
+
+def test_words_find_labels() -> None:
+    finder = LabelFinder(
+        a_set(
+            a_label(1, "no-parking", aliases=("Parkverbot",), short="no park"),
+            a_label(2, "speed-40", name="speed limit 40", short="40"),
+            a_label(3, "old", merged_into=1),
+            a_label(40, "forty"),
+        )
+    )
+
+    def found(word: str) -> tuple[int, str] | None:
+        match = finder.find(word)
+        return None if match is None else (match.label.id, match.how)
+
+    assert found("No Parking") == (1, "key")
+    assert found("SPEED_LIMIT-40") == (2, "name")
+    assert found("parkverbot") == (1, "alias")
+    assert found("no.park") == (1, "short")
+    assert found("old") == (1, "key")
+    assert found("40") == (40, "number")
+    assert found("#2") == found("class 2") == found("00002") == (2, "number")
+    assert found("3") == (1, "number")
+    assert found("give way") is None
+    assert [label.id for label in finder.suggestions("parking")] == [1]
+    assert finder.suggestions("zebra") == []
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("{", "it is no JSON"),
+        ("[]", "not a label set"),
+        (json.dumps({"schema": 2, "key": "a", "name": "a"}), "Update tsr"),
+        (json.dumps({"key": "a", "name": "a", "colour": 1}), "colour"),
+        (
+            json.dumps({"key": "a", "name": "a", "next_id": 1, "labels": [{"id": "0", "key": "a", "name": "a"}]}),
+            "labels.0.id",
+        ),
+    ],
+)
+def test_a_file_that_is_no_set_is_told(text: str, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        parse_set(text, "mine.json")

@@ -1,0 +1,100 @@
+"""Label sets as files: our own JSON, and the sets that ship with the package."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+from pydantic import ValidationError
+
+from tsr_engine.errors import InputError
+from tsr_engine.io.atomic import atomic_text
+from tsr_engine.labels.model import SCHEMA, LabelSet
+
+__all__ = ["DEFAULT", "SHIPPED", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
+
+SHIPPED: Final = ("gtsrb-43", "vienna")
+"""Keys of the sets that ship with the package."""
+DEFAULT: Final = "gtsrb-43"
+"""The set of a new library."""
+
+
+@cache
+def shipped_set(key: str) -> LabelSet:
+    """A set that ships with the package.
+
+    Raises:
+        KeyError: none has that key.
+    """
+    if key not in SHIPPED:
+        raise KeyError(key)
+    text = (resources.files("tsr_engine.labels") / "sets" / f"{key}.json").read_text(encoding="utf-8")
+    return parse_set(text, key)
+
+
+def parse_set(text: str | bytes, where: str) -> LabelSet:
+    """A label set from our JSON.
+
+    Args:
+        text: content of the file.
+        where: its name, for messages.
+
+    Raises:
+        InputError: it is none; the message names the first rule that it breaks and where.
+    """
+    try:
+        content = json.loads(text)
+    except ValueError as error:
+        raise InputError(f"{where} is not a label set: it is no JSON ({error}).") from None
+    version = content.get("schema") if isinstance(content, dict) else None
+    if isinstance(version, int) and version > SCHEMA:
+        raise InputError(
+            f"{where} is written in schema {version}; this version of tsr reads up to {SCHEMA}. Update tsr."
+        )
+    try:
+        return LabelSet.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{where} is not a label set: {place or 'the set'}: {first['msg']}.") from None
+
+
+def load_set(path: Path) -> LabelSet:
+    """A label set from a file of ours.
+
+    Raises:
+        InputError: it cannot be read, or is none.
+    """
+    try:
+        return parse_set(path.read_bytes(), str(path))
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}.") from None
+
+
+def dump_set(labels: LabelSet) -> str:
+    """A set as our JSON, one label a line; equal sets give equal text."""
+    content = labels.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    rows = content.pop("labels", [])
+    head = {
+        "schema": labels.schema_version,
+        "key": labels.key,
+        "name": labels.name,
+        "version": labels.version,
+        "next_id": labels.next_id,
+    }
+    lines = ",\n".join("    " + json.dumps(row, ensure_ascii=False) for row in rows)
+    opening = json.dumps(head, ensure_ascii=False, indent=2).removesuffix("\n}")
+    return f'{opening},\n  "labels": [\n{lines}\n  ]\n}}\n' if rows else f'{opening},\n  "labels": []\n}}\n'
+
+
+def save_set(labels: LabelSet, path: Path) -> None:
+    """Write a set as our JSON, whole or not at all.
+
+    Raises:
+        StorageError: the file cannot be written.
+    """
+    with atomic_text(path) as file:
+        file.write(dump_set(labels))

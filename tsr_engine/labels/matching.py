@@ -1,0 +1,85 @@
+"""Finds the label that a word names: for dialogs, imports, comparisons and the command line."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.labels.wording import comparable
+
+__all__ = ["How", "LabelFinder", "Match"]
+
+How = Literal["key", "name", "alias", "short", "number"]
+_NUMBER = re.compile(r"(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})", re.ASCII | re.IGNORECASE)
+_LIKE = 0.6
+"""Least similarity of a suggestion, 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """A label, and what in it has matched."""
+
+    label: Label
+    how: How
+
+
+class LabelFinder:
+    """Finds labels of one set by word; made once, asked often.
+
+    In this order: key; name; alias; short name, unless that is a number; id, such as ``14``, ``00014``, ``class 14``,
+    ``#14``. Spaces, case and punctuation do not matter. A label that was merged answers with the one that it was
+    merged into; hidden labels are found.
+    """
+
+    def __init__(self, labels: LabelSet) -> None:
+        """Take a set."""
+        self._places = {label.id: label for label in labels}
+        self._words: dict[str, Match] = {}
+        live = [label for label in labels if label.merged_into is None]
+        merged = [label for label in labels if label.merged_into is not None]
+        self._live = live
+        for group in (live, merged):
+            for how in ("key", "name", "alias", "short"):
+                for label in group:
+                    target = self._places[labels.resolved(label.id)]
+                    for word in _words(label, how):
+                        self._words.setdefault(comparable(word), Match(target, how))
+        self._into = {label.id: labels.resolved(label.id) for label in merged}
+
+    def find(self, word: str) -> Match | None:
+        """The label that a word names; None: no label has it."""
+        found = self._words.get(comparable(word))
+        if found is not None:
+            return found
+        number = _NUMBER.fullmatch(word.strip())
+        if number is None:
+            return None
+        label = self._places.get(self._into.get(int(number[1]), int(number[1])))
+        return None if label is None else Match(label, "number")
+
+    def suggestions(self, word: str, most: int = 3) -> list[Label]:
+        """Labels whose name, key or alias is like a word, the most alike first."""
+        wanted, scores = comparable(word), dict[int, float]()
+        matcher = difflib.SequenceMatcher(autojunk=False)
+        matcher.set_seq2(wanted)
+        for known, match in self._words.items():
+            matcher.set_seq1(known)
+            if matcher.real_quick_ratio() < _LIKE or matcher.quick_ratio() < _LIKE:
+                continue
+            scores[match.label.id] = max(scores.get(match.label.id, 0.0), matcher.ratio())
+        best = sorted((-score, number) for number, score in scores.items() if score >= _LIKE)
+        return [self._places[number] for _, number in best[:most]]
+
+
+def _words(label: Label, how: str) -> tuple[str, ...]:
+    if how == "key":
+        return (label.key,)
+    if how == "name":
+        return (label.name,)
+    if how == "alias":
+        return label.aliases
+    # short names are words for most signs; the numbers among them are ids to everybody else
+    return () if not label.short or label.short.isdigit() else (label.short,)

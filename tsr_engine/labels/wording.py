@@ -1,0 +1,19 @@
+"""When two names of labels are one name to people: the one comparison that dialogs, imports and comparisons share."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+__all__ = ["comparable"]
+
+_LOOSE = re.compile(r"[\s_\-./,:;()'\"]+")
+
+
+def comparable(name: str) -> str:
+    """A name without case, spaces and punctuation, in Unicode's compatible form.
+
+    ``"No parking"``, ``no_parking`` and ``NO-PARKING`` are equal. A name that is punctuation alone stays as it is.
+    """
+    folded = unicodedata.normalize("NFKC", name).casefold()
+    return _LOOSE.sub("", folded) or folded
