@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ from import_now import work_off
 from sqlalchemy import update
 from toy_server import Server
 
+from app.storage import places
 from app.storage.models import Job, Run, Video
 from app.storage.models import Server as ServerRow
 from app.storage.places import Servers, adopt_files
@@ -125,7 +127,8 @@ def test_what_lay_with_a_server_that_is_gone_can_be_added_again(tracked: Two, mo
 
 def test_a_server_that_beats_is_not_gone(tracked: Two, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
-    monkeypatch.setattr("app.storage.places.time.monotonic", lambda: now)
+    # not of the module `time` itself: the event loops of other servers in this process would sleep for hours
+    monkeypatch.setattr(places, "time", SimpleNamespace(monotonic=lambda: now))
     one, other = (Servers(s.context.database, s.settings.home) for s in (tracked.first, tracked.second))
     here = tracked.first.context.database.here
     assert other.is_gone(here), "never seen"
