@@ -12,6 +12,7 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from sqlalchemy import URL
 
 from tsr_engine.errors import UsageError
+from tsr_engine.io.cores import usable_cores
 from tsr_engine.io.video_limits import MOST_PIXELS, VideoLimits
 
 __all__ = ["DATABASE_FILE", "MAKE_HOME", "Settings", "load_settings", "no_home"]
@@ -20,6 +21,10 @@ DATABASE_FILE = "tsr.sqlite"
 """SQLite database in a data folder."""
 MAKE_HOME = Path("out", "review")
 """Data folder of ``make review``, from the folder of its Makefile."""
+
+
+_MOST_CORES = 16
+"""Each thread takes address space, which ``worker_memory_mb`` limits; tracking, on one core, bounds the speed."""
 
 
 def _default_home() -> Path:
@@ -54,6 +59,12 @@ class Settings(BaseSettings):
     workers: int = Field(
         1, ge=0, le=64, description="engine processes at once, and two each for imports and short work; 0: none here"
     )
+    cores: int | None = Field(
+        None,
+        ge=1,
+        le=64,
+        description="cores that one run uses; unset: up to 16, shared among the engine processes",
+    )
     worker_memory_mb: int = Field(6144, ge=512, description="address space of one engine process, MiB")
     frame_cache_mb: int = Field(64, ge=1, description="memory for encoded pictures, MiB")
     upload_max_mb: int = Field(16384, ge=1, description="largest upload, MiB")
@@ -85,6 +96,11 @@ class Settings(BaseSettings):
     @classmethod
     def _split_hosts(cls, value: object) -> object:
         return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value
+
+    @property
+    def run_cores(self) -> int:
+        """Cores that one run uses."""
+        return self.cores or max(1, min(_MOST_CORES, usable_cores()) // max(1, self.workers))
 
     @property
     def loopback(self) -> bool:

@@ -34,6 +34,7 @@ class RunRequest:
         restart: start over where the evidence folder already holds a run.
         table: the video's frame table from an earlier pass: a start in the middle is then reached at once.
         limits: what the video may demand; unset: ``VideoLimits()``.
+        cores: frames that are detected at a time, >= 1; the results are the same bytes for any number.
     """
 
     video: VideoSource
@@ -46,6 +47,7 @@ class RunRequest:
     restart: bool = False
     table: FrameTable | None = None
     limits: VideoLimits | None = None
+    cores: int = 1
 
 
 @dataclass(frozen=True, slots=True)

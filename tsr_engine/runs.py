@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from tsr_engine.calibration import aimed
+from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.errors import EvidenceError, InputError, StorageError, VideoError
 from tsr_engine.evidence import (
     EvidenceReader,
@@ -34,12 +35,14 @@ from tsr_engine.io.video import Frame, FrameTable, Video, open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import (
     Components,
+    Detected,
     FrameInput,
     TrackingCore,
+    detected_ahead,
     keep_regions,
     rebuild,
 )
-from tsr_engine.records import FrameEvidence
+from tsr_engine.records import Detections, FrameEvidence, Picture
 from tsr_engine.run_outputs import RunOutputs, refuse_outputs
 from tsr_engine.run_report import Progress, RunReport, RunRequest
 from tsr_engine.tracking.camera_shift import CameraShift
@@ -236,19 +239,20 @@ class _Run:
             return
         total = self._total()
         frames = self.video.frames(first, request.stop)
-        source = read_ahead(lambda: _timed_frames(frames), AHEAD)
+        decoded = read_ahead(lambda: _timed_frames(frames), AHEAD)
+        source = detected_ahead(decoded, self._detect(), request.cores, lambda f: last is None or f.ordinal > last)
         try:
-            for frame, decode_seconds in source:
+            for frame, decode_seconds, detected in source:
                 if self.stop():
                     self.report.interrupted = True
                     break
-                if last is not None and frame.ordinal <= last:
+                if detected is None:  # an earlier call has computed it
                     if frame.ordinal == last:
                         shift.step(frame.picture)
                     if stored is not None:
                         self._annotate(frame, next(stored))
                     continue
-                evidence = self._one_frame(core, shift, frame, decode_seconds)
+                evidence = self._one_frame(core, shift, frame, decode_seconds, detected)
                 self._pass_on(evidence)
                 self._annotate(frame, evidence)
                 if self.report.computed == 1:
@@ -256,18 +260,27 @@ class _Run:
                 self._tell(total, began)
         finally:
             source.close()  # type: ignore[attr-defined]
+            decoded.close()  # type: ignore[attr-defined]
         if not self.report.frames and not self.report.interrupted:
             raise InputError(f"{request.video} has no frame {request.start}. Choose a smaller start of --frames.")
 
-    def _one_frame(self, core: TrackingCore, shift: CameraShift, frame: Frame, decode_seconds: float) -> FrameEvidence:
+    def _detect(self) -> Callable[[Picture], Detections]:
+        """The detector's call for one core or for many."""
+        detector = self.components.detector
+        if self.request.cores > 1 and isinstance(detector, AcfDetector):
+            return detector.detect_alone
+        return detector.detect
+
+    def _one_frame(
+        self, core: TrackingCore, shift: CameraShift, frame: Frame, decode_seconds: float, detected: Detected
+    ) -> FrameEvidence:
         clock = time.perf_counter
-        seconds = {"decode": decode_seconds}
-        t0 = clock()
-        detections = self.components.detector.detect(frame.picture)
+        detections, detect_seconds = detected
+        seconds = {"decode": decode_seconds, "detect": detect_seconds}
         t1 = clock()
         moved = shift.step(frame.picture) if self.request.params.tracking.use_camera_shift else (0.0, 0.0)
         t2 = clock()
-        seconds |= {"detect": t1 - t0, "shift": t2 - t1}
+        seconds["shift"] = t2 - t1
         pixels = FramePixels(frame.picture)
         evidence = core.step(FrameInput(frame.ordinal, frame.seconds, detections, moved, pixels))
         seconds |= evidence.timings
@@ -279,7 +292,7 @@ class _Run:
             seconds["evidence"] = clock() - t3
         for stage, value in seconds.items():
             self.report.stages.setdefault(stage, array("d")).append(value)
-        whole = clock() - t0
+        whole = clock() - t1 + (detect_seconds if self.request.cores == 1 else 0.0)
         self.report.stages.setdefault("whole frame", array("d")).append(whole)
         self.report.computed += 1
         return replace(evidence, timings=seconds)

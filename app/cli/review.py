@@ -30,6 +30,9 @@ def review(
         str | None, typer.Option("--database", metavar="URL", help="A database besides SQLite.")
     ] = None,
     workers: Annotated[int | None, typer.Option("--workers", min=0, max=64, help="Engine processes at once.")] = None,
+    cores: Annotated[
+        int | None, typer.Option("--cores", min=1, max=64, metavar="N", help="Cores that one run uses; unset: all.")
+    ] = None,
     models: Annotated[Path | None, typer.Option("--models", metavar="DIR", help="Folder of model files.")] = None,
     sample: Annotated[
         bool | None, typer.Option("--sample/--no-sample", help="Put the bundled sample drives into the library.")
@@ -61,6 +64,7 @@ def review(
         port=port,
         database_url=database,
         workers=workers,
+        cores=cores,
         models=models,
         sample=sample,
     )
@@ -72,6 +76,7 @@ def review(
         "--port": port,
         "--database": database,
         "--workers": workers,
+        "--cores": cores,
         "--models": models,
         "--sample/--no-sample": sample,
     }

@@ -51,6 +51,7 @@ def track(task: TaskContext) -> None:
         stop=run.stop,
         table=None if video.frame_table is None else unpack(video.frame_table),
         limits=task.settings.video_limits,
+        cores=task.settings.run_cores,
     )
     told = 0.0
 

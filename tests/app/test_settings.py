@@ -52,3 +52,11 @@ def test_the_document_names_every_setting() -> None:
         if isinstance(field.default, bool | int | str):
             assert rows[name].strip("`") == str(field.default), name
         assert field.description, name
+
+
+def test_engine_processes_share_the_cores(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("app.settings.usable_cores", lambda: 9)
+    assert [load_settings(home=tmp_path, workers=n).run_cores for n in (0, 1, 2, 4, 20)] == [9, 9, 4, 2, 1]
+    assert load_settings(home=tmp_path, workers=4, cores=7).run_cores == 7
+    monkeypatch.setattr("app.settings.usable_cores", lambda: 200)
+    assert load_settings(home=tmp_path).run_cores == 16

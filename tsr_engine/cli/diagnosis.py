@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from tsr_engine.errors import ModelError
+from tsr_engine.io.cores import usable_cores
 from tsr_engine.io.models import SHIPPED, load_component, read_manifest
 from tsr_engine.version import __version__
 
@@ -121,9 +122,7 @@ def _codecs() -> Iterator[Check]:
 
 
 def _cores() -> Check:
-    affinity = getattr(os, "sched_getaffinity", None)
-    cores = len(affinity(0)) if affinity else os.cpu_count() or 1
-    return Check("cores", "ok", str(cores))
+    return Check("cores", "ok", str(usable_cores()))
 
 
 def _memory() -> Check:

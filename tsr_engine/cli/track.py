@@ -57,6 +57,10 @@ def track(
     restart: Annotated[
         bool, typer.Option("--restart", help="Start over where --evidence already holds a run.")
     ] = False,
+    cores: Annotated[
+        int | None,
+        typer.Option("--cores", min=1, max=64, metavar="N", help="Frames detected at a time; unset: all cores."),
+    ] = None,
     timing: Annotated[bool, typer.Option("--timing", help="Print the time of each stage.")] = False,
     json: JsonOption = False,
 ) -> None:
@@ -79,13 +83,14 @@ def track(
     network = make_network(onnx, onnx_size, onnx_layout)
     from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar, rate_text
+    from tsr_engine.io.cores import usable_cores
     from tsr_engine.io.video_probe import check_file
     from tsr_engine.pipeline import load_components
     from tsr_engine.runs import Progress, RunRequest, track_video
 
     check_file(video)
     components = load_components(params, models, network)
-    request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart)
+    request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart, cores=cores or usable_cores())
     kept = " and ".join(str(path) for path in (csv, evidence, annotated) if path is not None)
     again = " Run the same command again to go on." if evidence is not None else ""
     done = 0

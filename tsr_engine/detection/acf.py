@@ -185,9 +185,16 @@ class AcfDetector:
         Raises:
             ValueError: not uint8 of shape (h, w, 3), or without a pixel.
         """
+        return self._detected(picture, self._pool)
+
+    def detect_alone(self, picture: Picture) -> Detections:
+        """The same on the calling thread alone, for callers that have a picture for each core."""
+        return self._detected(picture, None)
+
+    def _detected(self, picture: Picture, pool: ThreadPoolExecutor | None) -> Detections:
         check_picture(picture)
         height, width = picture.shape[:2]
-        refined, raw = self.model.look(picture, *self.candidates(picture))
+        refined, raw = self.model.look(picture, *self._candidates(picture, pool))
         likely = raw >= self.params.keep_score
         refined = self.model.outline.refine(picture, refined[likely], self.params.outline_passes)
         refined = self.tightness.apply(refined)
@@ -201,11 +208,14 @@ class AcfDetector:
 
     def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
         """Boxes (n, 4) and scores (n,) that the cascade leaves, best first; see :func:`merging.merge`."""
+        return self._candidates(picture, self._pool)
+
+    def _candidates(self, picture: Picture, pool: ThreadPoolExecutor | None) -> tuple[FloatArray, FloatArray]:
         scales, bands = self.search(picture.shape[1], picture.shape[0])
-        if self._pool is None:
+        if pool is None:
             boxes, scores = self._scan(picture, scales, bands, 0, 1)
         else:
-            other = self._pool.submit(self._scan, picture, scales, bands, 1, 2)
+            other = pool.submit(self._scan, picture, scales, bands, 1, 2)
             boxes, scores = self._scan(picture, scales, bands, 0, 2)
             more_boxes, more_scores = other.result()
             boxes, scores = np.concatenate([boxes, more_boxes]), np.concatenate([scores, more_scores])

@@ -11,6 +11,7 @@ evidence mean the same as with the ACF detector.
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import Final, Literal
 
 import cv2
@@ -63,6 +64,7 @@ class OnnxDetector:
             self._net = cv2.dnn.readNetFromONNX(np.frombuffer(network, np.uint8))
         except cv2.error as error:
             raise ValueError(f"Expected an ONNX network that OpenCV reads. Got: {error.err}.") from None
+        self._running = Lock()
         self._size = size
         self._layout = layout
         self.prior = prior
@@ -78,8 +80,9 @@ class OnnxDetector:
         check_picture(picture)
         height, width = picture.shape[:2]
         canvas, scale, offset = letterbox(picture, self._size)
-        self._net.setInput(cv2.dnn.blobFromImage(canvas, 1 / 255.0, swapRB=True))
-        boxes, confidence = decode(np.asarray(self._net.forward()), self._layout)
+        with self._running:  # OpenCV's networks take one picture at a time
+            self._net.setInput(cv2.dnn.blobFromImage(canvas, 1 / 255.0, swapRB=True))
+            boxes, confidence = decode(np.asarray(self._net.forward()), self._layout)
         boxes = (boxes - np.array([*offset, *offset])) / scale
         clipped = np.clip(confidence, 1e-6, 1 - 1e-6)
         raw = np.log(clipped / (1 - clipped))

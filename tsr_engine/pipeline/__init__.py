@@ -1,5 +1,6 @@
 """The frame loop of Algorithm 3, and what surrounds it in a live run and in a replay."""
 
+from tsr_engine.pipeline.ahead import Detected, detected_ahead
 from tsr_engine.pipeline.companion import OnlineLearner, OnlineMaker, Parts
 from tsr_engine.pipeline.components import (
     Components,
@@ -19,6 +20,7 @@ from tsr_engine.pipeline.threads import one_blas_thread
 __all__ = [
     "RECOMPUTED",
     "Components",
+    "Detected",
     "FrameInput",
     "Network",
     "OnlineLearner",
@@ -27,6 +29,7 @@ __all__ = [
     "ResultStream",
     "TrackSummary",
     "TrackingCore",
+    "detected_ahead",
     "input_of",
     "keep_regions",
     "load_classifier",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import VideoError
+from tsr_engine.io.cores import usable_cores
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
@@ -106,7 +106,7 @@ def _decoded(context: Any, packets: Sequence[Any], threads: int) -> Iterator[Any
 
 def _threads() -> int:
     """For each of decoder and encoder. More for one of them, on two cores, only makes both wait for each other."""
-    return max(1, min(_MOST_CORES, len(os.sched_getaffinity(0))) // 2)
+    return max(1, min(_MOST_CORES, usable_cores()) // 2)
 
 
 def encode_frames(
