@@ -21,9 +21,9 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
-from tsr_engine.cli.track import class_name
 from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.errors import InputError, UsageError
+from tsr_engine.report_json import class_name
 
 __all__ = ["app"]
 

@@ -11,7 +11,20 @@ from typing import Annotated, Any, TextIO
 import typer
 from typer.core import TyperGroup
 
-from tsr_engine.cli import calibrate, classify, detect, doctor, evaluate, follow, params, replay, sample, track, train
+from tsr_engine.cli import (
+    batch,
+    calibrate,
+    classify,
+    detect,
+    doctor,
+    evaluate,
+    follow,
+    params,
+    replay,
+    sample,
+    track,
+    train,
+)
 from tsr_engine.cli.common import ParameterCommand, say
 from tsr_engine.cli.interrupt import EXIT_INTERRUPTED, leave_interrupted
 from tsr_engine.errors import StorageError, TsrError, UsageError
@@ -71,6 +84,7 @@ def _root(
 
 
 app.command("track", cls=ParameterCommand)(track.track)
+app.command("batch", cls=ParameterCommand)(batch.batch)
 app.command("detect", cls=ParameterCommand)(detect.detect)
 app.command("classify")(classify.classify)
 app.add_typer(train.app, name="train")

@@ -144,7 +144,7 @@ def _check(stopped: Any) -> None:
 
 def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -> dict[str, Any]:
     """A replay's report in JSON's own types."""
-    from tsr_engine.cli.track import track_as_json
+    from tsr_engine.report_json import track_as_json
 
     return {
         "frames": report.frames,
@@ -164,7 +164,8 @@ def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -
 
 def print_report(report: ReplayReport, changed: list[str]) -> None:
     """What was replayed, the tracks, and what differs from the run."""
-    from tsr_engine.cli.track import class_name, track_table
+    from tsr_engine.cli.track import track_table
+    from tsr_engine.report_json import class_name
 
     console = out_console()
     what = ", ".join(changed) if changed else "no parameter changed"

@@ -116,6 +116,8 @@ def track(
     for warning in report.warnings:
         say(f"warning: {warning}")
     if json:
+        from tsr_engine.report_json import report_as_json
+
         print_json(report_as_json(report, request))
     else:
         print_report(report, timing)
@@ -125,49 +127,6 @@ def track(
         last = report.first_frame + report.frames - 1
         where = f"kept in {kept}" if kept else "shown above"
         leave_interrupted(f"Results up to frame {last} are {where}.{again}")
-
-
-def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
-    """A run's report in JSON's own types."""
-    return {
-        "video": report.video,
-        "width": report.width,
-        "height": report.height,
-        "first_frame": report.first_frame,
-        "frames": report.frames,
-        "resumed_at": report.resumed_at,
-        "interrupted": report.interrupted,
-        "focus": None
-        if report.focus is None
-        else {"coast_foe_y": round(report.focus.y, 3), "error": report.focus.error, "frames": report.focus.frames},
-        "focus_seconds": round(report.focus_seconds, 3),
-        "seconds": round(report.seconds, 3),
-        "csv": None if request.csv is None else str(request.csv),
-        "evidence": None if request.evidence is None else str(request.evidence),
-        "annotated": None if request.annotated is None else str(request.annotated),
-        "tracks": [track_as_json(track) for track in report.tracks],
-        "events": dict(sorted(report.events.items())),
-        "timing_ms": {
-            stage: {"frames": count, "median": round(median, 3), "p95": round(p95, 3)}
-            for stage, count, median, p95 in report.stage_table()
-        },
-        "warnings": list(report.warnings),
-    }
-
-
-def track_as_json(track: Any) -> dict[str, Any]:
-    """One track's summary in JSON's own types."""
-    return {
-        "track_id": track.track_id,
-        "class_id": track.class_id,
-        "class_name": class_name(track.class_id),
-        "share": round(track.share, 4),
-        "first_frame": track.first_frame,
-        "last_frame": track.last_frame,
-        "frames": {source: track.frames[source] for source in ("detected", "predicted", "relocalised")},
-        "best_score": round(track.best_score, 4),
-        "largest_side": round(track.largest_side, 1),
-    }
 
 
 def print_report(report: RunReport, timing: bool) -> None:
@@ -199,6 +158,8 @@ def track_table(tracks: list[Any]) -> Any:
     """A table with one row a track."""
     from rich.table import Table
 
+    from tsr_engine.report_json import class_name
+
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in ("track", "class", "sign"):
         table.add_column(name, justify="left" if name == "sign" else "right")
@@ -228,10 +189,3 @@ def stage_table(report: RunReport) -> Any:
     for stage, count, median, p95 in report.stage_table():
         table.add_row(stage, str(count), f"{median:.2f}", f"{p95:.2f}")
     return table
-
-
-def class_name(class_id: int) -> str:
-    """The class's name; ``unknown`` for -1."""
-    from tsr_engine.recognition.catalogue import CATALOGUE
-
-    return CATALOGUE[class_id].name if 0 <= class_id < len(CATALOGUE) else "unknown"

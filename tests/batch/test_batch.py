@@ -1,0 +1,207 @@
+"""A batch on real processes: whole results, a second call that does nothing anew, kills, bad drives."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sample_videos import SHIPPED
+from tests import pipeline_toys as toys
+from tsr_engine.batch.manifest import MANIFEST, Identity, load_manifest
+from tsr_engine.batch.order import Order
+from tsr_engine.batch.process import run_order
+from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
+from tsr_engine.batch.worker import unfinished_folder
+from tsr_engine.cli.main import run
+from tsr_engine.errors import UsageError
+from tsr_engine.params import Params
+from tsr_engine.pipeline import load_components
+from tsr_engine.runs import RunRequest, track_video
+from tsr_engine.version import __version__
+
+PARAMS = Params().with_settings([("coast_foe_y", 0.5)])
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two short drives, and a text that is called a video."""
+    folder = tmp_path_factory.mktemp("drives")
+    for name, frames in (("one", 12), ("two", 9)):
+        toys.write_drive(folder / f"{name}.mp4", frames)
+    (folder / "text.mp4").write_text("no video")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def digests() -> dict[str, str]:
+    return dict(load_components(PARAMS).models)
+
+
+def request(drives: Path, out: Path, digests: dict[str, str], **facts: Any) -> BatchRequest:
+    parameters = PARAMS.model_dump(mode="json")
+    order = Order("", "", parameters, digests=digests)
+    paths = sorted(drives.glob("*.mp4"))
+    return BatchRequest(paths, out, Identity(__version__, parameters, digests), order, **facts)
+
+
+def go(wanted: BatchRequest) -> tuple[dict[str, tuple[str, str]], list[BatchProgress]]:
+    told: list[BatchProgress] = []
+    manifest = run_batch(wanted, told.append, lambda: False)
+    return {drive.folder: (drive.state, drive.error) for drive in manifest.drives}, told
+
+
+def stamps(out: Path) -> dict[str, int]:
+    return {str(p.relative_to(out)): p.stat().st_mtime_ns for p in out.glob("*/**/*")}
+
+
+def test_a_batch_and_the_next_call(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+    out, parts = tmp_path / "out", load_components(PARAMS)
+    states, told = go(request(drives, out, digests, jobs=2))
+    assert states["one"] == states["two"] == ("done", "")
+    assert states["text"][0] == "failed"
+    assert "is not a video" in states["text"][1]
+    assert (told[-1].done, told[-1].failed, told[-1].total) == (2, 1, 3)
+    for name in ("one", "two"):
+        plain = tmp_path / f"{name}.csv"
+        track_video(RunRequest(drives / f"{name}.mp4", PARAMS, csv=plain), parts)
+        assert (out / name / "tracks.csv").read_bytes() == plain.read_bytes()
+        assert (out / name / "evidence" / "evidence.sqlite").is_file()
+    summary = json.loads((out / "summary.json").read_text())
+    assert (summary["done"], summary["failed"], summary["frames"]) == (2, 1, 21)
+    assert [row["drive"] for row in summary["failures"]] == [str(drives / "text.mp4")]
+    assert "is not a video" in (out / "summary.html").read_text()
+
+    before = stamps(out)
+    assert go(request(drives, out, digests))[0] == states
+    assert stamps(out) == before, "what is done is not done anew"
+
+    other = replace(request(drives, out, digests).identity, version="0.0.1")
+    with pytest.raises(UsageError, match=r"another batch \(version .*, not 0\.0\.1\)|another batch \(version 0\.0\.1"):
+        go(replace(request(drives, out, digests), identity=other))
+
+    shutil.rmtree(out / "one")
+    assert go(request(drives, out, digests))[0] == states
+    assert (out / "one" / "tracks.csv").is_file()
+    assert {k: v for k, v in stamps(out).items() if k.startswith("two")} == {
+        k: v for k, v in before.items() if k.startswith("two")
+    }
+
+
+def test_a_drive_whose_process_was_killed_goes_on(tmp_path: Path, digests: dict[str, str]) -> None:
+    folder = tmp_path / "out" / "drive"
+    order = Order(str(SHIPPED[0].video), str(folder), PARAMS.model_dump(mode="json"), digests=digests)
+    seen: list[subprocess.Popen[str]] = []
+
+    def kill_later(done: int, total: int | None) -> None:
+        if done > 40:
+            seen[0].kill()
+
+    assert run_order(order, kill_later, seen.append).died
+    assert not folder.exists()
+    assert (unfinished_folder(folder) / "evidence").is_dir()
+    outcome = run_order(order)
+    assert outcome.result is not None
+    assert outcome.result["resumed_at"] > 0
+    assert not unfinished_folder(folder).exists()
+    plain = tmp_path / "plain.csv"
+    track_video(RunRequest(SHIPPED[0].video, PARAMS, csv=plain), load_components(PARAMS))
+    assert (folder / "tracks.csv").read_bytes() == plain.read_bytes()
+
+
+def test_other_models_are_refused(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+    order = Order(
+        str(drives / "one.mp4"), str(tmp_path / "x"), PARAMS.model_dump(mode="json"),
+        digests={**digests, "detector": "0" * 64},
+    )  # fmt: skip
+    outcome = run_order(order)
+    assert not outcome.died
+    assert "has another detector than the batch was started with" in outcome.error
+
+
+def test_one_batch_at_a_time_writes_a_folder(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+    entered, leave = threading.Event(), threading.Event()
+
+    def hold() -> bool:
+        entered.set()
+        leave.wait(60)
+        return True
+
+    first = threading.Thread(
+        target=run_batch, args=(request(drives, tmp_path, digests), lambda _: None, hold), daemon=True
+    )
+    first.start()
+    assert entered.wait(60)
+    with pytest.raises(UsageError, match="Another batch writes"):
+        go(request(drives, tmp_path, digests))
+    leave.set()
+    first.join(60)
+    (tmp_path / MANIFEST).write_text("{")
+    with pytest.raises(UsageError, match="is damaged"):
+        load_manifest(tmp_path)
+    (tmp_path / MANIFEST).write_text(json.dumps({"schema": 99}))
+    with pytest.raises(UsageError, match="newer version"):
+        load_manifest(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--keep", "boxes"], "--keep expects some of evidence, csv, video. Got 'boxes'"),
+        (["--on", "mars"], "--on expects local, ray or ray://HOST:PORT"),
+        (["--set", "tau=x"], "tau"),
+    ],
+)
+def test_wrong_options_are_told(
+    drives: Path, tmp_path: Path, options: list[str], told: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["batch", str(drives), "--out", str(tmp_path), *options]) == 2
+    assert told in capfd.readouterr().err
+
+
+def test_ctrl_c_keeps_what_is_done(drives: Path, tmp_path: Path) -> None:
+    for number in range(3):
+        shutil.copy(SHIPPED[0].video, tmp_path / f"long{number}.mp4")
+    (tmp_path / "a.mp4").write_bytes((drives / "two.mp4").read_bytes())
+    command = [
+        sys.executable,
+        "-m",
+        "tsr_engine",
+        "batch",
+        str(tmp_path),
+        "--out",
+        str(tmp_path / "out"),
+        "--jobs",
+        "1",
+    ]
+    process = subprocess.Popen(
+        [*command, "--set", "coast_foe_y=0.5"], stderr=subprocess.PIPE, text=True, start_new_session=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )  # fmt: skip
+    until = time.monotonic() + 120
+    while not (tmp_path / "out" / "a").is_dir():
+        assert time.monotonic() < until
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Finished drives are kept" in said
+    manifest = load_manifest(tmp_path / "out")
+    assert manifest is not None
+    assert "waiting" in {drive.state for drive in manifest.drives}
+    before = stamps(tmp_path / "out" / "a")
+    for number in range(3):
+        (tmp_path / f"long{number}.mp4").unlink()
+    again = subprocess.run([*command, "--set", "coast_foe_y=0.5"], capture_output=True, text=True, timeout=100)
+    assert again.returncode == 0, again.stderr
+    assert stamps(tmp_path / "out" / "a") == before, "what had just become whole is not done anew"

@@ -1,0 +1,62 @@
+"""Which videos inputs name, and what their folders are called."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tsr_engine.batch.drives import find_drives, folder_names
+from tsr_engine.errors import InputError
+
+
+@pytest.fixture
+def archive(tmp_path: Path) -> Path:
+    for name in ("a/drive.mp4", "a/notes.txt", "b/drive.MKV", "b/deep/x.avi", "b/.hidden/y.mp4"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    return tmp_path
+
+
+def names(found: list[Path], top: Path) -> list[str]:
+    return [str(path.relative_to(top)) for path in found]
+
+
+def test_files_folders_and_patterns_name_videos_once(archive: Path) -> None:
+    found = find_drives([f"{archive}/b", f"{archive}/a/drive.mp4", f"{archive}/**/*.avi"])
+    assert names(found, archive) == ["b/deep/x.avi", "b/drive.MKV", "a/drive.mp4"]
+
+
+def test_a_list_names_them_too(archive: Path) -> None:
+    listing = archive / "list.txt"
+    listing.write_text(f"# archive\n\na/drive.mp4\n{archive}/b/drive.MKV\n", encoding="utf-8")
+    assert names(find_drives([f"@{listing}"]), archive) == ["a/drive.mp4", "b/drive.MKV"]
+    listing.write_text("a/drive.mp4\nnone.mp4\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"list\.txt, line 2: There is no video at"):
+        find_drives([f"@{listing}"])
+    listing.write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match="no text in UTF-8"):
+        find_drives([f"@{listing}"])
+
+
+@pytest.mark.parametrize(
+    ("text", "told"), [("a/none.mp4", "no video at"), ("*.mov", "No file matches"), ("a/empty", "holds no video")]
+)
+def test_what_names_nothing_is_told(archive: Path, text: str, told: str) -> None:
+    (archive / "a/empty").mkdir()
+    with pytest.raises(InputError, match=told):
+        find_drives([f"{archive}/{text}"])
+
+
+def test_folders_have_names_of_their_own() -> None:
+    paths = [Path("/x/Drive 1.mp4"), Path("/y/drive.mp4"), Path("/z/DRIVE.mkv"), Path("/x/...")]
+    given = folder_names(paths, {})
+    assert given[paths[0]] == "Drive-1"
+    assert given[paths[1]].startswith("drive-")
+    assert given[paths[2]].startswith("DRIVE-")
+    assert given[paths[3]] == "drive" or given[paths[3]].startswith("drive-")
+    assert len({name.casefold() for name in given.values()}) == 4
+    later = folder_names([Path("/w/drive-1.mp4")], given)
+    assert later[Path("/w/drive-1.mp4")].casefold() != "drive-1"
+    assert {path: later[path] for path in paths} == given

@@ -1,0 +1,106 @@
+"""Which videos a batch is about, and what the folder of each is called."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from tsr_engine.errors import InputError
+from tsr_engine.io.video_kinds import SUFFIXES
+
+__all__ = ["find_drives", "folder_names"]
+
+_UNSAFE = re.compile(r"[^\w.-]+")
+
+
+def find_drives(inputs: Sequence[str]) -> list[Path]:
+    """The videos that inputs name, absolute, each once, in the order of the inputs.
+
+    Args:
+        inputs: files; folders, whose videos are found at any depth by their suffixes; patterns with ``*``, ``?`` or
+            ``[...]`` (``**`` crosses folders); and ``@FILE``, a text file with one of these a line, ``#`` for remarks.
+
+    Raises:
+        InputError: an input names nothing.
+    """
+    found: dict[Path, None] = {}
+    for text in inputs:
+        for path in _named(text):
+            found.setdefault(path.absolute())
+    if not found:
+        raise InputError("There is no video to track. Name files, folders or patterns.")
+    return list(found)
+
+
+def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, str]:
+    """A folder name for each drive: the video's own without its suffix; of several such, with digits of their path.
+
+    Args:
+        drives: absolute paths.
+        known: names that an earlier call gave; they stay.
+    """
+    names = dict(known)
+    fresh = [path for path in drives if path not in names]
+    stems = Counter(_safe(path).casefold() for path in fresh)
+    taken = {name.casefold() for name in names.values()}
+    for path in fresh:
+        name = _safe(path)
+        if stems[name.casefold()] > 1 or name.casefold() in taken:
+            name = f"{name}-{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+        taken.add(name.casefold())
+        names[path] = name
+    return names
+
+
+def _safe(path: Path) -> str:
+    return _UNSAFE.sub("-", path.stem).strip("-.")[:80] or "drive"
+
+
+def _named(text: str) -> list[Path]:
+    if text.startswith("@"):
+        return _listed(Path(text[1:]))
+    path = Path(text)
+    if path.is_dir():
+        inside = sorted(
+            p for p in path.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file() and not _hidden(p, path)
+        )
+        if not inside:
+            raise InputError(f"{path} holds no video. Its files are told by their suffixes, such as .mp4 or .mkv.")
+        return inside
+    if path.exists():
+        return [path]
+    if glob.has_magic(text):
+        matched = sorted(Path(p) for p in glob.glob(text, recursive=True) if Path(p).is_file())  # noqa: PTH207
+        if matched:
+            return matched
+        raise InputError(f"No file matches {text!r}. Check the pattern.")
+    raise InputError(f"There is no video at {path}. Check the path.")
+
+
+def _hidden(path: Path, top: Path) -> bool:
+    return any(part.startswith(".") for part in path.relative_to(top).parts)
+
+
+def _listed(path: Path) -> list[Path]:
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is no text in UTF-8. Write one video a line.") from None
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}.") from None
+    found: list[Path] = []
+    for number, line in enumerate(lines, start=1):
+        entry = line.strip()
+        if not entry or entry.startswith("#"):
+            continue
+        if entry.startswith("@"):
+            raise InputError(f"{path}, line {number}: a list cannot name another list. Write its videos here.")
+        try:
+            found += _named(entry if Path(entry).is_absolute() else str(path.parent / entry))
+        except InputError as error:
+            raise InputError(f"{path}, line {number}: {error}") from None
+    return found

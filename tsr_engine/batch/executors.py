@@ -1,0 +1,145 @@
+"""Where the orders of a batch are done: on this machine, or on a Ray cluster. Both yield outcomes as they come."""
+
+from __future__ import annotations
+
+import queue
+import subprocess
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import Any
+
+from tsr_engine.batch.order import Order, Outcome
+from tsr_engine.batch.process import TRIES, run_order
+from tsr_engine.errors import UsageError
+
+__all__ = ["At", "on_ray", "on_this_machine"]
+
+At = Callable[[int, int, int | None], None]
+"""Called with the number of an order, the frames done and all frames."""
+Outcomes = Iterator[tuple[int, Outcome]]
+
+
+def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[], bool]) -> Outcomes:
+    """Do orders, ``jobs`` at a time.
+
+    Args:
+        orders: what to do, in this order.
+        jobs: processes at a time, >= 1.
+        at: progress; called by several threads.
+        stop: asked between orders and while waiting; true kills what runs. Drives then go on at the next call.
+    """
+    waiting: queue.SimpleQueue[tuple[int, Order]] = queue.SimpleQueue()
+    for place, order in enumerate(orders):
+        waiting.put((place, order))
+    ended: queue.SimpleQueue[tuple[int, Outcome] | BaseException] = queue.SimpleQueue()
+    running: set[subprocess.Popen[str]] = set()
+    over = threading.Event()
+
+    def started(process: subprocess.Popen[str]) -> None:
+        running.add(process)
+        if over.is_set():
+            process.kill()
+
+    def work() -> None:
+        try:
+            while not over.is_set():
+                try:
+                    place, order = waiting.get_nowait()
+                except queue.Empty:
+                    return
+                for _ in range(TRIES):
+                    outcome = run_order(order, partial(at, place), started)
+                    if not outcome.died or over.is_set():
+                        break
+                if not over.is_set():
+                    ended.put((place, outcome))
+        except BaseException as error:
+            ended.put(error)
+
+    threads = [threading.Thread(target=work, name="tsr-batch", daemon=True) for _ in range(min(jobs, len(orders)))]
+    for thread in threads:
+        thread.start()
+    left = len(orders)
+    try:
+        while left and not stop():
+            with suppress(queue.Empty):
+                found = ended.get(timeout=0.2)
+                if isinstance(found, BaseException):
+                    raise found
+                left -= 1
+                yield found
+    finally:
+        over.set()
+        for process in list(running):
+            process.kill()
+        for thread in threads:
+            thread.join()
+
+
+def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[[], bool]) -> Outcomes:
+    """Do orders on a Ray cluster, each on as many CPUs as it has cores.
+
+    Videos, models and the folder of results must lie on a file system that all nodes see under the same names. A node
+    that dies costs its drives a new try, which goes on from the last stored frames.
+
+    Args:
+        orders: what to do.
+        address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of, or one of
+            this machine alone.
+        at: progress; frames are told when a drive ends.
+        stop: as for :func:`on_this_machine`.
+
+    Raises:
+        UsageError: Ray is not installed, or the cluster cannot be reached.
+    """
+    ray = _connected(address)
+
+    @ray.remote(max_retries=TRIES)  # type: ignore[untyped-decorator]
+    def do(content: dict[str, Any]) -> dict[str, Any]:
+        for _ in range(TRIES):
+            outcome = run_order(Order(**content))
+            if not outcome.died:
+                break
+        return {"result": outcome.result, "error": outcome.error, "died": outcome.died}
+
+    places = {do.options(num_cpus=order.cores).remote(order.as_json()): k for k, order in enumerate(orders)}
+    try:
+        while places and not stop():
+            done, _ = ray.wait(list(places), num_returns=1, timeout=0.5)
+            for reference in done:
+                place = places.pop(reference)
+                try:
+                    outcome = Outcome(**ray.get(reference))
+                except ray.exceptions.RayError as error:
+                    first = (str(error).splitlines() or [type(error).__name__])[0]
+                    outcome = Outcome(None, f"Ray gave the drive up after {TRIES} tries: {first}", died=True)
+                if outcome.result is not None:
+                    at(place, outcome.result["frames"], outcome.result["frames"])
+                yield place, outcome
+    finally:
+        for reference in places:
+            ray.cancel(reference, force=True)
+        ray.shutdown()
+
+
+def _connected(address: str | None) -> Any:
+    try:
+        import ray
+    except ImportError:
+        raise UsageError("Ray is not installed here. Install it: pip install 'tsr[cluster]'.") from None
+    options = {"log_to_driver": False, "logging_level": "ERROR", "include_dashboard": False}
+    try:
+        if address is not None:
+            ray.init(address=f"ray://{address}", logging_level="ERROR")
+        else:
+            try:
+                ray.init(address="auto", log_to_driver=False, logging_level="ERROR")
+            except ConnectionError:
+                ray.init(**options)
+    except (ConnectionError, ValueError, RuntimeError, TimeoutError) as error:
+        where = "of this machine" if address is None else address
+        first = (str(error).splitlines() or [type(error).__name__])[0]
+        raise UsageError(f"The Ray cluster {where} cannot be reached: {first}") from None
+    return ray

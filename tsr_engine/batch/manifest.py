@@ -1,0 +1,114 @@
+"""What a batch has done so far: one JSON file in its folder, replaced whole after each change."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.io.atomic import atomic_text
+
+__all__ = ["MANIFEST", "DriveState", "Identity", "Manifest", "State", "load_manifest", "save_manifest"]
+
+MANIFEST: Final = "batch.json"
+_VERSION: Final = 1
+State = Literal["waiting", "done", "failed"]
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What decides the results of every drive.
+
+    Attributes:
+        version: of tsr.
+        parameters: all of them, as JSON.
+        models: component -> SHA-256.
+    """
+
+    version: str
+    parameters: dict[str, Any]
+    models: dict[str, str]
+
+    def differences(self, other: Identity) -> list[str]:
+        """What differs, as words; empty: nothing does."""
+        found = [] if self.version == other.version else [f"version {self.version}, not {other.version}"]
+        for section, values in self.parameters.items():
+            theirs = other.parameters.get(section)
+            if not isinstance(values, Mapping) or not isinstance(theirs, Mapping):
+                found += [] if values == theirs else [section]
+                continue
+            found += [f"{name}={v}, not {theirs.get(name)}" for name, v in values.items() if v != theirs.get(name)]
+        found += [f"another {name}" for name, digest in self.models.items() if digest != other.models.get(name)]
+        return found
+
+
+@dataclass
+class DriveState:
+    """One drive.
+
+    Attributes:
+        video: absolute path.
+        folder: name of its folder of results.
+        size, changed: of the file when it was tracked: bytes, and ns since 1970.
+        state: ``waiting`` also while it is worked on.
+        error: why it failed, one sentence.
+        result: figures of a drive that is done: ``frames``, ``seconds``, ``tracks`` ...
+    """
+
+    video: str
+    folder: str
+    size: int = 0
+    changed: int = 0
+    state: State = "waiting"
+    error: str = ""
+    result: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass
+class Manifest:
+    """The file's content."""
+
+    identity: Identity
+    drives: list[DriveState]
+    schema: int = _VERSION
+
+
+_SHAPE: TypeAdapter[Manifest] = TypeAdapter(Manifest)
+
+
+def load_manifest(out: Path) -> Manifest | None:
+    """The manifest of a folder; None: it has none.
+
+    Raises:
+        StorageError: it cannot be read.
+        UsageError: it is damaged, or of a newer version.
+    """
+    path = out / MANIFEST
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise StorageError(f"{path} cannot be read: {error.strerror}.") from None
+    try:
+        content = json.loads(text)
+        if isinstance(content, dict) and isinstance(content.get("schema"), int) and content["schema"] > _VERSION:
+            raise UsageError(f"{path} was written by a newer version of tsr. Update tsr, or use another --out.")
+        return _SHAPE.validate_python(content)
+    except (ValueError, ValidationError):
+        raise UsageError(f"{path} is damaged. Move it away to track all drives anew, or use another --out.") from None
+
+
+def save_manifest(manifest: Manifest, out: Path) -> None:
+    """Replace the manifest of a folder.
+
+    Raises:
+        StorageError: it cannot be written.
+    """
+    with atomic_text(out / MANIFEST) as file:
+        json.dump(asdict(manifest), file, indent=1, ensure_ascii=False)

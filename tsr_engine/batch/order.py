@@ -1,0 +1,58 @@
+"""What a process is asked to do with one drive, and what it says: JSON both ways."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+__all__ = ["Order", "Outcome"]
+
+
+@dataclass(frozen=True)
+class Order:
+    """One drive to track.
+
+    Attributes:
+        video: absolute path.
+        folder: where the results go, absolute; it appears when they are whole.
+        parameters: of ``Params``, as JSON.
+        models: folder of models; None: those that ship with the package.
+        digests: component -> SHA-256 that these models must have.
+        onnx: arguments of ``tsr_engine.pipeline.Network``; None: no network.
+        evidence, csv, annotated: which results are kept.
+        cores: frames detected at a time.
+        memory_mb: address space that the process may use, MiB; 0: any.
+        stamp: written into the results: whose they are, see ``tsr_engine.batch.run``.
+    """
+
+    video: str
+    folder: str
+    parameters: dict[str, Any]
+    models: str | None = None
+    digests: dict[str, str] = field(default_factory=dict)
+    onnx: list[Any] | None = None
+    evidence: bool = True
+    csv: bool = True
+    annotated: bool = False
+    cores: int = 1
+    memory_mb: int = 0
+    stamp: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """For another process."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How it went.
+
+    Attributes:
+        result: figures; None: it failed.
+        error: one sentence; empty: it went well.
+        died: the process ended without a word, so that another try may go better.
+    """
+
+    result: dict[str, Any] | None
+    error: str = ""
+    died: bool = False

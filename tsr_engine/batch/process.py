@@ -1,0 +1,62 @@
+"""Runs one order in a process and waits for it: a drive that kills its process takes nothing else with it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Final
+
+from tsr_engine.batch.order import Order, Outcome
+
+__all__ = ["TRIES", "run_order"]
+
+TRIES: Final = 3
+"""Times that a drive is tried whose process dies without a word."""
+At = Callable[[int, int | None], None]
+
+
+def run_order(
+    order: Order, at: At = lambda done, total: None, started: Callable[[subprocess.Popen[str]], None] = lambda _: None
+) -> Outcome:
+    """Do an order in a process of its own.
+
+    Args:
+        order: what to do.
+        at: called with frames done and, where known, all frames.
+        started: called with the process, which the caller may kill.
+    """
+    environment = {**os.environ, **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")}
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tsr_engine.batch.worker"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8", env=environment,
+    )  # fmt: skip
+    with process:
+        started(process)
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            json.dump(order.as_json(), process.stdin)
+            process.stdin.close()
+        except BrokenPipeError:
+            pass  # it has died; its exit code says so below
+        outcome = None
+        for line in process.stdout:
+            said = json.loads(line)
+            if "at" in said:
+                at(said["at"], said["of"])
+            else:
+                outcome = Outcome(said.get("done"), said.get("failed", ""))
+    return outcome or Outcome(None, _death(process.returncode), died=True)
+
+
+def _death(code: int) -> str:
+    if code == -signal.SIGKILL:
+        return "Its process was killed, by somebody or because the machine ran out of memory."
+    if code < 0:
+        return f"Its process died of {signal.Signals(-code).name}."
+    return f"Its process ended without a word (exit code {code})."

@@ -1,0 +1,233 @@
+"""A batch: drives in, one folder of results each, a manifest of what is done, and a summary."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from tsr_engine.batch.drives import folder_names
+from tsr_engine.batch.executors import Outcomes, on_ray, on_this_machine
+from tsr_engine.batch.manifest import DriveState, Identity, Manifest, load_manifest, save_manifest
+from tsr_engine.batch.order import Order
+from tsr_engine.batch.summary import write_summary
+from tsr_engine.batch.worker import REPORT, unfinished_folder
+from tsr_engine.errors import StorageError, UsageError
+
+__all__ = ["BatchProgress", "BatchRequest", "run_batch"]
+
+
+@dataclass(frozen=True)
+class BatchRequest:
+    """What a batch is asked to do.
+
+    Attributes:
+        drives: absolute paths.
+        out: folder of the results.
+        identity: of the results.
+        order: what every order says; ``video`` and ``folder`` are replaced.
+        place: ``local``, ``ray`` or the ``HOST:PORT`` of a Ray cluster.
+        jobs: processes at a time on this machine.
+        restart: forget what an earlier call has done.
+    """
+
+    drives: Sequence[Path]
+    out: Path
+    identity: Identity
+    order: Order
+    place: Literal["local", "ray"] | str = "local"
+    jobs: int = 1
+    restart: bool = False
+
+
+@dataclass(frozen=True)
+class BatchProgress:
+    """How far a batch is.
+
+    Attributes:
+        done, failed, total: drives.
+        rate: frames a second of this call; None: there is none yet.
+        remaining: seconds left, judged by the bytes of the videos; None: not known yet.
+    """
+
+    done: int
+    failed: int
+    total: int
+    rate: float | None
+    remaining: float | None
+
+
+def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], stop: Callable[[], bool]) -> Manifest:
+    """Track all drives that are not done yet.
+
+    Args:
+        request: what to do.
+        progress: called now and then, by this thread.
+        stop: true ends the batch; what is done is kept, and the next call goes on.
+
+    Returns:
+        The manifest as it is in the folder. Drives that failed say why; the others go on.
+
+    Raises:
+        UsageError: the folder holds results of other parameters, models or version, or another batch writes it.
+        StorageError: the folder cannot be written.
+    """
+    with _only_one(request.out):
+        manifest = _manifest(request)
+        _forget_changed(manifest, request.out)
+        if not request.restart:
+            _adopt_finished(manifest, request.out)
+        wanted = {str(path) for path in request.drives}
+        todo = [drive for drive in manifest.drives if drive.video in wanted and drive.state != "done"]
+        save_manifest(manifest, request.out)
+        pace = _Pace(manifest, todo)
+        orders = [
+            replace(
+                request.order,
+                video=drive.video,
+                folder=str(request.out.absolute() / drive.folder),
+                stamp=_stamp(manifest.identity, drive),
+            )
+            for drive in todo
+        ]
+        for place, outcome in _outcomes(request, orders, pace, stop):
+            drive = todo[place]
+            if outcome.result is None:
+                drive.state, drive.error, drive.result = "failed", outcome.error, {}
+            else:
+                drive.state, drive.error, drive.result = "done", "", outcome.result
+            save_manifest(manifest, request.out)
+            pace.ended(place)
+            progress(pace.now())
+        write_summary(manifest, request.out)
+        return manifest
+
+
+def _outcomes(request: BatchRequest, orders: list[Order], pace: _Pace, stop: Callable[[], bool]) -> Outcomes:
+    if not orders:
+        return iter(())
+    if request.place == "local":
+        return on_this_machine(orders, request.jobs, pace.at, stop)
+    return on_ray(orders, None if request.place == "ray" else request.place, pace.at, stop)
+
+
+def _manifest(request: BatchRequest) -> Manifest:
+    known = load_manifest(request.out)
+    if known is not None and request.restart:
+        for drive in known.drives:
+            shutil.rmtree(unfinished_folder(request.out / drive.folder), ignore_errors=True)
+        known = None
+    if known is not None and (differs := request.identity.differences(known.identity)):
+        shown = "; ".join(differs[:3]) + ("; ..." if len(differs) > 3 else "")
+        raise UsageError(
+            f"{request.out} holds results of another batch ({shown}). Use its own, another --out, or --restart to "
+            "track all drives anew."
+        )
+    manifest = known or Manifest(request.identity, [])
+    there = {drive.video: drive for drive in manifest.drives}
+    names = folder_names(request.drives, {Path(drive.video): drive.folder for drive in manifest.drives})
+    for path in request.drives:
+        if str(path) not in there:
+            manifest.drives.append(DriveState(str(path), names[path]))
+    return manifest
+
+
+def _forget_changed(manifest: Manifest, out: Path) -> None:
+    """A drive whose file has changed, or whose results are gone, is to be tracked again."""
+    for drive in manifest.drives:
+        try:
+            status = Path(drive.video).stat()
+            size, changed = status.st_size, status.st_mtime_ns
+        except OSError:
+            size = changed = 0  # the process that opens it says what is wrong
+        if (size, changed) != (drive.size, drive.changed) and drive.state != "waiting" and size:
+            drive.state = "waiting"
+        if (size, changed) != (drive.size, drive.changed) and drive.size:
+            shutil.rmtree(unfinished_folder(out / drive.folder), ignore_errors=True)
+        if drive.state == "done" and not (out / drive.folder).is_dir():
+            drive.state = "waiting"
+        drive.size, drive.changed = size or drive.size, changed or drive.changed
+
+
+def _stamp(identity: Identity, drive: DriveState) -> str:
+    """What results of a drive carry, so that they are known again: of which file, by what."""
+    facts = [identity.version, identity.parameters, identity.models, drive.video, drive.size, drive.changed]
+    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+
+def _adopt_finished(manifest: Manifest, out: Path) -> None:
+    """Take over results that became whole just when the call before was stopped."""
+    for drive in manifest.drives:
+        if drive.state == "done":
+            continue
+        try:
+            report = json.loads((out / drive.folder / REPORT).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        if report.get("stamp") == _stamp(manifest.identity, drive):
+            drive.state, drive.error, drive.result = "done", "", report
+
+
+class _Pace:
+    """Frames and bytes done, for the rate and the time left; ``at`` is called by other threads."""
+
+    def __init__(self, manifest: Manifest, todo: list[DriveState]) -> None:
+        self._manifest = manifest
+        self._sizes = [drive.size for drive in todo]
+        self._lock = threading.Lock()
+        self._frames: dict[int, int] = {}
+        self._first: dict[int, int] = {}
+        self._shares = [0.0] * len(todo)
+        self._began = time.monotonic()
+
+    def at(self, place: int, done: int, total: int | None) -> None:
+        with self._lock:
+            self._first.setdefault(place, done if total is None or done < total else 0)
+            self._frames[place] = done
+            if total:
+                self._shares[place] = min(1.0, done / total)
+
+    def ended(self, place: int) -> None:
+        with self._lock:
+            self._shares[place] = 1.0
+
+    def now(self) -> BatchProgress:
+        with self._lock:
+            spent = time.monotonic() - self._began
+            frames = sum(n - self._first[k] for k, n in self._frames.items())
+            done = sum(share * size for share, size in zip(self._shares, self._sizes, strict=True))
+            left = sum(self._sizes) - done
+        states = [drive.state for drive in self._manifest.drives]
+        return BatchProgress(
+            states.count("done"),
+            states.count("failed"),
+            len(states),
+            frames / spent if frames and spent else None,
+            left * spent / done if done else None,
+        )
+
+
+@contextmanager
+def _only_one(out: Path) -> Iterator[None]:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        lock = os.open(out / ".batch.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    except OSError as error:
+        raise StorageError(f"{out} cannot be written: {error.strerror}. Choose another --out.") from None
+    try:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UsageError(f"Another batch writes {out}. Wait for it, or choose another --out.") from None
+        yield
+    finally:
+        os.close(lock)

@@ -1,0 +1,132 @@
+"""What a batch has found, as JSON for programs and HTML for people."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any, Final
+
+from tsr_engine.batch.manifest import Manifest
+from tsr_engine.io.atomic import atomic_text
+
+__all__ = ["SUMMARY_HTML", "SUMMARY_JSON", "summary_of", "write_summary"]
+
+SUMMARY_JSON: Final = "summary.json"
+SUMMARY_HTML: Final = "summary.html"
+_UNSURE: Final = 0.6
+"""A sign whose class has less of its votes than this is listed as unsure."""
+_MOST_LISTED: Final = 500
+
+_STYLE: Final = """
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem }
+:root { color-scheme: light dark }
+table { border-collapse: collapse; margin: .5rem 0 1.5rem; width: 100% }
+th, td { text-align: left; padding: .25rem .75rem .25rem 0; border-bottom: 1px solid #8884; vertical-align: top }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums }
+"""
+
+
+def summary_of(manifest: Manifest) -> dict[str, Any]:
+    """Figures of all drives of a batch.
+
+    Returns:
+        ``drives``, ``done``, ``failed``, ``waiting``: counts; ``frames``, ``seconds``; ``signs``: by class name;
+        ``unsure``: signs whose class has few of their votes, the least sure first; ``failures``: drive and sentence;
+        ``drive_list``: drive, folder, frames, signs, warnings.
+    """
+    done = [drive for drive in manifest.drives if drive.state == "done"]
+    tracks = [(drive, track) for drive in done for track in drive.result["tracks"]]
+    unsure = sorted(
+        (row for row in tracks if row[1]["share"] < _UNSURE), key=lambda row: (row[1]["share"], row[0].folder)
+    )
+    states = Counter(drive.state for drive in manifest.drives)
+    return {
+        "version": manifest.identity.version,
+        "models": manifest.identity.models,
+        "drives": len(manifest.drives),
+        **{state: states[state] for state in ("done", "failed", "waiting")},
+        "frames": sum(drive.result["frames"] for drive in done),
+        "seconds": round(sum(drive.result["seconds"] for drive in done), 1),
+        "signs": dict(Counter(track["class_name"] for _, track in tracks).most_common()),
+        "unsure": [
+            {
+                "drive": drive.folder,
+                "track": track["track_id"],
+                "class_name": track["class_name"],
+                "share": track["share"],
+                "first_frame": track["first_frame"],
+                "last_frame": track["last_frame"],
+            }
+            for drive, track in unsure
+        ],
+        "failures": [
+            {"drive": drive.video, "error": drive.error} for drive in manifest.drives if drive.state == "failed"
+        ],
+        "drive_list": [
+            {
+                "drive": drive.video,
+                "folder": drive.folder,
+                "frames": drive.result["frames"],
+                "signs": len(drive.result["tracks"]),
+                "warnings": drive.result["warnings"],
+            }
+            for drive in done
+        ],
+    }
+
+
+def write_summary(manifest: Manifest, out: Path) -> None:
+    """Write ``summary.json`` and ``summary.html`` into the folder of a batch.
+
+    Raises:
+        StorageError: the folder cannot be written.
+    """
+    summary = summary_of(manifest)
+    with atomic_text(out / SUMMARY_JSON) as file:
+        json.dump(summary, file, indent=1, ensure_ascii=False, allow_nan=False)
+    with atomic_text(out / SUMMARY_HTML) as file:
+        file.write(_page(summary))
+
+
+def _page(summary: dict[str, Any]) -> str:
+    minutes = summary["seconds"] / 60
+    head = (
+        f"<p>{summary['done']} of {summary['drives']} drives are done, {summary['failed']} failed, "
+        f"{summary['waiting']} wait. {summary['frames']} frames took {minutes:.1f} minutes of processes with "
+        f"tsr {html.escape(summary['version'])}.</p>"
+    )
+    signs = _table(("sign", "signs"), [(name, count) for name, count in summary["signs"].items()])
+    failures = _table(("drive", "why"), [(row["drive"], row["error"]) for row in summary["failures"]])
+    unsure = _table(
+        ("drive", "track", "sign", "share of votes", "frames"),
+        [
+            (r["drive"], r["track"], r["class_name"], f"{r['share']:.0%}", f"{r['first_frame']}-{r['last_frame']}")
+            for r in summary["unsure"][:_MOST_LISTED]
+        ],
+    )
+    drives = _table(
+        ("drive", "results", "frames", "signs", "warnings"),
+        [(r["drive"], r["folder"], r["frames"], r["signs"], "; ".join(r["warnings"])) for r in summary["drive_list"]],
+    )
+    more = len(summary["unsure"]) - _MOST_LISTED
+    rest = f"<p>{more} more stand in {SUMMARY_JSON}.</p>" if more > 0 else ""
+    return (
+        '<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>tsr batch</title>'
+        f"<style>{_STYLE}</style><h1>Batch</h1>{head}"
+        f"<h2>Failures</h2>{failures}<h2>Signs</h2>{signs}<h2>Unsure</h2>{unsure}{rest}<h2>Drives</h2>{drives}</html>\n"
+    )
+
+
+def _table(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
+    if not rows:
+        return "<p>None.</p>"
+
+    def cell(tag: str, value: Any) -> str:
+        kind = ' class="n"' if isinstance(value, int | float) else ""
+        return f"<{tag}{kind}>{html.escape(str(value))}</{tag}>"
+
+    head = "".join(cell("th", name) for name in names)
+    body = "".join(f"<tr>{''.join(cell('td', value) for value in row)}</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

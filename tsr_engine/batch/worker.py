@@ -1,0 +1,162 @@
+"""One drive in a process of its own: ``python -m tsr_engine.batch.worker``.
+
+The order comes on stdin; progress and outcome go to stdout, one line of JSON each.
+
+The results are made in a hidden folder beside their place, always the same one, so that a process that was killed is
+gone on with by the next: evidence resumes after its last stored frame. The folder gets its name when all is whole.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import resource
+import shutil
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any, Final
+
+from tsr_engine.batch.order import Order
+from tsr_engine.errors import ModelError, StorageError, TsrError
+from tsr_engine.io.unfinished import fsync_path
+
+__all__ = ["REPORT", "main", "unfinished_folder"]
+
+REPORT: Final = "report.json"
+"""Figures of a drive, in its folder."""
+_WAIT: Final = 60.0
+"""Seconds to wait for another process that works on the same drive: its machine may just have been given up."""
+_TELL: Final = 0.5
+
+
+def unfinished_folder(folder: Path) -> Path:
+    """Where the results of a drive are made."""
+    return folder.with_name(f".{folder.name}.unfinished")
+
+
+def main() -> None:
+    """Read an order, do it, tell how it went."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; whoever has started us decides
+    _end_with(os.getppid())
+    try:
+        order = Order(**json.load(sys.stdin))
+        _limit(order.memory_mb)
+        _say({"done": _track(order)})
+    except TsrError as error:
+        _say({"failed": str(error)})
+    except MemoryError:
+        _say({"failed": "The drive needs more memory than one process may use. Allow more with --memory-mb."})
+    except Exception as error:
+        _say({"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."})
+
+
+def _track(order: Order) -> dict[str, Any]:
+    from tsr_engine.params import Params
+    from tsr_engine.pipeline import Network, load_components
+    from tsr_engine.report_json import report_as_json
+    from tsr_engine.runs import Progress, RunRequest, track_video
+
+    folder = Path(order.folder)
+    work = unfinished_folder(folder)
+    params = Params.model_validate(order.parameters)
+    network = None if order.onnx is None else Network(Path(order.onnx[0]), tuple(order.onnx[1]), order.onnx[2])
+    components = load_components(params, None if order.models is None else Path(order.models), network)
+    _require_models(order, dict(components.models))
+    try:
+        work.mkdir(parents=True, exist_ok=True)
+        lock = _lock(work)
+    except OSError as error:
+        raise StorageError(f"{work} cannot be written: {error.strerror}.") from None
+    told = 0.0
+
+    def tell(at: Progress) -> None:
+        nonlocal told
+        if time.monotonic() - told >= _TELL:
+            told = time.monotonic()
+            _say({"at": at.done, "of": at.total})
+
+    request = RunRequest(
+        Path(order.video),
+        params,
+        work / "evidence" if order.evidence else None,
+        work / "tracks.csv" if order.csv else None,
+        work / "seen.mp4" if order.annotated else None,
+        cores=order.cores,
+    )
+    try:
+        report = report_as_json(track_video(request, components, progress=tell), request)
+        for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
+            report[key] = name if report[key] is not None else None
+        report["stamp"] = order.stamp
+        (work / REPORT).write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
+        _settle(work, folder)
+    except OSError as error:
+        raise StorageError(f"{work} cannot be written: {error.strerror}.") from None
+    finally:
+        os.close(lock)
+    return report
+
+
+def _require_models(order: Order, found: dict[str, str]) -> None:
+    wrong = [name for name, digest in order.digests.items() if found.get(name) != digest]
+    if wrong:
+        raise ModelError(
+            f"{os.uname().nodename} has another {', '.join(wrong)} than the batch was started with. "
+            "Give every machine the same models."
+        )
+
+
+def _lock(work: Path) -> int:
+    handle = os.open(work, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    until = time.monotonic() + _WAIT
+    while True:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > until:
+                os.close(handle)
+                raise StorageError(f"Another process still works in {work}. Try again when it has ended.") from None
+            time.sleep(0.2)
+        else:
+            return handle
+
+
+def _settle(work: Path, folder: Path) -> None:
+    """Give the finished folder its name; results of an earlier batch under that name go."""
+    for path in sorted(work.rglob("*"), reverse=True):
+        fsync_path(path)
+    fsync_path(work)
+    if folder.exists():
+        shutil.rmtree(folder)
+    work.rename(folder)
+    fsync_path(folder.parent)
+
+
+def _limit(megabytes: int) -> None:
+    if megabytes:
+        size = megabytes * 2**20
+        resource.setrlimit(resource.RLIMIT_AS, (size, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _end_with(parent: int) -> None:
+    """End this process soon after its parent: nobody would hear it, and another may be given the drive."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, name="tsr-parent", daemon=True).start()
+
+
+def _say(message: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(message, allow_nan=False) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

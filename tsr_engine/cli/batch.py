@@ -1,0 +1,172 @@
+"""`tsr batch`: many drives in, one folder of results each; on all cores of this machine, or on a Ray cluster."""
+
+# ruff: noqa: D301 - "\b" keeps the examples in help texts from being wrapped
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tsr_engine.cli.common import (
+    JsonOption,
+    ModelsOption,
+    OnnxLayoutOption,
+    OnnxOption,
+    OnnxSizeOption,
+    PresetOption,
+    SetOption,
+    counted,
+    make_network,
+    make_params,
+    print_json,
+    say,
+)
+from tsr_engine.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from tsr_engine.batch.run import BatchProgress
+
+__all__ = ["batch"]
+
+_KEPT = ("evidence", "csv", "video")
+_SPOKEN = 30.0
+"""Seconds between two lines of progress where no person looks at a terminal."""
+
+
+def batch(
+    inputs: Annotated[
+        list[str],
+        typer.Argument(metavar="INPUT...", help="Videos, folders, patterns, or @FILE with one of these a line."),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder that gets one folder of results a drive.")],
+    place: Annotated[
+        str, typer.Option("--on", metavar="local|ray|ray://HOST:PORT", help="This machine, or a Ray cluster.")
+    ] = "local",
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", min=1, max=256, metavar="N", help="Drives at a time here; unset: one a core."),
+    ] = None,
+    cores: Annotated[
+        int | None,
+        typer.Option("--cores", min=1, max=64, metavar="N", help="Cores of one drive; unset: an equal share."),
+    ] = None,
+    keep: Annotated[
+        str, typer.Option("--keep", metavar="WHAT,...", help="Results to keep: evidence, csv, video.")
+    ] = "evidence,csv",
+    memory: Annotated[
+        int, typer.Option("--memory-mb", min=0, metavar="MIB", help="Address space of one drive's process; 0: any.")
+    ] = 6144,
+    preset: PresetOption = "default",
+    settings: SetOption = [],  # noqa: B006 - typer copies it
+    models: ModelsOption = None,
+    onnx: OnnxOption = None,
+    onnx_size: OnnxSizeOption = None,
+    onnx_layout: OnnxLayoutOption = None,
+    restart: Annotated[bool, typer.Option("--restart", help="Track all drives anew.")] = False,
+    json: JsonOption = False,
+) -> None:
+    """Track many drives: each in a process of its own, written whole or not at all.
+
+    The folder keeps a manifest (batch.json): the same command goes on where it was stopped, does not repeat what is
+    done, and tries failed drives again. A bad drive is named in the summary (summary.html, summary.json); the others go
+    on. Exit code 3: some drives failed.
+
+    \b
+    Examples:
+      tsr batch drives/ --out results
+      tsr batch 'archive/**/*.mp4' --out results --jobs 4 --set tau=25
+      tsr batch @drives.txt --out /shared/results --on ray://head:10001 --keep csv
+    """
+    params = make_params(preset, settings)
+    network = make_network(onnx, onnx_size, onnx_layout)
+    kept = _kept(keep)
+    address = _place(place)
+    from tsr_engine.batch.drives import find_drives
+    from tsr_engine.batch.manifest import Identity
+    from tsr_engine.batch.order import Order
+    from tsr_engine.batch.run import BatchRequest, run_batch
+    from tsr_engine.batch.summary import SUMMARY_HTML, summary_of
+    from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
+    from tsr_engine.io.cores import usable_cores
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.version import __version__
+
+    drives = find_drives(inputs)
+    digests = dict(load_components(params, models, network).models)
+    at_once = min(len(drives), jobs or max(1, usable_cores() // (cores or 1)))
+    order = Order(
+        video="",
+        folder="",
+        parameters=params.model_dump(mode="json"),
+        models=None if models is None else str(models.absolute()),
+        digests=digests,
+        onnx=None if network is None else [str(network.path.absolute()), list(network.size), network.layout],
+        evidence="evidence" in kept,
+        csv="csv" in kept,
+        annotated="video" in kept,
+        cores=cores or (max(1, usable_cores() // at_once) if address == "local" else 1),
+        memory_mb=memory,
+    )
+    identity = Identity(__version__, order.parameters, digests)
+    request = BatchRequest(drives, out, identity, order, address, at_once, restart)
+    with stop_on_interrupt() as stopped:
+        manifest = run_batch(request, _Teller(), stopped)
+    summary = summary_of(manifest)
+    if json:
+        print_json(summary)
+    else:
+        typer.echo(
+            f"{counted(summary['done'], 'drive')} done, {summary['failed']} failed, {summary['waiting']} waiting; "
+            f"{counted(sum(summary['signs'].values()), 'sign')} in {counted(summary['frames'], 'frame')}. "
+            f"See {out / SUMMARY_HTML}."
+        )
+    if stopped():
+        leave_interrupted(f"Finished drives are kept in {out}. Run the same command again to go on.")
+    for failure in summary["failures"]:
+        say(f"{failure['drive']}: {failure['error']}")
+    if summary["failed"]:
+        raise InputError(
+            f"{counted(summary['failed'], 'drive')} failed; the others are done. See {out / SUMMARY_HTML}."
+        )
+
+
+def _kept(text: str) -> set[str]:
+    kept = {word.strip() for word in text.split(",") if word.strip()}
+    if unknown := sorted(kept - set(_KEPT)):
+        raise UsageError(f"--keep expects some of {', '.join(_KEPT)}. Got {unknown[0]!r} instead.")
+    return kept
+
+
+def _place(text: str) -> str:
+    if text in ("local", "ray"):
+        return text
+    address = text.removeprefix("ray://")
+    if address == text or not address:
+        raise UsageError(f"--on expects local, ray or ray://HOST:PORT. Got {text!r} instead.")
+    return address
+
+
+class _Teller:
+    """Tells how far a batch is: in place on a terminal, now and then elsewhere."""
+
+    def __init__(self) -> None:
+        self._terminal = sys.stderr.isatty()
+        self._last = time.monotonic()
+
+    def __call__(self, at: BatchProgress) -> None:
+        ended = at.done + at.failed == at.total
+        if not self._terminal and not ended and time.monotonic() - self._last < _SPOKEN:
+            return
+        self._last = time.monotonic()
+        rate = "" if at.rate is None else f", {at.rate:.0f} frames/s"
+        left = "" if at.remaining is None or ended else f", {_duration(at.remaining)} left"
+        say(f"{at.done + at.failed} of {counted(at.total, 'drive')}, {at.failed} failed{rate}{left}.")
+
+
+def _duration(seconds: float) -> str:
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min" if minutes else f"{seconds:.0f} s"
