@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from app.cli.bundle import bundle
+from app.cli.check import check
 from app.cli.exchange import export, formats, import_file
 from app.cli.models import app as models
 from app.cli.record import record
 from app.cli.review import review
 from tsr_engine.cli import main as engine
+from tsr_engine.cli.common import ParameterCommand
 
 __all__ = ["register", "run"]
 
@@ -21,6 +23,7 @@ def register() -> None:
         engine.app.command("import")(import_file)
         engine.app.command("formats")(formats)
         engine.app.command("bundle")(bundle)
+        engine.app.command("check", cls=ParameterCommand)(check)
         engine.app.add_typer(models, name="models")
         engine.app.command("record")(record)
 

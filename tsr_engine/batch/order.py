@@ -20,6 +20,7 @@ class Order:
         digests: component -> SHA-256 that these models must have.
         onnx: arguments of ``tsr_engine.pipeline.Network``; None: no network.
         evidence, csv, annotated: which results are kept.
+        start, stop: first frame, and the frame after the last; None: to the end.
         cores: frames detected at a time.
         memory_mb: address space that the process may use, MiB; 0: any.
         stamp: written into the results: whose they are, see ``tsr_engine.batch.run``.
@@ -34,6 +35,8 @@ class Order:
     evidence: bool = True
     csv: bool = True
     annotated: bool = False
+    start: int = 0
+    stop: int | None = None
     cores: int = 1
     memory_mb: int = 0
     stamp: str = ""

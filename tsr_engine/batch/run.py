@@ -9,9 +9,9 @@ import os
 import shutil
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -38,6 +38,7 @@ class BatchRequest:
         place: ``local``, ``ray`` or the ``HOST:PORT`` of a Ray cluster.
         jobs: processes at a time on this machine.
         restart: forget what an earlier call has done.
+        ranges: first frame and the frame after the last of drives that are not tracked whole.
     """
 
     drives: Sequence[Path]
@@ -47,6 +48,7 @@ class BatchRequest:
     place: Literal["local", "ray"] | str = "local"
     jobs: int = 1
     restart: bool = False
+    ranges: Mapping[Path, tuple[int, int | None]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -85,20 +87,12 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
         manifest = _manifest(request)
         _forget_changed(manifest, request.out)
         if not request.restart:
-            _adopt_finished(manifest, request.out)
+            _adopt_finished(manifest, request)
         wanted = {str(path) for path in request.drives}
         todo = [drive for drive in manifest.drives if drive.video in wanted and drive.state != "done"]
         save_manifest(manifest, request.out)
         pace = _Pace(manifest, todo)
-        orders = [
-            replace(
-                request.order,
-                video=drive.video,
-                folder=str(request.out.absolute() / drive.folder),
-                stamp=_stamp(manifest.identity, drive),
-            )
-            for drive in todo
-        ]
+        orders = [_order(request, drive) for drive in todo]
         for place, outcome in _outcomes(request, orders, pace, stop):
             drive = todo[place]
             if outcome.result is None:
@@ -158,22 +152,40 @@ def _forget_changed(manifest: Manifest, out: Path) -> None:
         drive.size, drive.changed = size or drive.size, changed or drive.changed
 
 
-def _stamp(identity: Identity, drive: DriveState) -> str:
-    """What results of a drive carry, so that they are known again: of which file, by what."""
-    facts = [identity.version, identity.parameters, identity.models, drive.video, drive.size, drive.changed]
-    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+def _order(request: BatchRequest, drive: DriveState) -> Order:
+    """What is to be done with a drive; its stamp tells of which file its results are, and by what."""
+    start, stop = request.ranges.get(Path(drive.video), (0, None))
+    identity = request.identity
+    facts = [
+        identity.version,
+        identity.parameters,
+        identity.models,
+        drive.video,
+        drive.size,
+        drive.changed,
+        start,
+        stop,
+    ]
+    return replace(
+        request.order,
+        video=drive.video,
+        folder=str(request.out.absolute() / drive.folder),
+        start=start,
+        stop=stop,
+        stamp=hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest(),
+    )
 
 
-def _adopt_finished(manifest: Manifest, out: Path) -> None:
+def _adopt_finished(manifest: Manifest, request: BatchRequest) -> None:
     """Take over results that became whole just when the call before was stopped."""
     for drive in manifest.drives:
         if drive.state == "done":
             continue
         try:
-            report = json.loads((out / drive.folder / REPORT).read_text(encoding="utf-8"))
+            report = json.loads((request.out / drive.folder / REPORT).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        if report.get("stamp") == _stamp(manifest.identity, drive):
+        if report.get("stamp") == _order(request, drive).stamp:
             drive.state, drive.error, drive.result = "done", "", report
 
 

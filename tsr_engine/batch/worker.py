@@ -85,6 +85,8 @@ def _track(order: Order) -> dict[str, Any]:
         work / "evidence" if order.evidence else None,
         work / "tracks.csv" if order.csv else None,
         work / "seen.mp4" if order.annotated else None,
+        start=order.start,
+        stop=order.stop,
         cores=order.cores,
     )
     try:

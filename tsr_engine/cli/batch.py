@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,13 +30,28 @@ from tsr_engine.cli.common import (
 from tsr_engine.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from tsr_engine.batch.run import BatchProgress
+    from tsr_engine.batch.run import BatchProgress, BatchRequest
+    from tsr_engine.pipeline import Network
 
-__all__ = ["batch"]
+__all__ = ["BatchTeller", "CoresOption", "JobsOption", "MemoryOption", "PlaceOption", "batch", "batch_request"]
 
 _KEPT = ("evidence", "csv", "video")
 _SPOKEN = 30.0
 """Seconds between two lines of progress where no person looks at a terminal."""
+
+
+PlaceOption = Annotated[
+    str, typer.Option("--on", metavar="local|ray|ray://HOST:PORT", help="This machine, or a Ray cluster.")
+]
+JobsOption = Annotated[
+    int | None, typer.Option("--jobs", min=1, max=256, metavar="N", help="Drives at a time here; unset: one a core.")
+]
+CoresOption = Annotated[
+    int | None, typer.Option("--cores", min=1, max=64, metavar="N", help="Cores of one drive; unset: an equal share.")
+]
+MemoryOption = Annotated[
+    int, typer.Option("--memory-mb", min=0, metavar="MIB", help="Address space of one drive's process; 0: any.")
+]
 
 
 def batch(
@@ -43,23 +60,13 @@ def batch(
         typer.Argument(metavar="INPUT...", help="Videos, folders, patterns, or @FILE with one of these a line."),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder that gets one folder of results a drive.")],
-    place: Annotated[
-        str, typer.Option("--on", metavar="local|ray|ray://HOST:PORT", help="This machine, or a Ray cluster.")
-    ] = "local",
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", min=1, max=256, metavar="N", help="Drives at a time here; unset: one a core."),
-    ] = None,
-    cores: Annotated[
-        int | None,
-        typer.Option("--cores", min=1, max=64, metavar="N", help="Cores of one drive; unset: an equal share."),
-    ] = None,
+    place: PlaceOption = "local",
+    jobs: JobsOption = None,
+    cores: CoresOption = None,
     keep: Annotated[
         str, typer.Option("--keep", metavar="WHAT,...", help="Results to keep: evidence, csv, video.")
     ] = "evidence,csv",
-    memory: Annotated[
-        int, typer.Option("--memory-mb", min=0, metavar="MIB", help="Address space of one drive's process; 0: any.")
-    ] = 6144,
+    memory: MemoryOption = 6144,
     preset: PresetOption = "default",
     settings: SetOption = [],  # noqa: B006 - typer copies it
     models: ModelsOption = None,
@@ -81,40 +88,17 @@ def batch(
       tsr batch 'archive/**/*.mp4' --out results --jobs 4 --set tau=25
       tsr batch @drives.txt --out /shared/results --on ray://head:10001 --keep csv
     """
-    params = make_params(preset, settings)
     network = make_network(onnx, onnx_size, onnx_layout)
-    kept = _kept(keep)
-    address = _place(place)
     from tsr_engine.batch.drives import find_drives
-    from tsr_engine.batch.manifest import Identity
-    from tsr_engine.batch.order import Order
-    from tsr_engine.batch.run import BatchRequest, run_batch
+    from tsr_engine.batch.run import run_batch
     from tsr_engine.batch.summary import SUMMARY_HTML, summary_of
     from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
-    from tsr_engine.io.cores import usable_cores
-    from tsr_engine.pipeline import load_components
-    from tsr_engine.version import __version__
 
-    drives = find_drives(inputs)
-    digests = dict(load_components(params, models, network).models)
-    at_once = min(len(drives), jobs or max(1, usable_cores() // (cores or 1)))
-    order = Order(
-        video="",
-        folder="",
-        parameters=params.model_dump(mode="json"),
-        models=None if models is None else str(models.absolute()),
-        digests=digests,
-        onnx=None if network is None else [str(network.path.absolute()), list(network.size), network.layout],
-        evidence="evidence" in kept,
-        csv="csv" in kept,
-        annotated="video" in kept,
-        cores=cores or (max(1, usable_cores() // at_once) if address == "local" else 1),
-        memory_mb=memory,
+    request = batch_request(
+        find_drives(inputs), out, place, jobs, cores, _kept(keep), memory, preset, settings, models, network
     )
-    identity = Identity(__version__, order.parameters, digests)
-    request = BatchRequest(drives, out, identity, order, address, at_once, restart)
     with stop_on_interrupt() as stopped:
-        manifest = run_batch(request, _Teller(), stopped)
+        manifest = run_batch(replace(request, restart=restart), BatchTeller(), stopped)
     summary = summary_of(manifest)
     if json:
         print_json(summary)
@@ -134,6 +118,67 @@ def batch(
         )
 
 
+def batch_request(
+    drives: Sequence[Path],
+    out: Path,
+    place: str,
+    jobs: int | None,
+    cores: int | None,
+    kept: set[str],
+    memory: int,
+    preset: str,
+    settings: Sequence[str],
+    models: Path | None,
+    network: Network | None,
+    count: int | None = None,
+) -> BatchRequest:
+    """What the options of a batch ask for.
+
+    Args:
+        drives: absolute paths; they may be filled in later.
+        out: folder of the results.
+        place: value of --on.
+        jobs: drives at a time; None: one a core.
+        cores: cores of one drive; None: an equal share.
+        kept: some of evidence, csv, video.
+        memory: address space of a process, MiB.
+        preset: parameters to start from.
+        settings: values of --set.
+        models: folder of models; None: those that ship with the package.
+        network: what detects in place of the ACF detector.
+        count: how many drives there will be; None: as many as ``drives``.
+
+    Raises:
+        UsageError: a wrong value.
+        ModelError: the models cannot be loaded.
+    """
+    from tsr_engine.batch.manifest import Identity
+    from tsr_engine.batch.order import Order
+    from tsr_engine.batch.run import BatchRequest
+    from tsr_engine.io.cores import usable_cores
+    from tsr_engine.pipeline import load_components
+    from tsr_engine.version import __version__
+
+    address = _place(place)
+    params = make_params(preset, settings)
+    digests = dict(load_components(params, models, network).models)
+    at_once = min(count or len(drives), jobs or max(1, usable_cores() // (cores or 1)))
+    order = Order(
+        video="",
+        folder="",
+        parameters=params.model_dump(mode="json"),
+        models=None if models is None else str(models.absolute()),
+        digests=digests,
+        onnx=None if network is None else [str(network.path.absolute()), list(network.size), network.layout],
+        evidence="evidence" in kept,
+        csv="csv" in kept,
+        annotated="video" in kept,
+        cores=cores or (max(1, usable_cores() // at_once) if address == "local" else 1),
+        memory_mb=memory,
+    )
+    return BatchRequest(drives, out, Identity(__version__, order.parameters, digests), order, address, at_once)
+
+
 def _kept(text: str) -> set[str]:
     kept = {word.strip() for word in text.split(",") if word.strip()}
     if unknown := sorted(kept - set(_KEPT)):
@@ -150,7 +195,7 @@ def _place(text: str) -> str:
     return address
 
 
-class _Teller:
+class BatchTeller:
     """Tells how far a batch is: in place on a terminal, now and then elsewhere."""
 
     def __init__(self) -> None:
@@ -158,6 +203,7 @@ class _Teller:
         self._last = time.monotonic()
 
     def __call__(self, at: BatchProgress) -> None:
+        """Tell, unless it is too soon."""
         ended = at.done + at.failed == at.total
         if not self._terminal and not ended and time.monotonic() - self._last < _SPOKEN:
             return

@@ -1,0 +1,119 @@
+"""Where results got worse, the worst first: signs lost, misread, covered less, and false tracks that are new."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from app.check.reviewed import ReviewedDrive
+from tsr_engine.evaluation.tracking import SignReport, VideoReport
+from tsr_engine.evaluation.tracking_rows import Results
+from tsr_engine.geometry.boxes import iou
+
+__all__ = ["Place", "worse_places"]
+
+Kind = Literal["lost", "misread", "false", "less"]
+_ORDER: Final[tuple[Kind, ...]] = ("lost", "misread", "false", "less")
+_LESS: Final = 0.1
+"""Share of its frames by which a sign must be covered less to be named."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """One place that got worse.
+
+    Attributes:
+        drive: its number among the drives.
+        kind: ``lost``, ``misread``, ``false`` or ``less`` (covered in fewer frames).
+        what: track of the truth, or of the results where ``false``.
+        first, last: frames of the track.
+        frame: the one in which it is largest.
+        box: there, px.
+        weight: how bad: the larger, the worse among its kind.
+        class_id, got: class by truth, and by the results; None: there is none.
+    """
+
+    drive: int
+    kind: Kind
+    what: int
+    first: int
+    last: int
+    frame: int
+    box: tuple[float, float, float, float]
+    weight: float
+    class_id: int | None = None
+    got: int | None = None
+
+
+def worse_places(
+    drives: Sequence[ReviewedDrive],
+    before: Sequence[VideoReport],
+    after: Sequence[VideoReport],
+    results: Sequence[Results],
+) -> list[Place]:
+    """Places that got worse.
+
+    Args:
+        drives: reviewed drives.
+        before: reports on the runs' own results, a drive each.
+        after: reports on the new results.
+        results: the new results.
+    """
+    found: list[Place] = []
+    for number, (drive, old, new, rows) in enumerate(zip(drives, before, after, results, strict=True)):
+        then = {sign.track_id: sign for sign in old.signs}
+        for sign in new.signs:
+            place = _sign(number, drive, then[sign.track_id], sign)
+            if place is not None:
+                found.append(place)
+        found += [_false(number, rows, track) for track in new.false_tracks if _is_new(rows, track, drive, old)]
+    return sorted(found, key=lambda place: (_ORDER.index(place.kind), -place.weight, place.drive, place.what))
+
+
+def _sign(number: int, drive: ReviewedDrive, old: SignReport, new: SignReport) -> Place | None:
+    truth = drive.truth
+    rows = np.flatnonzero((truth.track_id == new.track_id) & ~truth.ignore)
+    boxes = truth.boxes[rows]
+    largest = int(np.argmax(boxes[:, 2] - boxes[:, 0]))
+    lost = (old.covered - new.covered) / max(1, new.frames)
+    kind: Kind
+    if old.ids and not new.ids:
+        kind, weight = "lost", float(new.frames)
+    elif new.ids and new.class_id >= 0 and old.predicted_class == old.class_id != new.predicted_class:
+        kind, weight = "misread", float(boxes[largest, 2] - boxes[largest, 0])
+    elif lost >= _LESS:
+        kind, weight = "less", lost
+    else:
+        return None
+    frames = truth.frame[rows]
+    x1, y1, x2, y2 = boxes[largest].tolist()
+    return Place(
+        number, kind, new.track_id, int(frames.min()), int(frames.max()), int(frames[largest]), (x1, y1, x2, y2),
+        weight, new.class_id if new.class_id >= 0 else None, new.predicted_class,
+    )  # fmt: skip
+
+
+def _false(number: int, rows: Results, track: int) -> Place:
+    own = np.flatnonzero(rows.track_id == track)
+    boxes = rows.boxes[own]
+    largest = int(np.argmax(boxes[:, 2] - boxes[:, 0]))
+    x1, y1, x2, y2 = boxes[largest].tolist()
+    frames, got = rows.frame[own], int(rows.class_id[own[-1]])
+    return Place(
+        number, "false", track, int(frames.min()), int(frames.max()), int(frames[largest]), (x1, y1, x2, y2),
+        float(len(own)), None, got if got >= 0 else None,
+    )  # fmt: skip
+
+
+def _is_new(rows: Results, track: int, drive: ReviewedDrive, old: VideoReport) -> bool:
+    """Whether the run did not have the same false track already."""
+    own = np.flatnonzero(rows.track_id == track)
+    known = np.flatnonzero(np.isin(drive.results.track_id, old.false_tracks))
+    for row in own:
+        same = known[drive.results.frame[known] == rows.frame[row]]
+        if len(same) and bool((iou(rows.boxes[row], drive.results.boxes[same]) >= 0.5).any()):
+            return False
+    return True

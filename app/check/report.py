@@ -1,0 +1,242 @@
+"""A check as JSON for programs, as HTML with crops for people, and its worst places as bug bundles."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import numpy as np
+
+from app.check.figures import FIGURES, Change
+from app.check.places import Place
+from app.check.run import CheckedDrive, CheckReport
+from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, ExpectedSign, make_bundle
+from tsr_engine.errors import TsrError
+from tsr_engine.io.atomic import atomic_text
+from tsr_engine.io.video import open_video
+from tsr_engine.records import Picture
+from tsr_engine.report_json import class_name
+
+__all__ = ["CHECK_HTML", "CHECK_JSON", "as_json", "sentence_of", "write_bundles", "write_report"]
+
+CHECK_JSON: Final = "check.json"
+CHECK_HTML: Final = "check.html"
+_CROPS: Final = "crops"
+_MOST_CROPS: Final = 200
+_SIDE: Final = 160
+"""Side of a crop, px."""
+_AROUND: Final = 15
+"""Frames before and after a place that its bundle holds."""
+_STYLE: Final = """
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem }
+:root { color-scheme: light dark }
+table { border-collapse: collapse; margin: .5rem 0 1.5rem; width: 100% }
+th, td { text-align: left; padding: .25rem .75rem .25rem 0; border-bottom: 1px solid #8884; vertical-align: middle }
+.over { color: #c22; font-weight: 600 }
+img { display: block; width: 96px; height: 96px; object-fit: cover }
+"""
+
+
+def sentence_of(place: Place, drives: Sequence[CheckedDrive]) -> str:
+    """What got worse at a place."""
+    drive = drives[place.drive].reviewed.source.video.name
+    frames = f"frames {place.first} to {place.last}"
+    sign = "a sign" if place.class_id is None else class_name(place.class_id)
+    read = "no class" if place.got is None else class_name(place.got)
+    if place.kind == "lost":
+        return f"{drive}: {sign} is not found any more ({frames})."
+    if place.kind == "misread":
+        return f"{drive}: {sign} is read as {read} now ({frames})."
+    if place.kind == "false":
+        return f"{drive}: a new false track, read as {read} ({frames})."
+    return f"{drive}: {sign} is covered in {place.weight:.0%} fewer of its frames ({frames})."
+
+
+def as_json(report: CheckReport) -> dict[str, Any]:
+    """The report in JSON's own types."""
+    return {
+        "drives": [
+            {
+                "video": str(drive.path),
+                "run": drive.reviewed.source.run_id,
+                "decided": drive.reviewed.decided,
+                "signs": len(drive.after.signs),
+                "results": str(drive.folder),
+            }
+            for drive in report.drives
+        ],
+        "figures": {
+            change.name: {
+                "before": change.before,
+                "after": change.after,
+                "difference": change.difference,
+                "interval": change.interval,
+            }
+            for change in report.changes
+        },
+        "intervals_over": report.unit,
+        "over_budget": report.over,
+        "places": [
+            {
+                "video": str(report.drives[place.drive].path),
+                "kind": place.kind,
+                "frame": place.frame,
+                "frames": [place.first, place.last],
+                "box": [round(edge, 1) for edge in place.box],
+                "text": sentence_of(place, report.drives),
+            }
+            for place in report.places
+        ],
+        "failures": [{"video": video, "error": error} for video, error in report.failures],
+    }
+
+
+def write_report(report: CheckReport, out: Path) -> None:
+    """Write ``check.json``, ``check.html`` and the crops of the worst places.
+
+    Raises:
+        StorageError: the folder cannot be written.
+        VideoError: a video cannot be read any more.
+    """
+    crops = _write_crops(report, out)
+    with atomic_text(out / CHECK_JSON) as file:
+        json.dump(as_json(report), file, indent=1, ensure_ascii=False, allow_nan=False)
+    with atomic_text(out / CHECK_HTML) as file:
+        file.write(_page(report, crops))
+
+
+def write_bundles(report: CheckReport, out: Path, most: int, tell: Callable[[str], None]) -> list[Path]:
+    """Pack the worst places as bug bundles, with what people have decided as the expectation.
+
+    Args:
+        report: of the check.
+        out: folder of the bundles.
+        most: how many.
+        tell: hears why a bundle could not be made; the others are.
+    """
+    made: list[Path] = []
+    for number, place in enumerate(report.places[:most], start=1):
+        drive = report.drives[place.drive]
+        path = out / f"{number:02}-{place.kind}-{drive.folder.name}-{place.frame}.zip"
+        source = drive.reviewed.source
+        first, stop = max(source.first, place.frame - _AROUND), min(source.stop, place.frame + _AROUND + 1)
+        try:
+            make_bundle(
+                BundleRequest(
+                    evidence=drive.folder / "evidence",
+                    video=drive.path,
+                    out=path,
+                    first=first,
+                    stop=stop,
+                    note=sentence_of(place, report.drives),
+                    expectation=_expectation(place, drive, first, stop),
+                    recording=False,
+                )
+            )
+        except TsrError as error:
+            tell(f"{path.name} could not be made: {error}")
+            continue
+        made.append(path)
+    return made
+
+
+def _expectation(place: Place, drive: CheckedDrive, first: int, stop: int) -> Expectation:
+    if place.kind == "false":
+        sign = ExpectedSign(frames=[place.frame], boxes=[place.box])
+        return Expectation(
+            bounds=Bounds(), signs={"s": sign}, expected=[Expected(id="absent", kind="absent", sign="s")]
+        )
+    truth = drive.reviewed.truth
+    rows = np.flatnonzero(
+        (truth.track_id == place.what) & ~truth.ignore & (truth.frame >= first) & (truth.frame < stop)
+    )
+    boxes = [(x1, y1, x2, y2) for x1, y1, x2, y2 in truth.boxes[rows].tolist()]
+    sign = ExpectedSign(frames=truth.frame[rows].tolist(), boxes=boxes)
+    wanted = [Expected(id="found", kind="found", sign="s")]
+    if place.kind == "misread" and place.class_id is not None:
+        wanted.append(Expected(id="label", kind="label", sign="s", class_id=place.class_id))
+    return Expectation(bounds=Bounds(), signs={"s": sign}, expected=wanted)
+
+
+def _write_crops(report: CheckReport, out: Path) -> dict[int, str]:
+    """Crops by number of the place, relative to the folder."""
+    names: dict[int, str] = {}
+    shown = list(enumerate(report.places[:_MOST_CROPS]))
+    if shown:
+        (out / _CROPS).mkdir(parents=True, exist_ok=True)
+    for number, drive in enumerate(report.drives):
+        mine = sorted((place.frame, k, place) for k, place in shown if place.drive == number)
+        if not mine:
+            continue
+        source = drive.reviewed.source
+        with open_video(drive.path, limits=source.video.limits) as video:
+            if source.video.table is not None:
+                video.adopt(source.video.table)
+            for frame, k, place in mine:
+                picture = next(iter(video.frames(frame, frame + 1))).picture
+                name = f"{_CROPS}/{k:03}.jpg"
+                cv2.imwrite(str(out / name), _crop(picture, place), [cv2.IMWRITE_JPEG_QUALITY, 88])
+                names[k] = name
+    return names
+
+
+def _crop(picture: Picture, place: Place) -> Picture:
+    """The box with as much around it again, square."""
+    x1, y1, x2, y2 = place.box
+    half = max(12.0, x2 - x1, y2 - y1)
+    centre = ((x1 + x2) / 2, (y1 + y2) / 2)
+    patch = cv2.getRectSubPix(picture, (round(2 * half), round(2 * half)), centre)
+    scale = _SIDE / patch.shape[0]
+    patch = cv2.resize(patch, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC)
+    corner = [round(_SIDE / 2 - (c - e) * scale) for c, e in zip(centre, (x1, y1), strict=True)]
+    far = [round(_SIDE / 2 + (e - c) * scale) for c, e in zip(centre, (x2, y2), strict=True)]
+    cv2.rectangle(patch, (corner[0], corner[1]), (far[0], far[1]), (0, 200, 255), 1)
+    return np.asarray(patch, np.uint8)
+
+
+def _page(report: CheckReport, crops: dict[int, str]) -> str:
+    escape = html.escape
+    over = {text.partition(" ")[0] for text in report.over}
+    rows = "".join(
+        f"<tr{' class=over' if change.name in over else ''}><td>{escape(FIGURES[change.name][0])}</td>"
+        f"<td>{_number(change.before)}</td><td>{_number(change.after)}</td><td>{_signed(change)}</td>"
+        f"<td>{_interval(change)}</td></tr>"
+        for change in report.changes
+    )
+    sentences = "".join(f'<p class="over">{escape(text)}</p>' for text in report.over)
+    places = "".join(
+        f"<tr><td>{_image(crops.get(k))}</td><td>{escape(sentence_of(place, report.drives))}</td>"
+        f"<td>frame {place.frame}</td></tr>"
+        for k, place in enumerate(report.places)
+    )
+    failures = "".join(f"<p>{escape(video)}: {escape(error)}</p>" for video, error in report.failures)
+    signs = sum(len(drive.after.signs) for drive in report.drives)
+    return (
+        '<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>tsr check</title>'
+        f"<style>{_STYLE}</style><h1>Check</h1>"
+        f"<p>{len(report.drives)} reviewed drives with {signs} signs. Intervals hold 95 % of bootstrap samples of the "
+        f"difference; the samples draw {report.unit}.</p>{sentences}"
+        f"<table><thead><tr><th>figure<th>before<th>after<th>difference<th>interval</thead><tbody>{rows}</tbody></table>"
+        f"<h2>Worse</h2>{f'<table>{places}</table>' if places else '<p>None.</p>'}"
+        f"<h2>Failures</h2>{failures or '<p>None.</p>'}</html>\n"
+    )
+
+
+def _image(name: str | None) -> str:
+    return "" if name is None else f'<img src="{name}" alt="">'
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _signed(change: Change) -> str:
+    return "-" if change.difference is None else f"{change.difference:+.4g}"
+
+
+def _interval(change: Change) -> str:
+    return "-" if change.interval is None else f"{change.interval[0]:+.4g} to {change.interval[1]:+.4g}"

@@ -1,0 +1,81 @@
+"""What people have decided about a drive, as truth to measure results against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.exchange.dataset import Source
+from tsr_engine.evaluation.tracking_rows import Results, Truth
+from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.exchange.dataset import REJECTED, Track
+
+__all__ = ["ReviewedDrive", "reviewed_drive"]
+
+
+@dataclass(frozen=True, slots=True)
+class ReviewedDrive:
+    """A drive that people have reviewed.
+
+    Attributes:
+        source: the run with its corrections.
+        truth: signs that people have accepted or drawn count; tracks that nobody has decided on are ignored.
+        results: what the run itself shows, without the corrections.
+        decided: tracks that people have accepted, drawn or rejected.
+    """
+
+    source: Source
+    truth: Truth
+    results: Results
+    decided: int
+
+
+def reviewed_drive(source: Source) -> ReviewedDrive | None:
+    """A run as truth; None: people have decided nothing about it.
+
+    A track counts when it was accepted, or changed or drawn by a person and is not marked as needing work. What a
+    person has rejected or deleted is no sign: a result there is a false track. Everything else is ignored: results
+    there are neither right nor wrong.
+    """
+    tracks = list(source.tracks())
+    rejected = [track for track in tracks if track.state == REJECTED]
+    signs = [track for track in tracks if track.state != REJECTED]
+    counted = [_counts(track) for track in signs]
+    gone = sum(document.gone for document in source.documents.values())
+    decided = sum(counted) + len(rejected) + gone
+    if not decided:
+        return None
+    with EvidenceReader(source.folder) as reader:
+        rows = [
+            (row.frame, row.track_id, np.array([row.x1, row.y1, row.x2, row.y2]), row.class_id, row.score, row.source)
+            for row in reader.result_rows()
+            if source.first <= row.frame < source.stop
+        ]
+    return ReviewedDrive(source, _truth(signs, counted), Results.of(rows), decided)
+
+
+def _counts(track: Track) -> bool:
+    return track.state == "accepted" or (track.source in ("human", "corrected") and track.state == "open")
+
+
+def _truth(tracks: list[Track], counted: list[bool]) -> Truth:
+    lengths = [len(track.frames) for track in tracks]
+    total = sum(lengths)
+    labels = [
+        np.full(len(track.frames), track.label, np.int64) if track.labels is None else track.labels for track in tracks
+    ]
+    ignored = [
+        np.full(len(track.frames), not counts)
+        | track.occluded
+        | (np.zeros(len(track.frames), bool) if track.ignore is None else track.ignore)
+        for track, counts in zip(tracks, counted, strict=True)
+    ]
+    return Truth(
+        frame=np.concatenate([track.frames for track in tracks]) if total else np.zeros(0, np.int64),
+        track_id=np.repeat(np.arange(len(tracks)), lengths),
+        boxes=np.concatenate([track.boxes for track in tracks]) if total else np.zeros((0, 4)),
+        class_id=np.concatenate(labels) if total else np.zeros(0, np.int64),
+        visibility=np.ones(total),
+        ignore=np.concatenate(ignored) if total else np.zeros(0, bool),
+    )

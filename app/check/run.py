@@ -1,0 +1,129 @@
+"""A check: reviewed drives tracked anew, measured against what people have decided, and told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from app.check.figures import Change, Unit, changes, over_budget
+from app.check.places import Place, worse_places
+from app.check.reviewed import ReviewedDrive
+from tsr_engine.batch.manifest import Manifest
+from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
+from tsr_engine.errors import InputError
+from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
+from tsr_engine.evaluation.tracking_rows import Results, read_results
+from tsr_engine.io.opened_file import named
+
+__all__ = ["CheckReport", "CheckedDrive", "check"]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedDrive:
+    """One drive of a check.
+
+    Attributes:
+        reviewed: what people have decided.
+        path: of the video.
+        folder: of the new results.
+        before, after: the run's own results and the new ones, measured.
+    """
+
+    reviewed: ReviewedDrive
+    path: Path
+    folder: Path
+    before: VideoReport
+    after: VideoReport
+
+
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """What a check has found.
+
+    Attributes:
+        drives: those that were measured.
+        changes: all figures.
+        unit: what the intervals' bootstrap draws.
+        over: what got worse by more than its budget, one sentence each.
+        places: what got worse, the worst first.
+        failures: drives that could not be tracked, with their sentence.
+    """
+
+    drives: list[CheckedDrive]
+    changes: list[Change]
+    unit: Unit
+    over: list[str]
+    places: list[Place]
+    failures: list[tuple[str, str]]
+
+
+def check(
+    drives: Sequence[ReviewedDrive],
+    request: BatchRequest,
+    allowed: Mapping[str, float],
+    progress: Callable[[BatchProgress], None],
+    stop: Callable[[], bool],
+) -> CheckReport | None:
+    """Track reviewed drives and measure the results.
+
+    Args:
+        drives: what to check against.
+        request: how to track; its drives and ranges are replaced.
+        allowed: budgets, see :func:`app.check.figures.budgets`.
+        progress: as for :func:`tsr_engine.batch.run.run_batch`.
+        stop: the same.
+
+    Returns:
+        The report; None: it was stopped.
+
+    Raises:
+        InputError: no drive could be tracked.
+        UsageError, StorageError: as for ``run_batch``.
+    """
+    paths = [_path(drive) for drive in drives]
+    ranges: dict[Path, tuple[int, int | None]] = {
+        path: (drive.source.first, drive.source.stop) for path, drive in zip(paths, drives, strict=True)
+    }
+    manifest = run_batch(replace(request, drives=paths, ranges=ranges), progress, stop)
+    if stop():
+        return None
+    checked, results, failures = _measured(drives, paths, request.out, manifest)
+    if not checked:
+        raise InputError(f"No drive could be tracked. The first one: {failures[0][1]}")
+    before, after = [drive.before for drive in checked], [drive.after for drive in checked]
+    found, unit = changes(before, after)
+    places = worse_places([drive.reviewed for drive in checked], before, after, results)
+    return CheckReport(checked, found, unit, over_budget(found, allowed), places, failures)
+
+
+def _path(drive: ReviewedDrive) -> Path:
+    if drive.source.video.path is None:
+        raise InputError(f"The video {drive.source.video.name} is not where it was. Put it back, or leave it out.")
+    return named(drive.source.video.path).absolute()
+
+
+def _measured(
+    drives: Sequence[ReviewedDrive], paths: Sequence[Path], out: Path, manifest: Manifest
+) -> tuple[list[CheckedDrive], list[Results], list[tuple[str, str]]]:
+    states = {drive.video: drive for drive in manifest.drives}
+    checked: list[CheckedDrive] = []
+    results: list[Results] = []
+    failures: list[tuple[str, str]] = []
+    for drive, path in zip(drives, paths, strict=True):
+        state = states[str(path)]
+        if state.state != "done":
+            failures.append((str(path), state.error))
+            continue
+        folder = out / state.folder
+        rows = read_results(folder / "tracks.csv")
+        checked.append(CheckedDrive(drive, path, folder, _report(drive, drive.results), _report(drive, rows)))
+        results.append(rows)
+    return checked, results, failures
+
+
+def _report(drive: ReviewedDrive, results: Results) -> VideoReport:
+    video, source = drive.source.video, drive.source
+    return evaluate_video(
+        video.name, drive.truth, results, source.stop - source.first, size=(video.width, video.height)
+    )

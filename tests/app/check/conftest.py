@@ -1,0 +1,32 @@
+"""A toy run that was tracked once; each test has a copy with a server on it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "exchange"))
+
+from exchange_desk import Desk, open_desk
+from toy_home import ToyHome, make_home
+
+
+@pytest.fixture(scope="session")
+def checked_home(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
+    """The home that is copied."""
+    made = make_home(tmp_path_factory.mktemp("check"))
+    made.evidence.close()
+    made.database.close()
+    return made
+
+
+@pytest.fixture
+def desk(checked_home: ToyHome, tmp_path: Path) -> Iterator[Desk]:
+    """A served copy."""
+    made = open_desk(checked_home, tmp_path)
+    with made.server.client:
+        yield made

@@ -1,0 +1,102 @@
+"""``tsr check`` on a reviewed toy drive: what is truth, what got worse, its report and its bundles."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exchange_desk import Desk
+
+from app.check.places import worse_places
+from app.check.reviewed import ReviewedDrive, reviewed_drive
+from app.cli.main import run
+from app.exchange.stored import home_source
+from tsr_engine.bundle import open_bundle
+from tsr_engine.evaluation.tracking import evaluate_video
+from tsr_engine.evaluation.tracking_rows import Results
+
+
+def reviewed(desk: Desk) -> ReviewedDrive | None:
+    with desk.server.context.database.read() as session:
+        return reviewed_drive(home_source(session, desk.server.settings, desk.run_id))
+
+
+def judge(desk: Desk) -> None:
+    """Accept one track, reject another, leave the third undecided."""
+    desk.edit({"name": "set_review", "key": "m1", "frame": 1, "review": "accepted"}, {"m1": 0})
+    desk.edit({"name": "set_review", "key": "m2", "frame": 1, "review": "rejected"}, {"m2": 0})
+
+
+def test_what_people_have_decided_is_the_truth(desk: Desk) -> None:
+    assert reviewed(desk) is None
+    judge(desk)
+    found = reviewed(desk)
+    assert found is not None
+    tracks = desk.tracks()
+    assert found.decided == 2
+    ignored = {int(t) for t in found.truth.track_id[found.truth.ignore]}
+    counted = {int(t) for t in found.truth.track_id[~found.truth.ignore]}
+    assert (len(counted), len(ignored)) == (1, len(tracks) - 2)
+    mine = found.truth.boxes[~found.truth.ignore]
+    assert np.allclose(mine, tracks["m1"].boxes)
+    report = evaluate_video("toy", found.truth, found.results, 75)
+    assert len(report.signs) == 1
+    assert report.signs[0].covered == report.signs[0].frames
+    assert len(report.false_tracks) == 1, "the run itself has the track that a person has rejected"
+
+
+def test_places_that_got_worse(desk: Desk) -> None:
+    judge(desk)
+    drive = reviewed(desk)
+    assert drive is not None
+    rows = drive.results
+    sign = int(
+        rows.track_id[
+            np.flatnonzero(np.isclose(rows.boxes[:, 0], drive.truth.boxes[~drive.truth.ignore][0, 0], atol=0.01))[0]
+        ]
+    )
+    kept = rows.track_id != sign
+    lost = Results(
+        rows.frame[kept], rows.track_id[kept], rows.boxes[kept], rows.class_id[kept], rows.score[kept],
+        tuple(np.array(rows.source)[kept]),
+    )  # fmt: skip
+    misread = replace(rows, class_id=np.where(rows.track_id == sign, 40, rows.class_id))
+    moved = replace(
+        rows, boxes=np.where((rows.track_id == sign)[:, None], rows.boxes + np.array([400, 0, 400, 0]), rows.boxes)
+    )
+    before = evaluate_video("toy", drive.truth, rows, 75)
+
+    def kinds(results: Results) -> list[str]:
+        after = evaluate_video("toy", drive.truth, results, 75)
+        return [place.kind for place in worse_places([drive], [before], [after], [results])]
+
+    assert kinds(rows) == []
+    assert kinds(lost) == ["lost"]
+    assert kinds(misread) == ["misread"]
+    assert kinds(moved) == ["lost", "false"]
+
+
+def test_the_command(desk: Desk, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out, home = tmp_path / "out", str(desk.home)
+    command = ["check", "--home", home, "--out", str(out), "--set", "coast_foe_y=0.5"]
+    assert run(command) == 3
+    assert "nobody has accepted, drawn or rejected a track" in capfd.readouterr().err
+    judge(desk)
+    assert run([*command, "--json", "--bundles", "1", "--budget", "found=-50", "--budget", "false=5"]) == 22
+    said = capfd.readouterr()
+    found = json.loads(said.out)
+    assert found["figures"]["found"] == {"before": 100.0, "after": 0.0, "difference": -100.0, "interval": None}
+    assert found["figures"]["false"]["after"] == 0, "the real models see nothing in the toy drive"
+    assert [place["kind"] for place in found["places"]] == ["lost"]
+    assert "over budget: found went from 100 to 0, by -100; its budget is -50." in said.err
+    page = (out / "check.html").read_text()
+    assert found["places"][0]["text"] in page
+    assert (out / "crops" / "000.jpg").stat().st_size > 500
+    (bundle,) = (out / "bundles").glob("*.zip")
+    with open_bundle(bundle) as opened:
+        assert opened.manifest.note == found["places"][0]["text"]
+    assert run([*command, "drive.mp4", "--bundles", "0"]) == 0, "without a budget nothing is too much"
+    assert "1 reviewed drive with 1 sign." in capfd.readouterr().out
