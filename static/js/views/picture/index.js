@@ -18,6 +18,7 @@ import { icon } from '../icons.js';
 import { runName } from '../run-words.js';
 import { STYLES, paintLayers, readInks } from './painter.js';
 import { listenToPointer } from './pointer.js';
+import { createBoxMenu } from './box_menu.js';
 import { createFollowBar } from './follow_bar.js';
 import { createSight, settledAt } from './sight.js';
 
@@ -59,6 +60,8 @@ export function createPicture(app) {
     ...[0.1, 0.25, 0.5, 1, 2].map((value) => h('option', { value: String(value), selected: value === 1 }, `${value}×`)));
   const legend = createLegend(app);
   const followBar = createFollowBar(app);
+  const menu = createBoxMenu(app, stage, () => size, signal);
+  stage.append(menu.element);
   const spoken = h('div', { class: 'visually-hidden', role: 'status', 'aria-live': 'polite' });
   const foot = h('div', { class: 'picture-foot' }, h('span', { class: 'row' }, number, where), speed, hint, legend.element);
   const element = h('div', { class: 'picture' }, stage, followBar.element, foot, spoken);
@@ -193,6 +196,7 @@ export function createPicture(app) {
     if (!review || review === last) return;
     const before = last;
     last = review;
+    menu.update(review);
     if (review.viewport.zoom === 0) {
       refit(review);
       return;
@@ -211,7 +215,7 @@ export function createPicture(app) {
     describe(review);
   }
 
-  listenToPointer(app, stage, () => size, signal);
+  listenToPointer(app, stage, () => size, menu.open, signal);
   return {
     element,
     update,

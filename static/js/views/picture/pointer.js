@@ -22,9 +22,10 @@ const CLICK = 3;
  * @param {App} app
  * @param {HTMLElement} element   the picture
  * @param {() => Size} screen     its size, CSS px
+ * @param {(x: number, y: number) => void} menu   opens the menu of the selected track; CSS px
  * @param {AbortSignal} signal
  */
-export function listenToPointer(app, element, screen, signal) {
+export function listenToPointer(app, element, screen, menu, signal) {
   /** @type {null|{kind: 'pan'|'change'|'draw', x: number, y: number, moved: boolean, view: import('../../model/geometry.js').Viewport, frame: number, box: Box, key: string, handle: Handle, correct: boolean, under: string[]}} */
   let drag = null;
 
@@ -72,7 +73,7 @@ export function listenToPointer(app, element, screen, signal) {
     const base = { x: sx, y: sy, moved: false, view: now.viewport, frame: now.frame, box: /** @type {Box} */ ([x, y, x, y]), key: '', handle: /** @type {Handle} */ ('move'), correct: event.shiftKey, under: /** @type {string[]} */ ([]) };
     element.setPointerCapture(event.pointerId);
     if (event.button === 1 || event.button === 2) {
-      drag = { ...base, kind: 'pan' };
+      drag = { ...base, kind: 'pan', key: event.button === 2 ? 'menu' : '', under: under(x, y).map(({ key }) => key) };
       event.preventDefault();
       return;
     }
@@ -148,10 +149,20 @@ export function listenToPointer(app, element, screen, signal) {
         const next = ended.under[(ended.under.indexOf(ended.key) + 1) % ended.under.length];
         app.store.dispatch((state) => select(state, next));
       }
+    } else if (!ended.moved && ended.key === 'menu') {
+      openMenu(ended);
     } else if (!ended.moved && ended.key === 'empty') {
       app.store.dispatch((state) => select(state, null));
     }
   };
+  /** The menu of the box under the pointer: the selected one where several lie there. @param {{x: number, y: number, under: string[]}} place */
+  function openMenu({ x, y, under: keys }) {
+    const now = review();
+    if (!now || keys.length === 0 || now.mode !== 'select') return;
+    const key = now.selected && keys.includes(now.selected) ? now.selected : keys[0];
+    app.store.dispatch((state) => select(setPlaying(state, false), key));
+    menu(x, y);
+  }
   element.addEventListener('pointerup', () => end(true), { signal });
   element.addEventListener('pointercancel', () => end(false), { signal });
   element.addEventListener('contextmenu', (event) => event.preventDefault(), { signal });

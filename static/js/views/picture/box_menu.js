@@ -1,0 +1,125 @@
+// @ts-check
+/**
+ * The menu of a box: right click, the menu key or Shift+F10. Every entry is an operation with its key, so that the menu
+ * teaches the keyboard; what cannot be done says why.
+ *
+ * @typedef {import('../../page-types.js').App} App
+ * @typedef {import('../../page-types.js').Operation} Operation
+ */
+import { toScreen } from '../../model/geometry.js';
+import { runOperation } from '../../operations/registry.js';
+import { shownTrack } from '../../review/shown_tracks.js';
+import { h } from '../dom.js';
+import { icon, isIcon } from '../icons.js';
+import { toast } from '../toasts.js';
+
+/** Operations by group; what a version does not have is left out. */
+const MENU = [
+  ['relabel', 'accept', 'not-a-sign', 'needs-work', 'ignore'],
+  ['follow', 'follow-forward', 'extend-first', 'extend-last'],
+  ['key-frame', 'interpolate', 'occluded', 'outside'],
+  ['split', 'merge', 'delete-from', 'delete-track'],
+  ['zoom-track', 'note', 'report-bug'],
+];
+/** Space between the menu and the edge of the picture, CSS px. */
+const EDGE = 4;
+
+/**
+ * The entries that the menu has now, by group; groups without an entry are left out.
+ * @param {readonly Operation[]} operations
+ * @param {import('../../state-types.js').State} state
+ * @returns {Operation[][]}
+ */
+export function menuEntries(operations, state) {
+  const known = new Map(operations.map((operation) => [operation.id, operation]));
+  return MENU
+    .map((ids) => ids.flatMap((id) => known.get(id) ?? []).filter((operation) => operation.available(state)))
+    .filter((group) => group.length > 0);
+}
+
+/**
+ * @param {App} app
+ * @param {HTMLElement} stage   the picture; gets the focus back
+ * @param {() => import('../../model/geometry.js').Size} screen   its size, CSS px
+ * @param {AbortSignal} signal
+ */
+export function createBoxMenu(app, stage, screen, signal) {
+  const element = h('div', { class: 'box-menu', role: 'menu', 'aria-label': 'Menu of the box', hidden: true });
+
+  /** Track and frame that the menu is about. */
+  let shownFor = '';
+
+  /** @param {boolean} [back]   give the focus back to the picture */
+  function close(back = false) {
+    if (element.hidden) return;
+    element.hidden = true;
+    element.replaceChildren();
+    if (back) stage.focus({ preventScroll: true });
+  }
+
+  /** Open the menu for the selected track. @param {number} x @param {number} y CSS px within the picture */
+  function open(x, y) {
+    const state = app.store.get();
+    const groups = menuEntries(app.operations, state);
+    if (!state.review?.selected || groups.length === 0) return;
+    element.replaceChildren(...groups.map((group) => h('div', { class: 'box-menu-group', role: 'group' }, ...group.map((operation) => entry(operation, state)))));
+    element.hidden = false;
+    shownFor = `${state.review.selected} ${state.review.frame}`;
+    const { width, height } = screen();
+    element.style.left = `${Math.max(EDGE, Math.min(x, width - element.offsetWidth - EDGE))}px`;
+    element.style.top = `${Math.max(EDGE, Math.min(y, height - element.offsetHeight - EDGE))}px`;
+    items()[0]?.focus({ preventScroll: true });
+  }
+
+  /** @param {Operation} operation @param {import('../../state-types.js').State} state */
+  function entry(operation, state) {
+    const reason = operation.disabled(state);
+    return h('button', {
+      class: 'box-menu-item', type: 'button', role: 'menuitem', tabIndex: -1, title: reason ?? operation.tooltip,
+      'aria-disabled': reason === null ? null : 'true', 'data-operation': operation.id,
+      onclick: () => {
+        close(true);
+        runOperation(app, operation, (why) => toast(why));
+      },
+    },
+    operation.icon && isIcon(operation.icon) ? icon(operation.icon) : h('span', { class: 'box-menu-blank' }),
+    h('span', { class: 'box-menu-name' }, operation.label),
+    operation.keys.length > 0 ? h('kbd', null, operation.keys[0]) : null);
+  }
+
+  const items = () => /** @type {HTMLButtonElement[]} */ ([...element.querySelectorAll('[role="menuitem"]')]);
+
+  element.addEventListener('keydown', (event) => {
+    const all = items();
+    const at = all.indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
+    const next = { ArrowDown: (at + 1) % all.length, ArrowUp: (at - 1 + all.length) % all.length, Home: 0, End: all.length - 1 }[event.key];
+    if (next !== undefined) all[next]?.focus({ preventScroll: true });
+    else if (event.key === 'Escape' || event.key === 'Tab') close(true);
+    else if (event.key === 'Enter' || event.key === ' ') all[at]?.click();
+    else if (!event.key.startsWith('Arrow')) return; // a letter is the key of an operation, as everywhere; arrows must not move the box below
+    event.preventDefault();
+    event.stopPropagation();
+  }, { signal });
+  element.addEventListener('pointerdown', (event) => event.stopPropagation(), { signal });
+  document.addEventListener('pointerdown', (event) => {
+    if (event.target instanceof Node && !element.contains(event.target)) close();
+  }, { signal, capture: true });
+
+  stage.addEventListener('keydown', (event) => {
+    if (event.key !== 'ContextMenu' && !(event.key === 'F10' && event.shiftKey)) return;
+    const { review } = app.store.get();
+    const shown = review?.selected ? shownTrack(review, review.selected) : null;
+    if (!review || !shown) return;
+    event.preventDefault();
+    open(...toScreen(review.viewport, screen(), shown.box[2], shown.box[1]));
+  }, { signal });
+
+  return {
+    element,
+    open,
+    /** A letter in the menu may have run an operation that moves on to another track. @param {import('../../state-types.js').ReviewState} review */
+    update({ selected, frame }) {
+      if (shownFor !== `${selected} ${frame}`) close();
+    },
+  };
+}

@@ -1,0 +1,108 @@
+"""The menu of a box in a real browser: by the right button, by the keyboard, and what its entries do."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Page, expect
+
+from tests.e2e.review_desk import box_of, centre, edited, next_long_track, on_screen, state, wait
+from tests.e2e.screenshots import CHROMIUM
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(600),
+    pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"),
+]
+
+
+@pytest.fixture
+def page(page: Page) -> Iterator[Page]:
+    """A page that leaves nothing behind: what it edited is undone."""
+    yield page
+    while state(page)["undo"]:
+        edited(page, lambda: page.keyboard.press("Control+z"))
+
+
+def test_the_right_button_opens_the_menu_of_the_box_below(page: Page) -> None:
+    now = next_long_track(page)
+    key = now["selected"]
+    box = box_of(now, key)
+    page.keyboard.press("Escape")
+    x, y = on_screen(page, *centre(box))
+    menu = page.get_by_role("menu", name="Menu of the box")
+    expect(menu).to_be_hidden()
+    page.mouse.click(x, y, button="right")
+    expect(menu).to_be_visible()
+    assert state(page)["selected"] == key
+    names = menu.get_by_role("menuitem")
+    expect(names.first).to_be_focused()
+    if folder := os.environ.get("TSR_SHOTS"):
+        page.screenshot(path=f"{folder}/box_menu.png")
+    texts = names.all_inner_texts()
+    for wanted in ("Follow", "Extend to its first sight", "Split the track here", "Delete the whole track"):
+        assert any(text.startswith(wanted) for text in texts), (wanted, texts)
+    for place in menu.get_by_role("menuitem").all():
+        assert place.get_attribute("title")
+
+    after = edited(page, lambda: menu.get_by_role("menuitem", name="Occluded from here on").click())
+    assert after["undo"]["name"] == "set_occluded"
+    expect(menu).to_be_hidden()
+    expect(page.locator(".picture-stage")).to_be_focused()
+
+
+def test_the_keyboard_opens_it_walks_and_leaves_it(page: Page) -> None:
+    now = next_long_track(page)
+    page.locator(".picture-stage").focus()
+    menu = page.get_by_role("menu", name="Menu of the box")
+    page.keyboard.press("Shift+F10")
+    expect(menu).to_be_visible()
+    items = menu.get_by_role("menuitem")
+    page.keyboard.press("ArrowUp")
+    expect(items.last).to_be_focused()
+    page.keyboard.press("Home")
+    expect(items.first).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(menu).to_be_hidden()
+    assert state(page)["selected"] == now["selected"], "Escape has left the menu, not the track"
+    # a letter is the key of an operation in the menu too
+    page.keyboard.press("ContextMenu")
+    expect(menu).to_be_visible()
+    after = edited(page, lambda: page.keyboard.press("q"))
+    assert after["undo"]["name"] == "set_occluded"
+
+
+def test_it_closes_when_it_is_about_something_else(page: Page) -> None:
+    now = next_long_track(page)
+    box = box_of(now, now["selected"])
+    menu = page.get_by_role("menu", name="Menu of the box")
+    x, y = on_screen(page, *centre(box))
+    page.mouse.click(x, y, button="right")
+    expect(menu).to_be_visible()
+    page.keyboard.press("ArrowRight")
+    assert state(page)["undo"] is None, "an arrow in the menu does not move the box below it"
+    expect(menu).to_be_visible()
+    page.keyboard.press("End")
+    page.evaluate("() => window.tsr.store.dispatch((s) => ({...s, review: {...s.review, frame: s.review.frame + 1}}))")
+    wait(page, lambda s: s["shown"] == now["frame"] + 1)
+    expect(menu).to_be_hidden()
+    page.mouse.click(x, y, button="right")
+    expect(menu).to_be_visible()
+    page.locator(".picture-foot").click(position={"x": 3, "y": 3})
+    expect(menu).to_be_hidden()
+    # dragging with the right button goes on moving the picture
+    page.mouse.move(x, y)
+    page.mouse.down(button="right")
+    page.mouse.move(x + 40, y + 20, steps=3)
+    page.mouse.up(button="right")
+    expect(menu).to_be_hidden()
+    # where there is no box there is no menu
+    corner = page.locator(".picture-stage").bounding_box()
+    assert corner is not None
+    page.mouse.click(corner["x"] + 3, corner["y"] + corner["height"] - 3, button="right")
+    expect(menu).to_be_hidden()
