@@ -13,9 +13,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from app.shapes import Model
-from sample_videos.signs import draw
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.replayable import is_replayable
+from tsr_engine.pictograms import draw
 from tsr_engine.recognition.catalogue import CATALOGUE
 
 __all__ = ["Label", "Parameter", "Pictograms", "labels", "parameters"]
@@ -58,14 +58,15 @@ class Pictograms:
         """One sign, ``size`` px square, transparent around it.
 
         Raises:
-            ValueError: the class is not one of the 43, or the size is below 1.
+            KeyError: the class is not one of the 43.
+            ValueError: the size is below 1.
         """
         key = class_id, size
         with self._lock:
             if key in self._drawn:
                 self._drawn.move_to_end(key)
                 return self._drawn[key]
-        _, code = cv2.imencode(".png", draw(class_id, size), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+        _, code = cv2.imencode(".png", draw(f"gtsrb/{class_id}", size), [cv2.IMWRITE_PNG_COMPRESSION, 9])
         content = code.tobytes()
         with self._lock:
             self._drawn[key] = content

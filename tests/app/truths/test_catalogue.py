@@ -36,7 +36,7 @@ def test_pictograms_are_drawn_once() -> None:
     assert drawn.png(1, 32) is first
     drawn.png(2, 32), drawn.png(3, 32)
     assert drawn.png(1, 32) == first
-    with pytest.raises(ValueError, match="class_id"):
+    with pytest.raises(KeyError, match="gtsrb/43"):
         drawn.png(43, 32)
 
 
