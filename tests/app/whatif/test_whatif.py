@@ -91,16 +91,16 @@ def test_what_cannot_be_asked(home: Any, asked: dict[str, Any], field: str, word
 
 
 def test_an_old_name_of_a_parameter_is_taken_with_a_warning(home: Any) -> None:
-    asked = {"pipeline.sought_noise": 5.0}
+    asked = {"pipeline.sought_noise": 5.0}  # former name
     run = service(home).start(home.run_id, asked)
     assert run.parameters == {"tau": 3.0, "pipeline.search_noise": 5.0}
     started = started_run(run, asked)
     assert started.parameters == run.parameters
     assert [warning.split(". ")[0] for warning in started.warnings] == [
-        "Parameter 'pipeline.sought_noise' is now called 'pipeline.search_noise'"
+        "Parameter 'pipeline.sought_noise' is now called 'pipeline.search_noise'"  # former name
     ]
     with pytest.raises(Invalid, match="Set one of them, not both"):
-        service(home).start(home.run_id, {"sought_noise": 5.0, "search_noise": 6.0})
+        service(home).start(home.run_id, {"sought_noise": 5.0, "search_noise": 6.0})  # former name
 
 
 def test_no_run_or_one_that_goes_on(home: Any) -> None:
