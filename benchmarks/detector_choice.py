@@ -124,9 +124,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         plan = plan_with(args.set)
         if args.parts < 2 or (args.part is not None and not 0 <= args.part < args.parts):
             raise UsageError(f"There must be two parts or more, and --part one of them. Got {args.parts}, {args.part}.")
-        passes = AS_ANNOTATED.outline_passes if args.passes is None else args.passes
+        passes = AS_ANNOTATED.refine_passes if args.passes is None else args.passes
         try:
-            params = DetectorParams.model_validate(AS_ANNOTATED.model_dump() | {"outline_passes": passes})
+            params = DetectorParams.model_validate(AS_ANNOTATED.model_dump() | {"refine_passes": passes})
         except ValidationError as error:
             raise UsageError(f"--passes cannot be {args.passes}: {error.errors()[0]['msg']}") from None
         cut = parts(read_gtsdb(args.gtsdb), args.parts, args.seed)

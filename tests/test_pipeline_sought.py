@@ -37,7 +37,7 @@ def test_a_window_that_was_sought_is_one_more_measurement() -> None:
     """Between the prediction and the window, the nearer to the window the less noise it is taken to have."""
 
     def left(noise: float) -> float:
-        bench = Bench(relocalise_after=1, sought_noise=noise)
+        bench = Bench(relocalise_after=1, search_noise=noise)
         (track,) = bench.step(NONE).tracks
         assert track.prediction is not None
         return float(to_cxcywh(track.prediction.box)[0] - to_cxcywh(track.box)[0])
@@ -52,7 +52,7 @@ def test_the_size_of_a_window_that_was_sought_may_count_for_less_than_its_place(
     """One size for all windows says nothing of the sign's."""
 
     def change(size_noise: float | None, moved: float, grown: float) -> FloatArray:
-        bench = Bench(relocalise_after=1, sought_noise=2.0, sought_size_noise=size_noise)
+        bench = Bench(relocalise_after=1, search_noise=2.0, search_size_noise=size_noise)
         bench.learner.moved, bench.learner.grown = moved, grown
         (track,) = bench.step(NONE).tracks
         assert track.prediction is not None
@@ -69,7 +69,7 @@ def test_a_closer_look_at_a_window_that_was_sought_tells_the_sign_s_size() -> No
     edges = np.array([70.0, 46, 108, 84])
 
     def box_of(seen: Sighting | None, **settings: object) -> tuple[FloatArray, str]:
-        bench = Bench(relocalise_after=1, **({"closer_noise": 0.01} | settings))
+        bench = Bench(relocalise_after=1, **({"rescore_noise": 0.01} | settings))
         asked = []
 
         def look(pixels: PixelSource, box: FloatArray) -> Sighting | None:
@@ -81,7 +81,7 @@ def test_a_closer_look_at_a_window_that_was_sought_tells_the_sign_s_size() -> No
         (track,) = frame.tracks
         assert track.source == "relocalised"
         assert track.relocalisation is not None
-        assert len(asked) == (1 if bench.core.params.pipeline.closer_look else 0)
+        assert len(asked) == (1 if bench.core.params.pipeline.rescore_windows else 0)
         assert all(np.array_equal(box, track.relocalisation.box) for box in asked)
         (event,) = [event for event in frame.events if event.kind == "relocalised"]
         values = [event.values.get(name) for name in ("score", "x1", "y1", "x2", "y2")]
@@ -94,11 +94,11 @@ def test_a_closer_look_at_a_window_that_was_sought_tells_the_sign_s_size() -> No
     as_it_is, text = box_of(None)
     assert to_cxcywh(as_it_is)[2] < 33
     assert text.endswith("a window like it is 6 px left.")
-    refused, text = box_of(Sighting(edges, 1.9), refused_doubt=False)
+    refused, text = box_of(Sighting(edges, 1.9), inflate_rejected_noise=False)
     assert np.array_equal(as_it_is, refused), "too unlike a sign to be measured"
     assert text.endswith("a window like it is 6 px left.")
-    assert np.array_equal(as_it_is, box_of(Sighting(edges, 5.0), closer_look=False)[0])
-    sure, doubtful = (box_of(Sighting(edges, score), closer_noise=1.0)[0] for score in (9.0, 3.0))
+    assert np.array_equal(as_it_is, box_of(Sighting(edges, 5.0), rescore_windows=False)[0])
+    sure, doubtful = (box_of(Sighting(edges, score), rescore_noise=1.0)[0] for score in (9.0, 3.0))
     assert to_cxcywh(sure)[2] > to_cxcywh(doubtful)[2] > to_cxcywh(as_it_is)[2]
 
 
@@ -122,13 +122,13 @@ def test_a_window_counts_the_less_the_less_a_closer_look_takes_it_for_a_sign() -
     assert whole > hardly > not_at_all > 0.0
     assert text.endswith("6 px left, which counts little: a closer look takes it for no sign (score 1.0).")
     assert score == 1.0
-    for settings in ({"refused_doubt": False}, {"closer_look": False}, {"noise_score": 0.0}):
+    for settings in ({"inflate_rejected_noise": False}, {"rescore_windows": False}, {"noise_score": 0.0}):
         assert left(Sighting(edges, -6.0), **settings)[0] == left(None, **settings)[0]
     # a detection of that score would be as much less exact as the window has become
     bench = Bench()
     doubt = bench.core.params.tracking.doubt(1.0)
     assert doubt > 2
-    alike, *_ = left(None, sought_noise=3.0 * doubt, sought_size_noise=16.0 * doubt)
+    alike, *_ = left(None, search_noise=3.0 * doubt, search_size_noise=16.0 * doubt)
     assert hardly == pytest.approx(alike, rel=1e-9)
 
 
@@ -136,7 +136,7 @@ def test_a_window_far_from_where_the_sign_is_expected_is_something_else() -> Non
     """The filter's own uncertainty says how far is too far."""
     events = {}
     for sigmas in (None, 3.0):
-        bench = Bench(relocalise_after=1, sought_sigmas=sigmas)
+        bench = Bench(relocalise_after=1, search_sigmas=sigmas)
         bench.learner.moved = 30.0
         frame = bench.step(NONE)
         (track,) = frame.tracks
@@ -160,7 +160,7 @@ def test_a_sign_unseen_is_left_to_the_gate_on_demand() -> None:
 
 
 def test_a_search_without_success_leaves_a_confident_prediction() -> None:
-    bench = Bench(relocalise_after=1, sought_probability=0.7)
+    bench = Bench(relocalise_after=1, search_probability=0.7)
     bench.learner.probability = 0.6
     frame = bench.step(NONE)
     assert frame.tracks[0].source == "predicted"

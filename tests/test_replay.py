@@ -203,7 +203,7 @@ def test_another_detector_matters_where_a_closer_look_is_taken_with_it(
 
     parts = replace(ours.parts, look=look)
     other = replace(ours, parts=parts, models=dict(ours.models) | {"detector": "e" * 64})
-    blind = toys.PARAMS.with_settings([("closer_look", False)])
+    blind = toys.PARAMS.with_settings([("rescore_windows", False)])
     with EvidenceReader(run) as reader:
         check_models(reader, other, toys.PARAMS)
         assert start_core(reader, toys.PARAMS, parts)._parts.look is None
@@ -226,10 +226,10 @@ def test_a_stream_that_is_left_early_releases_the_store(run: Path) -> None:
 def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that does not name a parameter was made before there was one, not with the default of today."""
     younger = {
-        "detector": {"beyond_edge", "outline_passes"},
+        "detector": {"beyond_edge", "refine_passes"},
         "gate": {"position_offset"},
         "tracking": {"noise_score", "result_noise", "level_frames", "sure_hits", "sure_score", "open_edges"},
-        "pipeline": {"relocalise_after", "closer_look", "sought_sigmas", "sought_size_noise"},
+        "pipeline": {"relocalise_after", "rescore_windows", "search_sigmas", "search_size_noise"},
         "online": {"learn_undetected"},
     }
     with EvidenceReader(run) as reader:
@@ -242,9 +242,9 @@ def test_evidence_older_than_a_parameter_is_replayed_as_it_was_made(run: Path, m
         params = run_params(reader)
     assert (params.gate.position_offset, params.tracking.result_noise, params.tracking.level_frames) == (0.0, 1.0, 0)
     assert (params.tracking.sure_score, params.tracking.open_edges) == (None, False)
-    assert (params.pipeline.relocalise_after, params.pipeline.sought_sigmas) == (None, None)
-    assert params.pipeline.sought_size_noise is None
-    assert (params.pipeline.closer_look, params.tracking.noise_score, params.detector.outline_passes) == (
+    assert (params.pipeline.relocalise_after, params.pipeline.search_sigmas) == (None, None)
+    assert params.pipeline.search_size_noise is None
+    assert (params.pipeline.rescore_windows, params.tracking.noise_score, params.detector.refine_passes) == (
         False,
         0.0,
         1,

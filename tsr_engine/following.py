@@ -27,7 +27,7 @@ def load_follower(folder: Path | None = None) -> FollowerParts:
     """
     params = Params()
     detector = load_detector(params, folder)
-    look = CloserLook(detector.model, detector.tightness, params.detector.outline_passes)
+    look = CloserLook(detector.model, detector.tightness, params.detector.refine_passes)
     return FollowerParts(load_online(params, folder), look)
 
 

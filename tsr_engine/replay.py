@@ -103,7 +103,7 @@ def check_models(reader: EvidenceReader, components: Components, params: Params)
     Raises:
         ModelError: a component that the replay uses has another hash.
     """
-    looks = params.pipeline.closer_look and "detector" in reader.header.models
+    looks = params.pipeline.rescore_windows and "detector" in reader.header.models
     unused = ("prior",) if looks else ("detector", "prior")
     for name, digest in components.models.items():
         stored = reader.header.models.get(name)

@@ -18,7 +18,7 @@ from app.evidence.lane import TrackLane
 from app.evidence.lanes import LaneColumns
 from app.evidence.overlays import Overlay
 from app.evidence.tracks import TrackColumns
-from app.runs.view import RunView, run_view
+from app.runs.view import StartedRun, started_run
 from app.shapes import PLAIN, Model
 
 __all__ = ["router"]
@@ -115,6 +115,6 @@ def explain_verdict(run_id: RunId, track_id: TrackId, frame: Frame, context: Con
 
 
 @router.post("/runs/{run_id}/whatif", operation_id="start_whatif", status_code=202, responses=failures(404, 409))
-def start_whatif(run_id: RunId, wanted: NewWhatIf, context: ContextDep) -> RunView:
+def start_whatif(run_id: RunId, wanted: NewWhatIf, context: ContextDep) -> StartedRun:
     """Replay the run's evidence with other parameters; the answer is a run of its own."""
-    return run_view(context.whatif.start(run_id, wanted.parameters, wanted.name))
+    return started_run(context.whatif.start(run_id, wanted.parameters, wanted.name), wanted.parameters)

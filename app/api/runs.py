@@ -9,7 +9,7 @@ from pydantic import Field, PlainValidator
 
 from app.api.responses import failures
 from app.context import ContextDep
-from app.runs.view import RunView, run_view
+from app.runs.view import RunView, StartedRun, run_view, started_run
 from app.shapes import PLAIN, Model
 
 __all__ = ["ParameterName", "ParameterValue", "RunId", "VideoId", "router"]
@@ -76,7 +76,7 @@ def list_runs(video_id: VideoId, context: ContextDep) -> Runs:
 
 
 @router.post("/videos/{video_id}/runs", operation_id="start_run", status_code=202, responses=failures(404, 409))
-def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> RunView:
+def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> StartedRun:
     """Queue a run of the engine."""
     run = context.runs.start(
         video_id,
@@ -86,7 +86,7 @@ def start_run(video_id: VideoId, wanted: NewRun, context: ContextDep) -> RunView
         stop=wanted.stop,
         name=wanted.name,
     )
-    return run_view(run)
+    return started_run(run, wanted.parameters)
 
 
 @router.post(

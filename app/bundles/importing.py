@@ -37,6 +37,7 @@ from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
 from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError, UsageError
 from tsr_engine.params import PRESETS, Params
+from tsr_engine.params.renamed import present_sections
 
 __all__ = ["BundleImport", "BundleImports", "BundleReportView"]
 
@@ -290,8 +291,9 @@ def _configuration(manifest: Manifest) -> tuple[str, dict[str, Any]]:
     params = Params.preset(preset)
     usual = params.model_dump(mode="json")
     changed: dict[str, Any] = {}
+    stored = present_sections(manifest.run.parameters)
     for section, leaf in Params.names():
-        values = manifest.run.parameters.get(section)
+        values = stored.get(section)
         if not isinstance(values, dict) or leaf not in values or values[leaf] == usual[section][leaf]:
             continue
         value = tuple(values[leaf]) if isinstance(values[leaf], list) else values[leaf]

@@ -1,4 +1,4 @@
-"""Parameters from outside: checked by the engine, told in one sentence."""
+"""Parameters from outside: the engine checks them, and an error is one sentence."""
 
 from __future__ import annotations
 
@@ -8,8 +8,21 @@ from typing import Any
 from app.errors import Invalid
 from tsr_engine.errors import UsageError
 from tsr_engine.params import Params
+from tsr_engine.params.renamed import present_names
 
-__all__ = ["params_of"]
+__all__ = ["asked_parameters", "params_of"]
+
+
+def asked_parameters(asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters of a request by their present names.
+
+    Raises:
+        Invalid: a parameter is given by its old and by its present name.
+    """
+    try:
+        return present_names(asked)
+    except UsageError as error:
+        raise Invalid(str(error), field="parameters") from None
 
 
 def params_of(preset: str, changed: Mapping[str, Any]) -> Params:

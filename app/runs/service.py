@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.jobs.queue import JobQueue
-from app.runs.parameters import params_of
+from app.runs.parameters import asked_parameters, params_of
 from app.runs.settling import settle_run
 from app.runs.view import publish_run
 from app.settings import Settings
@@ -85,7 +85,7 @@ class RunService:
             Conflict: the video is not imported yet, or its import failed.
             Invalid: a parameter or the range of frames.
         """
-        changed = dict(parameters or {})
+        changed = asked_parameters(parameters or {})
         params_of(preset, changed)
         with self._database.write() as session:
             video = session.get(Video, video_id)

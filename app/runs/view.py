@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from sqlalchemy.orm import Session
@@ -10,8 +11,9 @@ from app.events import EventBus
 from app.shapes import Model
 from app.storage.models import Run, Video
 from app.videos.view import publish_video
+from tsr_engine.params.renamed import present_names, rename_warnings
 
-__all__ = ["RunView", "publish_run", "run_view"]
+__all__ = ["RunView", "StartedRun", "publish_run", "run_view", "started_run"]
 
 
 class RunView(Model):
@@ -40,6 +42,13 @@ class RunView(Model):
     finished: str | None
 
 
+class StartedRun(RunView):
+    """A run that has just been queued."""
+
+    warnings: list[str]
+    """One sentence for each parameter that was given by an old name."""
+
+
 def run_view(run: Run) -> RunView:
     """The run's present state."""
     remaining = None
@@ -54,7 +63,7 @@ def run_view(run: Run) -> RunView:
         state=run.state,
         error=run.error,
         preset=run.preset,
-        parameters=run.parameters,
+        parameters=present_names(run.parameters),
         first=run.first,
         stop=run.stop,
         frames_done=run.frames_done,
@@ -68,6 +77,11 @@ def run_view(run: Run) -> RunView:
         created=run.created.isoformat(),
         finished=None if run.finished is None else run.finished.isoformat(),
     )
+
+
+def started_run(run: Run, asked: Mapping[str, Any]) -> StartedRun:
+    """A run that has just been queued, with a warning for each renamed parameter among those ``asked``."""
+    return StartedRun(**run_view(run).model_dump(), warnings=rename_warnings(asked))
 
 
 def publish_run(session: Session, events: EventBus, run: Run) -> None:

@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.jobs.queue import JobQueue
-from app.runs.parameters import params_of
+from app.runs.parameters import asked_parameters, params_of
 from app.runs.view import publish_run
 from app.storage.database import Database
 from app.storage.models import Run
@@ -45,6 +45,7 @@ class WhatIfService:
             Conflict: the run is still going on.
             Invalid: a parameter is unknown, out of range, of a step that a replay does not repeat, or nothing changes.
         """
+        parameters = asked_parameters(parameters)
         with self._database.write() as session:
             asked = session.get(Run, run_id)
             if asked is None:
@@ -53,7 +54,7 @@ class WhatIfService:
             require_here(session, origin.place, origin.name)
             _settled(origin)
             before = params_of(origin.preset, origin.parameters)
-            merged = {**asked.parameters, **parameters}
+            merged = {**asked_parameters(asked.parameters), **parameters}
             params = params_of(origin.preset, merged)
             _changes(before, params, parameters)
             run = Run(

@@ -25,7 +25,7 @@ class Departure:
 
 
 DEPARTURES = (
-    Departure("boxes as the training scenes draw them", ("tight_width", "tight_height", "tight_rise")),
+    Departure("boxes as the training scenes draw them", ("inset_width", "inset_height", "inset_rise")),
     Departure("motion as in the paper", ("motion",)),
     Departure("detections' noise 0.07 of the centre, 0.14 of the size", ("noise_centre", "noise_size")),
     Departure("a doubtful detection as exact as a sure one", ("noise_score",)),
@@ -45,8 +45,8 @@ DEPARTURES = (
     Departure("gate's distance with the camera's shift", ("position_camera",)),
     Departure("rejected: the online window replaces the detection", ("rejected_measurement",)),
     Departure("without a detection the gate alone decides", ("relocalise_after",)),
-    Departure("sought windows not looked at closer", ("closer_look",)),
-    Departure("windows far from the prediction taken", ("sought_sigmas",)),
+    Departure("sought windows not looked at closer", ("rescore_windows",)),
+    Departure("windows far from the prediction taken", ("search_sigmas",)),
     Departure("predictions without a detection learned as the sign", ("learn_undetected",)),
     Departure("fusion by Eq. 5 without a clamp", ("fusion_mode",)),
 )
@@ -54,8 +54,8 @@ DEPARTURES = (
 
 IN_QUESTION: Mapping[str, tuple[tuple[str, Any], ...]] = {
     "no online detector": (("use_online", False),),
-    "a sought window's size counts as its place does": (("sought_size_noise", None),),
-    "a window that a closer look refuses counts as any": (("refused_doubt", False),),
+    "a sought window's size counts as its place does": (("search_size_noise", None),),
+    "a window that a closer look refuses counts as any": (("inflate_rejected_noise", False),),
     "motion constant_velocity": (("motion", "constant_velocity"),),
     "tau 10": (("tau", 10.0),),
     "tau 19": (("tau", 19.0),),

@@ -49,7 +49,7 @@ def _run(data: Data) -> Result:
             makers[name] = maker(name)
         except Missing as why:
             missing[name] = str(why)
-    compared = {**CONFIGURATIONS, UNCLOSE: CONFIGURATIONS["default"].with_settings([("closer_look", False)])}
+    compared = {**CONFIGURATIONS, UNCLOSE: CONFIGURATIONS["default"].with_settings([("rescore_windows", False)])}
     configurations = {name: (params, load_components(params)) for name, params in compared.items()}
     outcomes: dict[str, dict[str, list[Outcome]]] = {}
     stresses: dict[str, dict[str, list[Outcome]]] = {}

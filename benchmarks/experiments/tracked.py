@@ -69,7 +69,7 @@ STAGES: Mapping[str, tuple[str, ...]] = {
 }
 """The stages that the times of Tables I and II are made of; decoding is in neither."""
 
-_TIGHT = ("tight_width", "tight_height", "tight_rise")
+_TIGHT = ("inset_width", "inset_height", "inset_rise")
 _TIMED = 10
 """Every so many frames the detector is timed."""
 
@@ -196,7 +196,7 @@ def track_together(
 
 
 def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: int) -> FloatArray:
-    """Detections' boxes as the detector would have drawn them with another ``tight_width``, ``_height``, ``_rise``.
+    """Detections' boxes as the detector would have drawn them with another ``inset_width``, ``_height``, ``_rise``.
 
     Args:
         boxes: shape (n, 4), drawn with the parameters ``before``.

@@ -79,10 +79,10 @@ def test_boxes_are_drawn_again_as_the_detector_would_have() -> None:
     loose = np.array([[100.0, 80, 140, 130], [10, 20, 30, 44]])
     tight = redrawn(loose, paper_way, shipped, 720, 576)
     np.testing.assert_allclose(
-        to_cxcywh(tight)[:, 2], [40 * shipped.detector.tight_width, 20 * shipped.detector.tight_width]
+        to_cxcywh(tight)[:, 2], [40 * shipped.detector.inset_width, 20 * shipped.detector.inset_width]
     )
     np.testing.assert_allclose(
-        to_cxcywh(tight)[:, 1], [105 - shipped.detector.tight_rise * 50, 32 - shipped.detector.tight_rise * 24]
+        to_cxcywh(tight)[:, 1], [105 - shipped.detector.inset_rise * 50, 32 - shipped.detector.inset_rise * 24]
     )
     np.testing.assert_allclose(redrawn(tight, shipped, paper_way, 720, 576), loose)
 

@@ -222,14 +222,14 @@ def test_a_choice_looks_at_no_scene_that_is_judged(
         return [_seen()]
 
     def end(seen: Seen, shown: object, gap: Gap, params: Params, parts: object) -> tuple[list[Outcome], float]:
-        error = params.pipeline.sought_noise / 10 if params.online.use_online else 0.5
+        error = params.pipeline.search_noise / 10 if params.online.use_online else 0.5
         return [Outcome(length, error, 1 - error, False) for length in sorted(gap.ends)], 0.0
 
     monkeypatch.setattr(gap_choice, "look", look)
     monkeypatch.setattr(gap_choice, "our_outcomes", end)
     monkeypatch.setattr(gap_choice, "pictures", lambda seen: [(frame, None) for frame in seen.frames])
     tuned, judged = _approaches(tmp_path / "a", "0", "1", "2", "3"), _approaches(tmp_path / "b", "2")
-    call = ["--looming", str(tuned), "--judged", str(judged), "--every", "2", "--setting", "n:sought_noise=1,tau=9"]
+    call = ["--looming", str(tuned), "--judged", str(judged), "--every", "2", "--setting", "n:search_noise=1,tau=9"]
     assert gap_choice.main(call) == 0
     assert looked == ["0_turn", "3_turn"]
     told = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
@@ -265,7 +265,7 @@ def test_what_the_online_detector_is_worth_is_told_on_no_scene_that_is_judged(
         """One track on the sign, off by as much as the filter alone or the setting says."""
         runs = {}
         for name, params in chosen.items():
-            off = 4.0 if not params.online.use_online else params.pipeline.sought_noise
+            off = 4.0 if not params.online.use_online else params.pipeline.search_noise
             boxes = [(frame.ordinal, _box(frame.ordinal) + off) for frame in seen.frames]
             rows = [ResultRow(k, 1, *box.tolist(), 0, 1.0, "detected") for k, box in boxes]
             runs[name] = Tracked(rows, {}, len(seen.frames))
@@ -277,7 +277,7 @@ def test_what_the_online_detector_is_worth_is_told_on_no_scene_that_is_judged(
     tuned = [_approaches(tmp_path / name, "0", scene) for name, scene in (("one", "1"), ("two", "2"))]
     judged = _approaches(tmp_path / "judged", "1")
     call = ["--looming", *map(str, tuned), "--judged", str(judged)]
-    assert online_choice.main([*call, "--setting", "near:sought_noise=1", "--setting", "same:sought_noise=4"]) == 0
+    assert online_choice.main([*call, "--setting", "near:search_noise=1", "--setting", "same:search_noise=4"]) == 0
     assert looked == ["one/0_turn", "two/0_turn", "two/2_turn"]
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[:2] for line in lines[:4]] == [["turn", n] for n in ("default", "KF", "near", "same")]

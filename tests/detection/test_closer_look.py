@@ -28,7 +28,7 @@ def detector() -> AcfDetector:
 
 @pytest.fixture(scope="module")
 def look(detector: AcfDetector) -> CloserLook:
-    return CloserLook(detector.model, detector.tightness, detector.params.outline_passes)
+    return CloserLook(detector.model, detector.tightness, detector.params.refine_passes)
 
 
 @pytest.fixture(scope="module")

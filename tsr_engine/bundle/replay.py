@@ -18,6 +18,7 @@ from tsr_engine.errors import EvidenceError, ImportFormatError, UsageError
 from tsr_engine.evidence import EvidenceReader, ResultRow, differences
 from tsr_engine.io.video import VideoLimits
 from tsr_engine.params import Params
+from tsr_engine.params.renamed import present_sections
 from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
@@ -98,7 +99,7 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
     """
     known = {f"{section}.{leaf}" for section, leaf in Params.names()}
     stored: dict[str, Any] = {}
-    for section, values in bundle.manifest.run.parameters.items():
+    for section, values in present_sections(bundle.manifest.run.parameters).items():
         if not isinstance(values, dict):
             raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Make the bundle anew.")
         stored |= {f"{section}.{name}": tuple(v) if isinstance(v, list) else v for name, v in values.items()}

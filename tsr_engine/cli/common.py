@@ -98,18 +98,22 @@ def make_params(preset: str, settings: Sequence[str]) -> Params:
 
 
 def split_settings(settings: Sequence[str]) -> list[tuple[str, str]]:
-    """``["tau=20", "motion=paper"]`` as pairs.
+    """``["tau=20", "motion=paper"]`` as pairs; the old name of a parameter gives the present one and a warning.
 
     Raises:
         UsageError: one of them has no name or no ``=``.
     """
+    from tsr_engine.params.renamed import present_name, rename_warnings
+
     pairs = []
     for text in settings:
         name, equals, value = text.partition("=")
         if not equals or not name.strip() or not value.strip():
             raise UsageError(f"--set expects NAME=VALUE, for example --set tau=20. Got '{text}' instead.")
         pairs.append((name.strip(), value.strip()))
-    return pairs
+    for warning in rename_warnings(name for name, _ in pairs):
+        say(warning)
+    return [(present_name(name), value) for name, value in pairs]
 
 
 def size_of(text: str, option: str, example: str) -> tuple[int, int]:

@@ -196,7 +196,7 @@ class AcfDetector:
         height, width = picture.shape[:2]
         refined, raw = self.model.look(picture, *self._candidates(picture, pool))
         likely = raw >= self.params.keep_score
-        refined = self.model.outline.refine(picture, refined[likely], self.params.outline_passes)
+        refined = self.model.outline.refine(picture, refined[likely], self.params.refine_passes)
         refined = self.tightness.apply(refined)
         refined, raw = clip(refined, width, height), raw[likely]
         sane = shorter_side(refined) >= LEAST_SIDE
@@ -219,7 +219,7 @@ class AcfDetector:
             boxes, scores = self._scan(picture, scales, bands, 0, 2)
             more_boxes, more_scores = other.result()
             boxes, scores = np.concatenate([boxes, more_boxes]), np.concatenate([scores, more_scores])
-        return merge(boxes, scores, self.params.first_overlap, self.params.look_limit)
+        return merge(boxes, scores, self.params.first_overlap, self.params.refine_limit)
 
     def search(self, width: int, height: int) -> tuple[FloatArray, list[tuple[float, float]]]:
         """Scales that are searched in a picture of width x height px, and for each the band of rows in px.

@@ -28,7 +28,7 @@ class Tightness:
     @classmethod
     def of(cls, params: DetectorParams) -> Tightness:
         """As the parameters say."""
-        return cls(params.tight_width, params.tight_height, params.tight_rise)
+        return cls(params.inset_width, params.inset_height, params.inset_rise)
 
     def apply(self, boxes: FloatArray) -> FloatArray:
         """Boxes (n, 4) as they are shown."""

@@ -13,6 +13,7 @@ from typing import Any, Literal, cast
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.schema import RUN_FILE, SCHEMA_VERSION
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.params.renamed import present_sections, stored_sections
 from tsr_engine.version import __version__
 
 RunState = Literal["running", "complete", "interrupted", "failed"]
@@ -36,7 +37,7 @@ class RunHeader:
 
     Attributes:
         video: the file.
-        parameters: all parameters, as ``Params.model_dump()`` gives them.
+        parameters: all parameters, as ``Params.model_dump()`` gives them. A header that is read has present names.
         models: component name -> sha256.
         frame_table: summary of the provisional frame table (time base as text, announced frames, size, rotation,
             ...); informative, not part of the identity.
@@ -60,10 +61,13 @@ class RunHeader:
     keep_pixels: bool = True
 
     def identity(self) -> str:
-        """Digest of all that decides the results: video content, parameters, models, engine, schema."""
+        """Digest of all that decides the results: video content, parameters, models, engine, schema.
+
+        Renamed parameters count by their first name, so the digest of a stored run stays the same.
+        """
         content = {
             "video": [self.video.sha256, self.video.size],
-            "parameters": self.parameters,
+            "parameters": stored_sections(self.parameters),
             "models": dict(self.models),
             "engine": self.engine_version,
             "schema": self.schema_version,
@@ -157,7 +161,7 @@ def _header_of(content: dict[str, Any]) -> RunHeader:
         raise ValueError(state)
     return RunHeader(
         video=VideoIdentity(str(video["name"]), str(video["sha256"]), int(video["size"])),
-        parameters=dict(content["parameters"]),
+        parameters=present_sections(content["parameters"]),
         models=dict(content["models"]),
         frame_table=dict(content["frame_table"]),
         engine_version=str(content["engine_version"]),

@@ -18,6 +18,7 @@ from tsr_engine.params.gate import GateParams
 from tsr_engine.params.online import OnlineParams
 from tsr_engine.params.pipeline import PipelineParams
 from tsr_engine.params.presets import PRESETS
+from tsr_engine.params.renamed import present_name
 from tsr_engine.params.tracking import TrackingParams
 
 __all__ = [
@@ -60,7 +61,8 @@ class Params(Section):
         """A copy with some parameters changed.
 
         Args:
-            settings: pairs of a name (``tau`` or ``gate.tau``) and a value, which may be text as typed by a user.
+            settings: pairs of a name (``tau`` or ``gate.tau``) and a value, which may be text as typed by a user. The
+                old name of a renamed parameter is understood; :mod:`tsr_engine.params.renamed` has the warning.
 
         Raises:
             UsageError: an unknown name, or a value out of range, NaN or of the wrong type.
@@ -68,7 +70,8 @@ class Params(Section):
         tree = self.model_dump()
         places = {leaf: (section, leaf) for section, leaf in self.names()}
         places |= {f"{section}.{leaf}": (section, leaf) for section, leaf in self.names()}
-        for name, value in settings:
+        for given, value in settings:
+            name = present_name(given)
             if name not in places:
                 raise UsageError(f"There is no parameter '{name}'. `tsr track --help` lists them all.")
             section, leaf = places[name]

@@ -20,18 +20,18 @@ class DetectorParams(Section):
         0.5, gt=0, le=1, description="suppression before the second look, share of the smaller"
     )
     final_overlap: float = Field(0.5, gt=0, le=1, description="suppression after the second look, share of the smaller")
-    look_limit: int = Field(16, ge=1, le=500, description="most candidates of a picture that get a second look")
+    refine_limit: int = Field(16, ge=1, le=500, description="most candidates of a picture that get a second look")
     far_share: float = Field(0.045, ge=0, le=1, description="signs narrower than this share of the height are far away")
     far_top: float = Field(0.2, ge=0, le=1, description="far signs are searched below this share of the height")
     far_bottom: float = Field(0.84, ge=0, le=1, description="far signs are searched above this share of the height")
-    outline_passes: int = Field(
+    refine_passes: int = Field(
         2, ge=0, le=8, description="how often the outline moves a detection's edges onto its sign's (0: never)"
     )
-    tight_width: float = Field(
+    inset_width: float = Field(
         0.96, ge=0.5, le=2, description="factor on the width of boxes: the training scenes leave a margin around signs"
     )
-    tight_height: float = Field(0.94, ge=0.5, le=2, description="likewise for their height")
-    tight_rise: float = Field(0.01, ge=-0.2, le=0.2, description="boxes are moved up by this share of their height")
+    inset_height: float = Field(0.94, ge=0.5, le=2, description="likewise for their height")
+    inset_rise: float = Field(0.01, ge=-0.2, le=0.2, description="boxes are moved up by this share of their height")
     second_core: bool = Field(True, description="use a second core for the scan when there is one")
 
 

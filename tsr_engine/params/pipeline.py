@@ -30,34 +30,34 @@ class PipelineParams(Section):
         description="from so many frames in a row without a detection on, the online detector is asked whatever the "
         "gate says; none: only when the gate rejects",
     )
-    sought_probability: float = Field(
+    search_probability: float = Field(
         0.5, ge=0, le=1, description="least P(y = 1) of a window that replaces a confident prediction"
     )
-    sought_noise: float = Field(
+    search_noise: float = Field(
         3.0, gt=0, le=100, description="noise of such a window as a measurement, relative to a detection's"
     )
-    sought_size_noise: float | None = Field(
+    search_size_noise: float | None = Field(
         16.0,
         gt=0,
         le=1000,
         description="noise of such a window's width and height, relative to a detection's: few sizes are searched, so "
         "it says little of the sign's (none: as that of its centre)",
     )
-    closer_look: bool = Field(
+    rescore_windows: bool = Field(
         True,
         description="the offline detector takes a closer look at such a window: what it takes for a sign there is "
         "measured as a detection of that score would be, edges and all",
     )
-    closer_score: float = Field(2.0, description="least score, before the prior, from which that is taken for a sign")
-    closer_noise: float = Field(
+    rescore_score: float = Field(2.0, description="least score, before the prior, from which that is taken for a sign")
+    rescore_noise: float = Field(
         1.0, gt=0, le=100, description="noise of what a closer look sees, relative to a detection of that score"
     )
-    refused_doubt: bool = Field(
+    inflate_rejected_noise: bool = Field(
         True,
         description="the less such a window looks like a sign to a closer look that takes it for none, the less exact "
         "a measurement it is: its noise grows as that of a detection of that score",
     )
-    sought_sigmas: float | None = Field(
+    search_sigmas: float | None = Field(
         3.0,
         gt=0,
         le=100,

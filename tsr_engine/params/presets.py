@@ -13,9 +13,9 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
         "default": MappingProxyType({}),
         "paper": MappingProxyType(
             {
-                "tight_width": 1.0,
-                "tight_height": 1.0,
-                "tight_rise": 0.0,
+                "inset_width": 1.0,
+                "inset_height": 1.0,
+                "inset_rise": 0.0,
                 "motion": "paper",
                 "noise_centre": 0.07,
                 "noise_size": 0.14,
@@ -39,8 +39,8 @@ PRESETS: MappingProxyType[str, MappingProxyType[str, Any]] = MappingProxyType(
                 "position_camera": False,
                 "rejected_measurement": "relocalised",
                 "relocalise_after": None,
-                "closer_look": False,
-                "sought_sigmas": None,
+                "rescore_windows": False,
+                "search_sigmas": None,
                 "learn_undetected": True,
             }
         ),

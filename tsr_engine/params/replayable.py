@@ -20,7 +20,7 @@ FIXED = (
 ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
     {
         "detector.beyond_edge": 0.08,
-        "detector.outline_passes": 1,
+        "detector.refine_passes": 1,
         "tracking.noise_score": 0.0,
         "tracking.result_noise": 1.0,
         "tracking.level_frames": 0,
@@ -28,10 +28,10 @@ ABSENT: Mapping[str, float | bool | None] = MappingProxyType(
         "tracking.sure_score": None,
         "gate.position_offset": 0.0,
         "pipeline.relocalise_after": None,
-        "pipeline.closer_look": False,
-        "pipeline.refused_doubt": False,
-        "pipeline.sought_sigmas": None,
-        "pipeline.sought_size_noise": None,
+        "pipeline.rescore_windows": False,
+        "pipeline.inflate_rejected_noise": False,
+        "pipeline.search_sigmas": None,
+        "pipeline.search_size_noise": None,
         "online.learn_undetected": True,
     }
 )

@@ -91,7 +91,7 @@ def load_components(params: Params, folder: Path | None = None, network: Network
         models[f"onnx {network.size[0]}x{network.size[1]} {network.layout}"] = digest
     look = None
     if isinstance(detector, AcfDetector):
-        look = CloserLook(detector.model, detector.tightness, params.detector.outline_passes)
+        look = CloserLook(detector.model, detector.tightness, params.detector.refine_passes)
     parts = Parts(SignClassifier.from_component(found["classifier"]), _online(params, found.get("online")), look)
     learned = 0.0 if detector.prior is None else detector.prior.weight
     return Components(detector, parts, models, learned)

@@ -170,7 +170,7 @@ class TrackingCore:
             found = companion.online.relocalise(frame.pixels, prediction.box, frame.ordinal)
         sure = found is not None and found.probability >= self.params.pipeline.sure_probability
         if verdict.confident:
-            if found is not None and found.probability >= self.params.pipeline.sought_probability:
+            if found is not None and found.probability >= self.params.pipeline.search_probability:
                 with _timed(seconds, "relocalise"):
                     events.append(self._take(frame.pixels, track_id, alone, prediction, found))
         elif found is None or found.probability < self.params.pipeline.relocalise_probability:
@@ -193,19 +193,19 @@ class TrackingCore:
         p = self.params.pipeline
         off = to_cxcywh(found.box)[:2] - to_cxcywh(prediction.box)[:2]
         sigmas = float(np.sqrt(dot(off, solve(prediction.covariance[:2, :2], off[:, None])[:, 0])))
-        if p.sought_sigmas is not None and sigmas > p.sought_sigmas:
+        if p.search_sigmas is not None and sigmas > p.search_sigmas:
             return astray(track_id, alone, prediction.box, found, sigmas)
         sure = found.probability >= p.sure_probability
-        seen = self._parts.look(pixels, found.box) if p.closer_look and self._parts.look is not None else None
-        taken = seen if seen is not None and seen.score >= p.closer_score else None
+        seen = self._parts.look(pixels, found.box) if p.rescore_windows and self._parts.look is not None else None
+        taken = seen if seen is not None and seen.score >= p.rescore_score else None
         # What hides a sign, or blurs it, looks little like one, and a window on it says little of where the sign is.
-        refused = seen if taken is None and p.refused_doubt else None
+        refused = seen if taken is None and p.inflate_rejected_noise else None
         doubted = taken or refused
         doubt = 1.0 if doubted is None else self.params.tracking.doubt(doubted.score)
         if taken is not None:
-            box, sight = taken.box, DETECTION.times(p.closer_noise * doubt)
+            box, sight = taken.box, DETECTION.times(p.rescore_noise * doubt)
         else:
-            box, sight = found.box, Sight(p.sought_noise, p.sought_size_noise or p.sought_noise).times(doubt)
+            box, sight = found.box, Sight(p.search_noise, p.search_size_noise or p.search_noise).times(doubt)
         self._tracker.correct(track_id, box, source="relocalised", sight=sight, confident=sure)
         return sought(track_id, alone, prediction.box, found, taken, refused)
 

@@ -28,7 +28,7 @@ from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.detector import DetectorPlan, fit_detector
 from tsr_engine.training.mining import read_picture
 
-AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, tight_width=1.0, tight_height=1.0, tight_rise=0.0)
+AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, inset_width=1.0, inset_height=1.0, inset_rise=0.0)
 """Held-out scenes are scored in the way that they are annotated."""
 
 Progress = Callable[[str, int, int], None]

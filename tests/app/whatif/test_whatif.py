@@ -15,6 +15,7 @@ from app.jobs.context import Stopped, TaskContext
 from app.jobs.queue import JobQueue
 from app.kinds import KINDS
 from app.runs.service import RunService
+from app.runs.view import started_run
 from app.storage.models import Event, Job, Run
 from app.whatif.difference import difference
 from app.whatif.service import WhatIfService
@@ -87,6 +88,19 @@ def test_what_cannot_be_asked(home: Any, asked: dict[str, Any], field: str, word
     with home.database.read() as session:
         assert session.query(Job).count() == 0
         assert session.query(Run).filter(Run.kind == "whatif").count() == 0
+
+
+def test_an_old_name_of_a_parameter_is_taken_with_a_warning(home: Any) -> None:
+    asked = {"pipeline.sought_noise": 5.0}  # former name
+    run = service(home).start(home.run_id, asked)
+    assert run.parameters == {"tau": 3.0, "pipeline.search_noise": 5.0}
+    started = started_run(run, asked)
+    assert started.parameters == run.parameters
+    assert [warning.split(". ")[0] for warning in started.warnings] == [
+        "Parameter 'pipeline.sought_noise' is now called 'pipeline.search_noise'"  # former name
+    ]
+    with pytest.raises(Invalid, match="Set one of them, not both"):
+        service(home).start(home.run_id, {"sought_noise": 5.0, "search_noise": 6.0})  # former name
 
 
 def test_no_run_or_one_that_goes_on(home: Any) -> None:

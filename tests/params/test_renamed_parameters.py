@@ -1,0 +1,60 @@
+"""Old names of parameters: understood, told with the new name, and without effect on the identity of a stored run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tsr_engine.cli.common import make_params
+from tsr_engine.errors import UsageError
+from tsr_engine.evidence.header import RunHeader, VideoIdentity, read_header, write_header
+from tsr_engine.params import Params
+from tsr_engine.params.renamed import RENAMED, present_names, present_sections, rename_warnings, stored_sections
+
+NAMES = {f"{section}.{leaf}" for section, leaf in Params.names()}
+
+
+@pytest.mark.parametrize(("old", "new"), sorted(RENAMED.items()))
+def test_the_old_name_sets_what_the_new_one_does(old: str, new: str) -> None:
+    assert new in NAMES
+    assert old not in NAMES
+    section, leaf = new.split(".")
+    value = getattr(getattr(Params.preset("paper"), section), leaf)
+    for name in (old, old.split(".")[1]):
+        assert Params().with_settings([(name, value)]) == Params().with_settings([(new, value)])
+
+
+def test_the_command_line_warns_and_names_the_new_one(capsys: pytest.CaptureFixture[str]) -> None:
+    params = make_params("default", ["sought_noise=7", "gate.tau=20"])
+    assert (params.pipeline.search_noise, params.gate.tau) == (7.0, 20.0)
+    assert capsys.readouterr().err.startswith("tsr: Parameter 'sought_noise' is now called 'search_noise'. ")
+    make_params("default", ["search_noise=7"])
+    assert capsys.readouterr().err == ""
+
+
+def test_both_names_in_one_request_are_refused() -> None:
+    assert present_names({"closer_look": False, "tau": 3}) == {"rescore_windows": False, "tau": 3}
+    with pytest.raises(UsageError, match="'closer_look' is now called 'rescore_windows'. Set one of them, not both"):
+        present_names({"closer_look": False, "rescore_windows": True})
+
+
+def test_only_old_names_are_warned_about() -> None:
+    assert rename_warnings(["tau", "pipeline.search_noise"]) == []
+    assert len(rename_warnings(["pipeline.sought_noise", "tight_width"])) == 2
+
+
+def test_a_stored_run_of_the_old_names_is_intact_and_has_the_new_ones(tmp_path: Path) -> None:
+    header = RunHeader(VideoIdentity("a.mp4", "0" * 64, 5), Params().model_dump(mode="json"), {"detector": "1"}, {})
+    write_header(tmp_path, header)
+    content: dict[str, Any] = json.loads((tmp_path / "run.json").read_text())
+    old = content | {"parameters": stored_sections(content["parameters"])}
+    assert "sought_noise" in old["parameters"]["pipeline"]
+    assert "search_noise" not in old["parameters"]["pipeline"]
+    (tmp_path / "run.json").write_text(json.dumps(old))
+    read = read_header(tmp_path)
+    assert read.identity() == header.identity() == content["identity"]
+    assert read.differences(header) == []
+    assert read.parameters == present_sections(old["parameters"]) == content["parameters"]
