@@ -1,1 +1,1 @@
-"""Label sets of a library: which labels its videos, runs and corrections have."""
+"""The label sets of a library: versions in the database, changes, pictures. See docs/labels.md."""

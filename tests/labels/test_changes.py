@@ -10,20 +10,18 @@ import pytest
 from tests.patience import within
 from tsr_engine.labels.adopting import adopt_labels
 from tsr_engine.labels.changes import (
-    ChangeError,
-    NoLabelError,
-    TakenError,
     add_label,
     hide_label,
     key_of,
     merge_labels,
     set_picture,
     show_label,
-    undo_change,
     update_label,
 )
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import MOST_LABELS, Label, LabelSet
+from tsr_engine.labels.refusals import ChangeError, NoLabelError, TakenError
+from tsr_engine.labels.undoing import undo_change
 
 
 def a_set(*labels: Label) -> LabelSet:

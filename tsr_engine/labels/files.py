@@ -17,10 +17,13 @@ from tsr_engine.labels.wording import first_problem
 
 __all__ = ["DEFAULT", "SHIPPED", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
 
-SHIPPED: Final = ("gtsrb-43", "vienna")
-"""Keys of the sets that ship with the package."""
 DEFAULT: Final = "gtsrb-43"
 """The set of a new library."""
+_SETS = resources.files("tsr_engine.labels") / "sets"
+SHIPPED: Final = tuple(
+    sorted(place.name.removesuffix(".json") for place in _SETS.iterdir() if place.name.endswith(".json"))
+)
+"""Keys of the sets that ship with the package."""
 
 
 @cache
@@ -32,8 +35,7 @@ def shipped_set(key: str) -> LabelSet:
     """
     if key not in SHIPPED:
         raise KeyError(key)
-    text = (resources.files("tsr_engine.labels") / "sets" / f"{key}.json").read_text(encoding="utf-8")
-    return parse_set(text, key)
+    return parse_set((_SETS / f"{key}.json").read_bytes(), key).model_copy(update={"version": 1})
 
 
 def parse_set(text: str | bytes, where: str) -> LabelSet:
