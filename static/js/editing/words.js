@@ -4,7 +4,7 @@
 import { trackName } from '../model/track_name.js';
 
 /** They are about a whole track: the frame in which they were given says nothing. */
-const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'set_review', 'adopt']);
+const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'ignore', 'set_review', 'adopt']);
 
 /** They are about several tracks: the first one says nothing. */
 const SEVERAL = new Set(['review_tracks', 'import', 'import_bundle']);
@@ -26,7 +26,8 @@ const NAMES = {
   follow: 'Track followed',
   set_occluded: 'Occlusion marked',
   set_outside: 'Out of sight marked',
-  set_not_a_sign: 'Marked as no sign',
+  set_not_a_sign: 'Verdict',
+  ignore: 'Ignored or not',
   set_review: 'Verdict',
   review_tracks: 'Verdict on several tracks',
   add_note: 'Note pinned',

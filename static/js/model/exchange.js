@@ -6,7 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./join.js').Span} Span
  */
-import { NO_CLASS } from './documents.js';
+import { NO_CLASS, verdictOf } from './documents.js';
 import { labelOf } from './effective.js';
 import { framesIn, shownRuns } from './shown_runs.js';
 
@@ -119,7 +119,7 @@ export function countOut(tracks, docs, { states, classes, first, last }) {
   });
   for (const doc of docs) {
     const runs = shownRuns(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
-    add(doc.not_a_sign ? 'rejected' : doc.review, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
+    add(verdictOf(doc), labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
   }
   return total;
 }
