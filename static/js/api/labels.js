@@ -30,7 +30,7 @@ export function labelRoutes(base, json) {
       const found = expectObject('GET /label-sets/…', await json(`/label-sets/${e(set)}`, call), {key: 'string', version: 'number', labels: 'array'});
       return expectList('GET /label-sets/…', found.labels, {id: 'number', key: 'string', name: 'string'}).map((label) => ({...PLAIN, ...label,
         attributes: (label.attributes ?? []).map((/** @type {any} */ one) => ({mutable: false, values: [], low: null, high: null, default: null, ...one})),
-        picture: label.pictogram ? `${base}/labels/${label.id}.png?set=${e(set)}&size=64&of=${e(label.pictogram)}` : null}));
+        picture: label.pictogram ? `${base}/labels/${label.id}.png?set=${e(set)}&size=64&look=${e(label.pictogram.slice(-60))}` : null}));
     },
     /** @param {string} set @param {Call} [call] @returns {Promise<Record<string, {tracks: number, videos: number}>>} by id of the label */
     labelUsage: async (set, call) => expectObject('GET /label-sets/…/usage', await json(`/label-sets/${e(set)}/usage`, {timeout: 60_000, ...call}), {}),

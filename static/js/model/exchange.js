@@ -124,24 +124,6 @@ export function countOut(tracks, docs, { states, classes, first, last }) {
   return total;
 }
 
-/**
- * Class names of another tool, one a line: `stop sign = 14`.
- *
- * @param {string} text
- * @returns {{map: Record<string, number>}|{error: string}}
- */
-export function parseLabelMap(text) {
-  /** @type {Record<string, number>} */
-  const map = {};
-  for (const [at, line] of text.split('\n').entries()) {
-    if (line.trim() === '') continue;
-    const match = /^\s*(.+?)\s*=\s*(\d{1,2})\s*$/.exec(line);
-    if (!match || Number(match[2]) > 42) return { error: `Line ${at + 1}: write a name, “=”, and a class number from 0 to 42. Got “${line.trim().slice(0, 40)}”.` };
-    map[match[1]] = Number(match[2]);
-  }
-  return { map };
-}
-
 const ENDINGS = ['mp4', 'm4v', 'mov', '3gp', 'mkv', 'webm', 'avi', 'ts', 'm2ts', 'mts', 'm2t', 'mpg', 'mpeg', 'vob', 'flv', 'wmv', 'asf', 'h264', '264', 'avc', 'h265', '265', 'hevc', 'gif', 'apng', 'webp'];
 /** What a dialog for files offers as videos: endings too, since browsers do not know all kinds. */
 export const VIDEO_FILES = ['video/*', ...ENDINGS.map((ending) => `.${ending}`)].join();
