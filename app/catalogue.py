@@ -1,34 +1,21 @@
-"""The classes with their pictograms, and every parameter with its range: what dialogs are built from."""
+"""Every parameter with its range: what dialogs are built from."""
 
 from __future__ import annotations
 
-import threading
 import types
 import typing
-from collections import OrderedDict
 from typing import Any, Literal
 
-import cv2
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from app.shapes import Model
-from sample_videos.signs import draw
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.replayable import is_replayable
-from tsr_engine.recognition.catalogue import CATALOGUE
 
-__all__ = ["Label", "Parameter", "Pictograms", "labels", "parameters"]
+__all__ = ["Parameter", "parameters"]
 
 _KINDS: dict[object, Literal["number", "integer", "boolean"]] = {bool: "boolean", int: "integer", float: "number"}
-
-
-class Label(Model):
-    """One class."""
-
-    id: int
-    name: str
-    picture: str
 
 
 class Parameter(Model):
@@ -44,39 +31,6 @@ class Parameter(Model):
     description: str
     replayable: bool
     presets: dict[str, bool | int | float | str | list[float] | None]
-
-
-class Pictograms:
-    """The signs as PNG, drawn when first asked for."""
-
-    def __init__(self, most: int = 172) -> None:
-        self._most = most
-        self._lock = threading.Lock()
-        self._drawn: OrderedDict[tuple[int, int], bytes] = OrderedDict()
-
-    def png(self, class_id: int, size: int) -> bytes:
-        """One sign, ``size`` px square, transparent around it.
-
-        Raises:
-            ValueError: the class is not one of the 43, or the size is below 1.
-        """
-        key = class_id, size
-        with self._lock:
-            if key in self._drawn:
-                self._drawn.move_to_end(key)
-                return self._drawn[key]
-        _, code = cv2.imencode(".png", draw(class_id, size), [cv2.IMWRITE_PNG_COMPRESSION, 9])
-        content = code.tobytes()
-        with self._lock:
-            self._drawn[key] = content
-            while len(self._drawn) > self._most:
-                self._drawn.popitem(last=False)
-        return content
-
-
-def labels() -> list[Label]:
-    """The 43 classes."""
-    return [Label(id=sign.id, name=sign.name, picture=f"/api/labels/{sign.id}.png") for sign in CATALOGUE]
 
 
 def parameters() -> list[Parameter]:

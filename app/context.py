@@ -12,7 +12,6 @@ from app.artefacts.service import ArtefactService
 from app.bundles.importing import BundleImports
 from app.bundles.service import BundleService
 from app.cages.cage import Cages
-from app.catalogue import Pictograms
 from app.compare.service import CompareService
 from app.edits.service import EditService
 from app.events import EventBus
@@ -23,6 +22,8 @@ from app.exchange.service import ExportService
 from app.follows.service import FollowService
 from app.jobs.queue import JobQueue
 from app.kinds import KINDS
+from app.labels.pictures import Pictograms
+from app.labels.service import LabelService
 from app.recordings.service import RecordingService
 from app.recordings.viewer import ViewerFiles
 from app.runs.service import RunService
@@ -78,6 +79,7 @@ class Context:
     scenes: SceneService
     bundles: BundleService
     bundle_imports: BundleImports
+    labels: LabelService
     pictograms: Pictograms
 
     def close(self) -> None:
@@ -141,7 +143,8 @@ def build_context(settings: Settings) -> Context:
         scenes=SceneService(database, evidence, artefacts),
         bundles=BundleService(database, evidence, artefacts),
         bundle_imports=BundleImports(settings, database, events, jobs, uploads, edits, cages),
-        pictograms=Pictograms(),
+        labels=LabelService(database, events),
+        pictograms=Pictograms(database),
     )
 
 

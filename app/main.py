@@ -20,6 +20,7 @@ from app.api import (
     exchange,
     follows,
     frames,
+    labels,
     models,
     recordings,
     runs,
@@ -43,6 +44,7 @@ __all__ = ["create_app"]
 _ROUTERS = (
     session,
     catalogue,
+    labels,
     videos,
     frames,
     runs,

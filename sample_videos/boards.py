@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sample_videos.canvas import Canvas, arc, rounded
 from sample_videos.colour import linear_picture
 from sample_videos.film import Patch
 from sample_videos.noise import mips
-from sample_videos.pictograms import xy
-from sample_videos.signs import outline
+from tsr_engine.pictograms.canvas import Canvas, arc, rounded
+from tsr_engine.pictograms.figures import xy
+from tsr_engine.pictograms.gtsrb import outline
 
 _N = 256
 
@@ -42,7 +42,7 @@ def poster(rng: np.random.Generator) -> list[Patch]:
 
 def shop_disc(rng: np.random.Generator) -> list[Patch]:
     """A round shop sign with a ring and a letter-like stroke."""
-    canvas = Canvas(_N)
+    canvas = Canvas()
     ring, inner = [((176, 28, 34), (236, 226, 190)), ((20, 80, 150), (226, 190, 40)), ((30, 120, 70), (234, 234, 228))][
         int(rng.integers(3))
     ]
@@ -50,12 +50,12 @@ def shop_disc(rng: np.random.Generator) -> list[Patch]:
     canvas.disc(0, 0, 1, ring)
     canvas.disc(0, 0, 0.66, inner)
     canvas.stroke(arc(0, 0, 0.36, 0.36, 40, 320, 40), 0.16, ring, caps=True)
-    return _done(canvas.picture())
+    return _done(canvas.picture(_N))
 
 
 def parking() -> list[Patch]:
     """A blue parking plate."""
-    canvas = Canvas(_N)
+    canvas = Canvas()
     plate = rounded(xy(-0.98, -0.98, 0.98, -0.98, 0.98, 0.98, -0.98, 0.98), 0.14)
     canvas.outline(plate)
     canvas.fill(plate, (236, 238, 236))
@@ -64,7 +64,7 @@ def parking() -> list[Patch]:
     canvas.stroke(
         np.concatenate([xy(-0.2, -0.52), arc(0.1, -0.2, 0.32, 0.32, -90, 90), xy(-0.2, 0.12)]), 0.2, (236, 238, 236)
     )
-    return _done(canvas.picture())
+    return _done(canvas.picture(_N))
 
 
 def direction(rng: np.random.Generator) -> list[Patch]:
@@ -92,7 +92,7 @@ def place_name() -> list[Patch]:
 
 def mirror() -> list[Patch]:
     """A round traffic mirror in a red and white frame."""
-    canvas = Canvas(_N)
+    canvas = Canvas()
     canvas.outline(arc(0, 0, 0.98, 0.98, 0, 360, 90))
     canvas.disc(0, 0, 1, (226, 226, 222))
     for k in range(0, 12, 2):
@@ -103,19 +103,19 @@ def mirror() -> list[Patch]:
     canvas.disc(0, 0, 0.82, (148, 168, 186))
     canvas.fill(np.concatenate([arc(0, 0, 0.82, 0.82, 10, 170, 40)]), (88, 92, 86))
     canvas.fill(xy(-0.1, 0.14, 0.12, 0.14, 0.4, 0.72, -0.3, 0.76), (112, 112, 112))
-    return _done(canvas.picture())
+    return _done(canvas.picture(_N))
 
 
 def sign_back(class_id: int) -> list[Patch]:
     """The grey back of a sign for those who come towards us."""
-    canvas = Canvas(_N)
+    canvas = Canvas()
     shape = outline(class_id)
     canvas.outline(shape)
     canvas.fill(shape * 1.1, (122, 124, 124))
     canvas.fill(shape * 0.95, (134, 136, 137))
     canvas.fill(xy(-1, -0.16, 1, -0.16, 1, -0.08, -1, -0.08), (112, 114, 114))
     canvas.fill(xy(-1, 0.26, 1, 0.26, 1, 0.34, -1, 0.34), (112, 114, 114))
-    return _done(canvas.picture())
+    return _done(canvas.picture(_N))
 
 
 def chevrons() -> list[Patch]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sample_videos.scenarios import Scenario
-from sample_videos.signs import N_CLASSES
+from tsr_engine.pictograms.gtsrb import N_CLASSES
 
 
 class Pole(NamedTuple):

@@ -14,9 +14,9 @@ from sample_videos.colour import linear_picture
 from sample_videos.film import Patch
 from sample_videos.noise import fractal, mips
 from sample_videos.path import Path
-from sample_videos.signs import draw, nominal_width, outline
 from sample_videos.structures import pole
 from sample_videos.things import UP, Plate, View, cast, darken
+from tsr_engine.pictograms.gtsrb import drawing, nominal_width, outline
 
 Array = NDArray[np.float64]
 _RESOLUTION = 256
@@ -24,7 +24,7 @@ _RESOLUTION = 256
 
 def weathered(rng: np.random.Generator, class_id: int, resolution: int = _RESOLUTION) -> list[Patch]:
     """A sign's picture as it hangs outdoors: a little faded and dirty, in successive halvings."""
-    bgra = draw(class_id, resolution).astype(np.float32)
+    bgra = drawing(class_id).picture(resolution).astype(np.float32)
     dirt = fractal(rng, resolution, 1.1, 1)
     fade = rng.uniform(0.0, 0.10)
     grey = bgra[..., :3].mean(2, keepdims=True)

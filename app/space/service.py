@@ -23,8 +23,8 @@ from app.space.wish import Mode, Wish
 from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.frames import FrameService
-from sample_videos.signs import draw
 from tsr_engine.errors import TsrError
+from tsr_engine.pictograms import draw
 from tsr_engine.records import Picture
 
 __all__ = ["SpaceService", "first_wish", "marked_tracks", "pictures_of", "stage_of"]
@@ -231,7 +231,7 @@ def stage_of(scene: Any, data: SpaceData, evidence: EvidenceService, prior: Call
             return load_hits(reader, data.width, data.height, data.ids)
 
     def pictogram(class_id: int) -> Image:
-        return np.asarray(cv2.cvtColor(draw(class_id, 128), cv2.COLOR_BGRA2RGBA), np.uint8)
+        return np.asarray(cv2.cvtColor(draw(f"gtsrb/{class_id}", 128), cv2.COLOR_BGRA2RGBA), np.uint8)
 
     return Stage(scene, data, hits, lambda: prior(data.run_id), pictogram)
 

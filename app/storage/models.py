@@ -5,13 +5,15 @@ Times are UTC. A video is named by the SHA-256 of its bytes, a run and a job by 
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import datetime
 from typing import Any
 
 from sqlalchemy import JSON, BigInteger, Float, ForeignKey, Index, Integer, LargeBinary, String, Text, func, select
 from sqlalchemy.engine.default import DefaultExecutionContext
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.orm import Mapped, mapped_column
 
+from app.storage.base import Base, Sequence, now
+from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion
 from app.storage.moments import Moment
 
 __all__ = [
@@ -22,6 +24,9 @@ __all__ = [
     "Follow",
     "FollowPiece",
     "Job",
+    "LabelPicture",
+    "LabelSetDefault",
+    "LabelSetVersion",
     "ModelVersion",
     "Run",
     "Server",
@@ -29,13 +34,6 @@ __all__ = [
     "Truth",
     "Video",
 ]
-
-Sequence = BigInteger().with_variant(Integer, "sqlite")
-"""Whole numbers that count up; SQLite counts only INTEGER keys."""
-
-
-def _now() -> datetime:
-    return datetime.now(UTC)
 
 
 def _next_order(context: DefaultExecutionContext) -> int:
@@ -47,10 +45,6 @@ def _here(context: DefaultExecutionContext) -> str | None:
     """The server that writes; see ``app.storage.database``."""
     found: str | None = context.connection.get_execution_options().get("tsr_here")
     return found
-
-
-class Base(DeclarativeBase):
-    """All tables."""
 
 
 class Video(Base):
@@ -91,7 +85,9 @@ class Video(Base):
     """How the file stood when its bytes were last compared: ``tsr_engine.io.opened_file.Stamp``."""
     place: Mapped[str | None] = mapped_column(String(32), default=_here)
     """Server that the file lies with; NULL: whoever uses the database. So in all tables."""
-    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    label_set: Mapped[str | None] = mapped_column(String(64))
+    """Key of the set whose ids its documents and truths hold; NULL: the library's default."""
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class Run(Base):
@@ -122,6 +118,9 @@ class Run(Base):
     engine_version: Mapped[str] = mapped_column(String(32), default="")
     models: Mapped[dict[str, str]] = mapped_column(JSON, default=dict)
     """Model -> SHA-256."""
+    labels: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    """What the class numbers of its evidence mean: ``{"keys": [...]}``, keys of labels by number; ``{"set": KEY}``, ids
+    of that set; NULL: the keys of ``gtsrb-43`` in order."""
     frames_done: Mapped[int] = mapped_column(Integer, default=0)
     frames_total: Mapped[int | None]
     rate: Mapped[float | None] = mapped_column(Float)
@@ -132,7 +131,7 @@ class Run(Base):
     """Figures of the complete run; for a what-if also ``difference`` against its parent."""
     order: Mapped[int] = mapped_column(BigInteger, default=_next_order, server_default="0", index=True)
     """Which run is newer; counts, never a clock."""
-    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
     started: Mapped[datetime | None] = mapped_column(Moment)
     finished: Mapped[datetime | None] = mapped_column(Moment)
 
@@ -166,7 +165,7 @@ class Job(Base):
     error: Mapped[str | None] = mapped_column(Text)
     order: Mapped[int] = mapped_column(BigInteger, default=0, index=True)
     """First come, first served; counts, never a clock."""
-    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
     started: Mapped[datetime | None] = mapped_column(Moment)
     finished: Mapped[datetime | None] = mapped_column(Moment)
 
@@ -178,10 +177,10 @@ class Event(Base):
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     kind: Mapped[str] = mapped_column(String(32))
-    """``video``, ``run``, ``edit``, ``artefact``, ``model``, ``removed`` ..."""
+    """``video``, ``run``, ``edit``, ``artefact``, ``model``, ``labels``, ``removed`` ..."""
     subject: Mapped[str] = mapped_column(String(64))
     data: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
-    time: Mapped[datetime] = mapped_column(Moment, default=_now)
+    time: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class Edit(Base):
@@ -209,7 +208,7 @@ class Edit(Base):
     """The same after."""
     reverts: Mapped[str | None] = mapped_column(String(64))
     """The operation that an ``undo`` or ``redo`` is about."""
-    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class TrackDocument(Base):
@@ -242,7 +241,7 @@ class Follow(Base):
     """Why it ended, by direction."""
     pieces: Mapped[int] = mapped_column(Integer, default=0)
     """How many pieces have been stored."""
-    asked: Mapped[datetime] = mapped_column(Moment, default=_now)
+    asked: Mapped[datetime] = mapped_column(Moment, default=now)
     """When a page asked for it last."""
 
 
@@ -268,7 +267,7 @@ class Truth(Base):
     boxes: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)
     """Rows of frame, track, x1, y1, x2, y2, class, visibility, ignore: little-endian float64, deflated."""
     count: Mapped[int] = mapped_column(Integer)
-    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 
 class Artefact(Base):
@@ -298,7 +297,7 @@ class Artefact(Base):
     sha256: Mapped[str] = mapped_column(String(64), default="")
     summary: Mapped[dict[str, Any]] = mapped_column(JSON, default=dict)
     """Counts, skipped items with reasons."""
-    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
     finished: Mapped[datetime | None] = mapped_column(Moment)
 
 
@@ -329,7 +328,7 @@ class ModelVersion(Base):
     total: Mapped[int | None]
     promoted: Mapped[int] = mapped_column(Integer, default=0)
     """Counts up with each promotion; new runs use the complete version with the highest one, above 0."""
-    created: Mapped[datetime] = mapped_column(Moment, default=_now)
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
     finished: Mapped[datetime | None] = mapped_column(Moment)
 
 

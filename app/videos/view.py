@@ -52,6 +52,8 @@ class VideoView(Model):
     codec: str | None
     warnings: list[str]
     created: str
+    label_set: str | None
+    """Key of its own label set; None: the library's default."""
     runs: int
     latest_run: str | None
     review: ReviewProgress
@@ -116,6 +118,7 @@ def _view(
         codec=video.codec,
         warnings=list(video.warnings or []),
         created=video.created.isoformat(),
+        label_set=video.label_set,
         runs=runs,
         latest_run=run_id,
         review=ReviewProgress(tracks=max(0, tracks + more), reviewed=reviewed),

@@ -27,6 +27,8 @@ from schemathesis.schemas import BaseSchema
 from schemathesis.specs.openapi.checks import positive_data_acceptance, response_schema_conformance
 from toy_server import SECRET, Server
 
+from app.labels.store import SET_KEY
+
 _MOST = int(os.environ.get("TSR_FUZZ", "0"))
 _DESTROYS = ("DELETE",)
 _ENDLESS = ("follow_events",)
@@ -44,6 +46,10 @@ _STRICTER = frozenset(
         "edit",  # x1 < x2, the track must exist ...
         "adopt_edits",  # from another run of the same video
         "start_export",  # options are the format's, runs are of different videos
+        "change_label_set",  # labels exist, names are plain text, pictures are PNG
+        "get_label_set",  # the version exists
+        "use_label_set",  # the set exists
+        "use_label_set_in_video",
         "train_models",  # there must be something to learn from, folders lie inside the roots
         "record_run",  # whole numbers are whole numbers; the frames must be the run's
         "bundle_run",  # the frames and tracks must be the run's
@@ -53,10 +59,10 @@ _STRICTER = frozenset(
 )
 """Routes with rules that JSON Schema cannot say."""
 _ID = re.compile("[0-9a-f]{32}")
-_NAMED = {"run_id": _ID, "truth_id": _ID, "video_id": re.compile("[0-9a-f]{64}")}
+_NAMED = {"run_id": _ID, "truth_id": _ID, "video_id": re.compile("[0-9a-f]{64}"), "key": re.compile(SET_KEY)}
 _TRUTH = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore\n0,1,10,20,30,40,14,1,0\n"
 _FRAMES = 75
-_SMALL = {"track_id": 9, "ordinal": _FRAMES, "frame": _FRAMES, "first": _FRAMES, "last": _FRAMES}
+_SMALL = {"track_id": 9, "label_id": 42, "ordinal": _FRAMES, "frame": _FRAMES, "first": _FRAMES, "last": _FRAMES}
 """Numbers that the generator draws from the whole range; most of a random request's should exist, see ``small``."""
 
 
@@ -85,7 +91,13 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         answer = requests.put(
             made.url + path, data=_TRUTH, headers={"Authorization": f"Bearer {SECRET}", "Content-Type": "text/csv"}
         )
-        names = {"run_id": home.run_id, "video_id": home.video_id, "truth_id": answer.json()["id"], "from_run": other}
+        names = {
+            "key": "gtsrb-43",
+            "run_id": home.run_id,
+            "video_id": home.video_id,
+            "truth_id": answer.json()["id"],
+            "from_run": other,
+        }
         yield Served(made, names)
 
 
@@ -170,7 +182,7 @@ def made_real(case: schemathesis.Case, names: dict[str, str]) -> None:
     """Let what was drawn in the right form name something that is there, so that more than 404 is tried."""
     for name, form in _NAMED.items():
         drawn = str((case.path_parameters or {}).get(name, ""))
-        if form.fullmatch(drawn) and case.method not in _DESTROYS and int(drawn[-1], 16) < 14:
+        if form.fullmatch(drawn) and case.method not in _DESTROYS and ord(drawn[-1]) % 8:
             case.path_parameters[name] = names[name]
     for side in ("reference", "candidate"):
         if re.fullmatch(f"(run|annotation|truth):{_ID.pattern}", str((case.query or {}).get(side))):

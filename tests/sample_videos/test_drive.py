@@ -19,10 +19,10 @@ from sample_videos.plan import plan_poles
 from sample_videos.posts import put_up
 from sample_videos.render import Renderer
 from sample_videos.scenery import build
-from sample_videos.signs import nominal_width, outline
 from sample_videos.things import View
 from sample_videos.truth import read_csv
 from sample_videos.weather import WEATHERS
+from tsr_engine.pictograms.gtsrb import nominal_width, outline
 
 SIZE = (320, 180)
 

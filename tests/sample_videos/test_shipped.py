@@ -10,8 +10,8 @@ import pytest
 
 from sample_videos import SHIPPED
 from sample_videos.shipped import ShippedClip
-from sample_videos.signs import N_CLASSES
 from sample_videos.truth import SMALLEST, read_csv
+from tsr_engine.pictograms.gtsrb import N_CLASSES
 
 
 def test_two_clips_below_six_megabytes() -> None:

@@ -12,14 +12,18 @@ from pydantic import ValidationError
 
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import atomic_text
-from tsr_engine.labels.model import SCHEMA, LabelSet
+from tsr_engine.labels.model import MOST_LABELS, SCHEMA, LabelSet
+from tsr_engine.labels.wording import first_problem
 
 __all__ = ["DEFAULT", "SHIPPED", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
 
-SHIPPED: Final = ("gtsrb-43", "vienna")
-"""Keys of the sets that ship with the package."""
 DEFAULT: Final = "gtsrb-43"
 """The set of a new library."""
+_SETS = resources.files("tsr_engine.labels") / "sets"
+SHIPPED: Final = tuple(
+    sorted(place.name.removesuffix(".json") for place in _SETS.iterdir() if place.name.endswith(".json"))
+)
+"""Keys of the sets that ship with the package."""
 
 
 @cache
@@ -31,8 +35,7 @@ def shipped_set(key: str) -> LabelSet:
     """
     if key not in SHIPPED:
         raise KeyError(key)
-    text = (resources.files("tsr_engine.labels") / "sets" / f"{key}.json").read_text(encoding="utf-8")
-    return parse_set(text, key)
+    return parse_set((_SETS / f"{key}.json").read_bytes(), key).model_copy(update={"version": 1})
 
 
 def parse_set(text: str | bytes, where: str) -> LabelSet:
@@ -47,19 +50,21 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
     """
     try:
         content = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{where} is not a label set: it is no JSON ({error}).") from None
     version = content.get("schema") if isinstance(content, dict) else None
     if isinstance(version, int) and version > SCHEMA:
         raise InputError(
             f"{where} is written in schema {version}; this version of tsr reads up to {SCHEMA}. Update tsr."
         )
+    rows = content.get("labels") if isinstance(content, dict) else None
+    if isinstance(rows, list) and len(rows) > MOST_LABELS:
+        raise InputError(f"{where} has {len(rows)} labels; a set has at most {MOST_LABELS}.")
     try:
         return LabelSet.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{where} is not a label set: {place or 'the set'}: {first['msg']}.") from None
+        place, problem = first_problem(error)
+        raise InputError(f"{where} is not a label set: {place or 'the set'}: {problem}.") from None
 
 
 def load_set(path: Path) -> LabelSet:

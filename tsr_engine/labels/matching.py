@@ -51,7 +51,7 @@ class LabelFinder:
 
     def find(self, word: str) -> Match | None:
         """The label that a word names; None: no label has it."""
-        found = self._words.get(comparable(word))
+        found = self.named(word)
         if found is not None:
             return found
         number = _NUMBER.fullmatch(word.strip())
@@ -59,6 +59,10 @@ class LabelFinder:
             return None
         label = self._places.get(self._into.get(int(number[1]), int(number[1])))
         return None if label is None else Match(label, "number")
+
+    def named(self, word: str) -> Match | None:
+        """As :meth:`find`, but a number is no id."""
+        return self._words.get(comparable(word))
 
     def suggestions(self, word: str, most: int = 3) -> list[Label]:
         """Labels whose name, key or alias is like a word, the most alike first."""

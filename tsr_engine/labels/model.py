@@ -57,6 +57,10 @@ def _text(value: str) -> str:
     return value
 
 
+def _text_or_nothing(value: str) -> str:
+    return _text(value) if value else value
+
+
 Text = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_text)]
 Key = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_text)]
 
@@ -128,7 +132,7 @@ class Label(_Frozen):
     """Stable text, such as ``stop`` or ``C,3a``; models, files and the command line name labels by it."""
     name: Text
     """What people read."""
-    short: Annotated[str, Field(max_length=12)] = ""
+    short: Annotated[str, Field(max_length=12), AfterValidator(_text_or_nothing)] = ""
     """For pictures and narrow tables; empty: the first 12 characters of ``name``."""
     aliases: tuple[Text, ...] = ()
     """What other tools and countries call it."""

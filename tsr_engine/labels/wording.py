@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from functools import lru_cache
 
-__all__ = ["comparable"]
+from pydantic import ValidationError
+
+__all__ = ["comparable", "first_problem"]
 
 _LOOSE = re.compile(r"[\s_\-./,:;()'\"]+")
 
 
+@lru_cache(maxsize=2**16)
 def comparable(name: str) -> str:
     """A name without case, spaces and punctuation, in Unicode's compatible form.
 
@@ -17,3 +21,10 @@ def comparable(name: str) -> str:
     """
     folded = unicodedata.normalize("NFKC", name).casefold()
     return _LOOSE.sub("", folded) or folded
+
+
+def first_problem(error: ValidationError) -> tuple[str, str]:
+    """Where the first value that breaks a rule of the model is, and which rule, as part of a sentence."""
+    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+    place = ".".join(str(part) for part in first["loc"])
+    return place, first["msg"].removeprefix("Value error, ").rstrip(".")

@@ -6,11 +6,10 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sample_videos import pictograms as pic
-from sample_videos.canvas import Canvas, Colour, Points, arc, regular, rounded
-from sample_videos.glyphs import write
+from tsr_engine.pictograms import figures as pic
+from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc, regular, rounded
+from tsr_engine.pictograms.glyphs import write
 
 N_CLASSES = 43
 """Number of classes of GTSRB."""
@@ -169,23 +168,20 @@ def _special(canvas: Canvas, class_id: int) -> None:
         write(canvas, "STOP", 0.66, 0, 0, pic.WHITE, 0.82)
 
 
-def draw(class_id: int, size: int) -> NDArray[np.uint8]:
-    """Draw a sign.
+def drawing(class_id: int) -> Canvas:
+    """Draw a sign; its pictures span [-1, 1] x [-1, 1] of `outline`.
 
     Args:
         class_id: GTSRB class, 0 to 42.
-        size: Side of the picture in pixels; the picture spans [-1, 1] x [-1, 1] of `outline`.
 
     Returns:
-        (size, size, 4) picture, BGRA, sRGB, straight alpha.
+        The drawing.
 
     Raises:
-        ValueError: The class is not one of the 43, or the size is below 1.
+        ValueError: The class is not one of the 43.
     """
-    if size < 1:
-        raise ValueError(f"size must be at least 1 pixel, got {size}: ask for the side of the picture.")
     silhouette = outline(class_id)
-    canvas = Canvas(size)
+    canvas = Canvas()
     if class_id in _LIMITS:
         _red_ring(canvas)
         _limit(canvas, _LIMITS[class_id])
@@ -198,4 +194,4 @@ def draw(class_id: int, size: int) -> NDArray[np.uint8]:
     else:
         _special(canvas, class_id)
     canvas.outline(silhouette)
-    return canvas.picture()
+    return canvas

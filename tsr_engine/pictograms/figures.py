@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sample_videos.canvas import Canvas, Colour, Points, arc
+from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc
 
 BLACK: Colour = (22, 22, 24)
 RED: Colour = (190, 22, 32)

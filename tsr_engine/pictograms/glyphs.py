@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sample_videos.canvas import Canvas, Colour, Points, arc
+from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc
 
 PEN = 0.15
 """Pen width in heights of a digit."""

@@ -1,43 +1,12 @@
-"""Labels with pictograms, and parameters as the engine declares them."""
+"""Parameters as the engine declares them."""
 
 from __future__ import annotations
 
-import cv2
-import numpy as np
 import pytest
 
-from app.catalogue import Pictograms, labels, parameters
+from app.catalogue import parameters
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.replayable import FIXED
-
-
-def test_all_classes_have_a_name_and_a_picture() -> None:
-    found = labels()
-    assert [label.id for label in found] == list(range(43))
-    assert found[14].name == "stop"
-    assert found[14].picture == "/api/labels/14.png"
-
-
-def test_pictograms_differ_and_are_transparent_around_the_sign() -> None:
-    drawn = Pictograms()
-    pictures = [cv2.imdecode(np.frombuffer(drawn.png(c, 48), np.uint8), cv2.IMREAD_UNCHANGED) for c in range(43)]
-    assert {picture.shape for picture in pictures} == {(48, 48, 4)}
-    assert len({picture.tobytes() for picture in pictures}) == 43
-    for picture in pictures:
-        assert picture[0, 0, 3] == 0
-        assert picture[24, 24, 3] == 255
-        # Smooth edges: some pixels are neither inside nor outside.
-        assert np.count_nonzero((picture[..., 3] > 0) & (picture[..., 3] < 255)) > 20
-
-
-def test_pictograms_are_drawn_once() -> None:
-    drawn = Pictograms(most=2)
-    first = drawn.png(1, 32)
-    assert drawn.png(1, 32) is first
-    drawn.png(2, 32), drawn.png(3, 32)
-    assert drawn.png(1, 32) == first
-    with pytest.raises(ValueError, match="class_id"):
-        drawn.png(43, 32)
 
 
 def test_parameters_are_those_of_the_engine() -> None:

@@ -6,7 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from sample_videos.signs import N_CLASSES, draw, nominal_width, outline
+from tsr_engine.pictograms.gtsrb import N_CLASSES, drawing, nominal_width, outline
+
+
+def draw(class_id: int, size: int) -> np.ndarray:
+    return drawing(class_id).picture(size)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +83,7 @@ def test_unknown_class_is_refused(class_id: int) -> None:
     with pytest.raises(ValueError, match="class_id must be within 0 to 42"):
         outline(class_id)
     with pytest.raises(ValueError, match="class_id"):
-        draw(class_id, 32)
+        drawing(class_id)
 
 
 def test_empty_picture_is_refused() -> None:

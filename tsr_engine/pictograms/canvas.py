@@ -1,4 +1,4 @@
-"""An anti-aliased vector canvas: polygons, strokes and discs in unit coordinates, drawn large and reduced by area."""
+"""An anti-aliased vector canvas: polygons, strokes and discs in unit coordinates, as pixels and as SVG."""
 
 from __future__ import annotations
 
@@ -80,32 +80,22 @@ def thick(points: Points, width: float) -> list[Points]:
 
 
 class Canvas:
-    """A square picture over [-1, 1] x [-1, 1] (y down), drawn larger and reduced by area.
+    """A drawing over [-1, 1] x [-1, 1] (y down): polygons in the order in which they cover each other.
 
-    It is drawn `_FACTOR` times too large, and no smaller than `_LEAST` pixels: anti-aliased edges grow by a fraction of
-    a drawn pixel.
-
-    Attributes:
-        size: Side of the finished picture in pixels.
+    It holds vectors, so that one drawing gives pictures of any size and an SVG.
     """
 
-    def __init__(self, size: int) -> None:
-        self.size = size
-        self._n = size * max(_FACTOR, -(-_LEAST // size))
-        self._bgr = np.zeros((self._n, self._n, 3), np.uint8)
-        self._alpha = np.zeros((self._n, self._n), np.uint8)
-
-    def _fixed(self, points: Points) -> NDArray[np.int32]:
-        pixels = (np.asarray(points, np.float64) + 1) * self._n / 2 - 0.5
-        return np.round(pixels * (1 << _SHIFT)).astype(np.int32)
+    def __init__(self) -> None:
+        self._outlines: list[Points] = []
+        self._fills: list[tuple[Points, Colour]] = []
 
     def outline(self, points: Points) -> None:
         """Make the inside of a polygon opaque: the silhouette."""
-        cv2.fillPoly(self._alpha, [self._fixed(points)], 255, cv2.LINE_AA, _SHIFT)
+        self._outlines.append(np.asarray(points, np.float64))
 
     def fill(self, points: Points, colour: Colour) -> None:
         """Fill a polygon with an sRGB colour (r, g, b)."""
-        cv2.fillPoly(self._bgr, [self._fixed(points)], colour[::-1], cv2.LINE_AA, _SHIFT)
+        self._fills.append((np.asarray(points, np.float64), colour))
 
     def stroke(self, points: Points, width: float, colour: Colour, *, caps: bool = False) -> None:
         """Draw a polyline of a width; round ends where `caps`."""
@@ -120,8 +110,55 @@ class Canvas:
         """Fill a disc."""
         self.fill(arc(x, y, radius, radius, 0, 360, 72), colour)
 
-    def picture(self) -> NDArray[np.uint8]:
-        """The finished (size, size, 4) picture, BGRA, sRGB, straight alpha."""
-        bgr = cv2.resize(self._bgr, (self.size, self.size), interpolation=cv2.INTER_AREA)
-        alpha = cv2.resize(self._alpha, (self.size, self.size), interpolation=cv2.INTER_AREA)
+    def picture(self, size: int) -> NDArray[np.uint8]:
+        """The drawing as pixels.
+
+        It is drawn `_FACTOR` times too large, and no smaller than `_LEAST` pixels, then reduced by area: anti-aliased
+        edges grow by a fraction of a drawn pixel.
+
+        Args:
+            size: Side of the picture in pixels.
+
+        Returns:
+            (size, size, 4) picture, BGRA, sRGB, straight alpha.
+
+        Raises:
+            ValueError: The size is below 1.
+        """
+        if size < 1:
+            raise ValueError(f"size must be at least 1 pixel, got {size}: ask for the side of the picture.")
+        n = size * max(_FACTOR, -(-_LEAST // size))
+        bgr = np.zeros((n, n, 3), np.uint8)
+        for points, colour in self._fills:
+            cv2.fillPoly(bgr, [_fixed(points, n)], colour[::-1], cv2.LINE_AA, _SHIFT)
+        alpha = np.zeros((n, n), np.uint8)
+        for points in self._outlines:
+            cv2.fillPoly(alpha, [_fixed(points, n)], 255, cv2.LINE_AA, _SHIFT)
+        bgr = cv2.resize(bgr, (size, size), interpolation=cv2.INTER_AREA)
+        alpha = cv2.resize(alpha, (size, size), interpolation=cv2.INTER_AREA)
         return np.dstack([bgr, alpha])
+
+    def svg(self) -> str:
+        """The drawing as an SVG document, 2 units wide and high, transparent around the silhouette."""
+        clip = "".join(_path(points) for points in self._outlines)
+        groups = [
+            f'<g fill="#{colour[0]:02x}{colour[1]:02x}{colour[2]:02x}">'
+            + "".join(f'<path d="{_path(points)}"/>' for points, _ in group)
+            + "</g>"
+            for colour, group in itertools.groupby(self._fills, key=lambda fill: fill[1])
+        ]
+        return (
+            '<svg xmlns="http://www.w3.org/2000/svg" viewBox="-1 -1 2 2" fill-rule="evenodd">'
+            f'<clipPath id="s"><path d="{clip}"/></clipPath><g clip-path="url(#s)">{"".join(groups)}</g></svg>\n'
+        )
+
+
+def _fixed(points: Points, n: int) -> NDArray[np.int32]:
+    """Points in pixels of a picture `n` wide, as OpenCV's fixed-point numbers."""
+    pixels = (points + 1) * n / 2 - 0.5
+    return np.round(pixels * (1 << _SHIFT)).astype(np.int32)
+
+
+def _path(points: Points) -> str:
+    """A polygon as data of an SVG path."""
+    return "M" + "L".join(f"{x:.4g},{y:.4g}" for x, y in points) + "Z"

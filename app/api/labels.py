@@ -1,0 +1,129 @@
+"""Labels with their pictures, and the sets that they belong to."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Path, Query
+from fastapi.responses import Response
+from pydantic import Field
+
+from app.api.edits import Author
+from app.api.responses import failures
+from app.api.runs import VideoId
+from app.context import ContextDep
+from app.errors import NotFound
+from app.labels.commands import LabelChange
+from app.labels.store import SET_KEY
+from app.labels.views import Change, LabelSetView, LabelVersion, LabelView
+from app.shapes import Model
+from tsr_engine.labels.files import dump_set
+from tsr_engine.version import __version__
+
+__all__ = ["router"]
+
+router = APIRouter(tags=["labels"])
+
+_PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+_SET: dict[str, Any] = {"content": {"application/json": {"schema": {"type": "object"}}}}
+SetKey = Annotated[str, Path(pattern=SET_KEY, description="key of the label set")]
+_QueryKey = Annotated[
+    str | None, Query(alias="set", pattern=SET_KEY, description="key of the label set; unset: the library's default")
+]
+LabelId = Annotated[int, Path(ge=0, le=2**31 - 1, description="id of the label")]
+Version = Annotated[int | None, Query(ge=1, le=2**31 - 1, description="unset: the newest")]
+
+
+class ChangeRequest(Model):
+    """One change of one person."""
+
+    author: Author | None = None
+    change: LabelChange
+
+
+class UseSet(Model):
+    """The set that is used from now on."""
+
+    set: Annotated[str, Field(pattern=SET_KEY)]
+
+
+class UseSetInVideo(Model):
+    """The set that the video uses from now on; null: the library's default."""
+
+    set: Annotated[str, Field(pattern=SET_KEY)] | None
+
+
+@router.get("/labels", operation_id="list_labels", responses=failures(404))
+def list_labels(
+    context: ContextDep,
+    video: Annotated[
+        str | None, Query(pattern="^[0-9a-f]{64}$", description="labels of this video's set; unset: the library's")
+    ] = None,
+) -> list[LabelView]:
+    """All labels, in the order of the set; hidden and merged ones too."""
+    return context.labels.labels(video)
+
+
+@router.get(
+    "/labels/{label_id}.png",
+    operation_id="get_pictogram",
+    response_class=Response,
+    responses={**failures(404), 200: _PNG, 304: {"description": "Not Modified"}},
+)
+def get_pictogram(
+    label_id: LabelId,
+    context: ContextDep,
+    size: Annotated[int, Query(ge=8, le=512, description="side, px")] = 64,
+    key: _QueryKey = None,
+    look: Annotated[str | None, Query(max_length=64, description="changes with the picture; not read")] = None,
+    if_none_match: Annotated[str | None, Header()] = None,
+) -> Response:
+    """The picture of a label, square, transparent around the sign."""
+    label = context.labels.label(key, label_id)
+    if not label.pictogram:
+        raise NotFound(f"The label '{label.name}' has no picture.")
+    tag = f'"{__version__}-{label.pictogram}-{size}"'
+    headers = {"ETag": tag, "Cache-Control": "private, max-age=86400"}
+    if if_none_match == tag:
+        return Response(status_code=304, headers=headers)
+    try:
+        content = context.pictograms.png(label.pictogram, size)
+    except KeyError:
+        raise NotFound(f"The picture {label.pictogram!r} of the label '{label.name}' is not here.") from None
+    return Response(content, media_type="image/png", headers=headers)
+
+
+@router.get("/label-sets", operation_id="list_label_sets", responses=failures())
+def list_label_sets(context: ContextDep) -> list[LabelSetView]:
+    """All sets: those that ship with tsr, then the library's own."""
+    return context.labels.sets()
+
+
+@router.put("/label-sets/default", operation_id="use_label_set", responses=failures(404, 409))
+def use_label_set(wanted: UseSet, context: ContextDep) -> LabelSetView:
+    """Let videos that name no set use this one."""
+    return context.labels.use_as_default(wanted.set)
+
+
+@router.get("/label-sets/{key}", operation_id="get_label_set", responses={**failures(404), 200: _SET})
+def get_label_set(key: SetKey, context: ContextDep, version: Version = None) -> Response:
+    """A set as tsr's own file; see docs/label-set.schema.json."""
+    return Response(dump_set(context.labels.get(key, version)), media_type="application/json")
+
+
+@router.get("/label-sets/{key}/history", operation_id="list_label_versions", responses=failures(404))
+def list_label_versions(key: SetKey, context: ContextDep) -> list[LabelVersion]:
+    """Versions of a set, the newest first: who changed what, and when."""
+    return context.labels.history(key)
+
+
+@router.post("/label-sets/{key}/changes", operation_id="change_label_set", responses=failures(404, 409))
+def change_label_set(key: SetKey, wanted: ChangeRequest, context: ContextDep) -> Change:
+    """Change the newest version of a set."""
+    return context.labels.change(key, wanted.author or context.settings.author, wanted.change)
+
+
+@router.put("/videos/{video_id}/label-set", operation_id="use_label_set_in_video", responses=failures(404, 409))
+def use_label_set_in_video(video_id: VideoId, wanted: UseSetInVideo, context: ContextDep) -> LabelSetView:
+    """Let a video use another set; answers the set that it uses now."""
+    return context.labels.use_in_video(video_id, wanted.set)

@@ -1,0 +1,1 @@
+"""The label sets of a library: versions in the database, changes, pictures. See docs/labels.md."""

@@ -1,0 +1,275 @@
+"""What people do with label sets: look, change, undo, and say which set is used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NoReturn
+
+from sqlalchemy import ColumnElement
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from app.errors import Busy, Conflict, Invalid, NotFound
+from app.events import EventBus
+from app.labels.commands import AddLabel, AdoptSet, HideLabel, LabelChange, MergeLabels, SetPicture, UndoChange
+from app.labels.commands import ShowLabel as Show
+from app.labels.mentions import is_imported, mentioned_ids, uses
+from app.labels.pictures import is_there, store_picture
+from app.labels.store import (
+    added_by,
+    append,
+    at_version,
+    default_key,
+    history,
+    labels_of_video,
+    newest,
+    set_keys,
+)
+from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view, version_view
+from app.storage.database import Database
+from app.storage.models import LabelSetDefault, LabelSetVersion, Video
+from tsr_engine.labels.adopting import adopt_labels
+from tsr_engine.labels.changes import (
+    Changed,
+    add_label,
+    hide_label,
+    merge_labels,
+    set_picture,
+    show_label,
+    update_label,
+)
+from tsr_engine.labels.files import SHIPPED
+from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.labels.refusals import ChangeError, NoLabelError, TakenError
+from tsr_engine.labels.undoing import undo_change
+
+__all__ = ["LabelService"]
+
+_TRIES = 50
+"""Attempts of a change while others change the same set."""
+
+Make = Callable[[Session, LabelSet], Changed]
+
+
+class LabelService:
+    """The label sets of a library."""
+
+    def __init__(self, database: Database, events: EventBus) -> None:
+        self._database = database
+        self._events = events
+
+    def labels(self, video_id: str | None = None) -> list[LabelView]:
+        """Labels of a video's set, in the order of the set; without a video those of the library's default.
+
+        Raises:
+            NotFound: there is no such video.
+        """
+        labels = self.of_video(video_id) if video_id is not None else self.get(None)
+        return [label_view(labels, label) for label in labels]
+
+    def of_video(self, video_id: str) -> LabelSet:
+        """The newest version of a video's set.
+
+        Raises:
+            NotFound: there is no such video.
+        """
+        with self._database.read() as session:
+            return labels_of_video(session, video_id)
+
+    def get(self, key: str | None, version: int | None = None) -> LabelSet:
+        """A set.
+
+        Args:
+            key: which; None: the library's default.
+            version: which version; None: the newest.
+
+        Raises:
+            NotFound: there is no such set or version.
+        """
+        with self._database.read() as session:
+            key = default_key(session) if key is None else key
+            return newest(session, key) if version is None else at_version(session, key, version)
+
+    def label(self, key: str | None, label_id: int) -> Label:
+        """One label of a set; ``key`` None: the library's default.
+
+        Raises:
+            NotFound: there is no such set or label.
+        """
+        labels = self.get(key)
+        found = labels.get(label_id)
+        if found is None:
+            raise NotFound(f"The label set {labels.key!r} has no label {label_id}.")
+        return found
+
+    def sets(self) -> list[LabelSetView]:
+        """All sets: those that ship with the package, then the library's own."""
+        with self._database.read() as session:
+            default = default_key(session)
+            return [_set_view(newest(session, key), default) for key in set_keys(session)]
+
+    def history(self, key: str) -> list[LabelVersion]:
+        """Versions of a set, the newest first.
+
+        Raises:
+            NotFound: there is no such set.
+        """
+        with self._database.read() as session:
+            return [version_view(row) for row in history(session, key)]
+
+    def change(self, key: str, author: str, change: LabelChange) -> Change:
+        """Carry a change out on the newest version; one that changes nothing makes no version.
+
+        Args:
+            key: of the set.
+            author: who changes it.
+            change: see ``app.labels.commands``.
+
+        Raises:
+            NotFound: there is no such set, label or version.
+            Conflict: another label has the word (code ``taken``; ``details`` holds that label and who added it), or a
+                later version has changed what is to be taken back.
+            Invalid: the change breaks a rule of label sets.
+        """
+        undoes = change.version if isinstance(change, UndoChange) else None
+        labels, changed = self.write(key, author, lambda session, labels: _made(session, labels, change), undoes)
+        shown = None if changed.label is None else label_view(labels, changed.label)
+        return Change(version=labels.version, label=shown, sentence=changed.sentence)
+
+    def write(self, key: str, author: str, make: Make, undoes: int | None = None) -> tuple[LabelSet, Changed]:
+        """Store what ``make`` makes of the newest version; called again where somebody was faster.
+
+        Raises:
+            NotFound: there is no such set.
+            ApiError: what ``make`` refuses.
+        """
+        for _ in range(_TRIES):
+            try:
+                with self._database.write() as session:
+                    labels = newest(session, key)
+                    try:
+                        changed = make(session, labels)
+                    except ChangeError as error:
+                        _refuse(session, labels, error)
+                    if changed.labels is not labels:
+                        append(session, labels, changed, author, undoes)
+                        self._events.publish(session, "labels", key, {"version": changed.labels.version})
+            except IntegrityError:
+                continue
+            return changed.labels, changed
+        raise Busy(f"Too many people change the label set {key!r} at once. The request can be repeated.")
+
+    def use_as_default(self, key: str) -> LabelSetView:
+        """Let videos that name no set use this one.
+
+        Raises:
+            NotFound: there is no such set.
+            Conflict: labels that these videos use mean something else there.
+        """
+        with self._database.write() as session:
+            present, wanted = default_key(session), newest(session, key)
+            if key != present:
+                self._require_same(session, newest(session, present), wanted, Video.label_set.is_(None))
+                session.add(LabelSetDefault(set_key=key))
+                self._events.publish(session, "labels", key, {"version": wanted.version})
+            return _set_view(wanted, key)
+
+    def use_in_video(self, video_id: str, key: str | None) -> LabelSetView:
+        """Let a video use a set; None: the library's default.
+
+        Raises:
+            NotFound: there is no such video or set.
+            Conflict: labels that the video uses mean something else there.
+        """
+        with self._database.write() as session:
+            present = labels_of_video(session, video_id)
+            default = default_key(session)
+            wanted = newest(session, key or default)
+            if wanted.key != present.key:
+                self._require_same(session, present, wanted, Video.id == video_id)
+            video = session.get(Video, video_id)
+            assert video is not None
+            if video.label_set != key:
+                video.label_set = key
+                self._events.publish(session, "labels", wanted.key, {"version": wanted.version})
+            return _set_view(wanted, default)
+
+    def _require_same(self, session: Session, present: LabelSet, wanted: LabelSet, videos: ColumnElement[bool]) -> None:
+        """Refuse a set in which ids that stored things name mean something else."""
+        ours, theirs = ({label.id: label for label in labels} for labels in (present, wanted))
+        for number in sorted(mentioned_ids(session, videos)):
+            here, there = ours.get(number), theirs.get(number)
+            if here is not None and (there is None or there.key.casefold() != here.key.casefold()):
+                now = "missing" if there is None else f"'{there.name}'"
+                raise Conflict(
+                    f"Edits or truths use label {number}, '{here.name}', which is {now} in '{wanted.name}'. Bring the "
+                    f"labels of '{wanted.name}' into '{present.name}' instead.",
+                    field="set",
+                    code="labels_in_use",
+                )
+
+
+def _set_view(labels: LabelSet, default: str) -> LabelSetView:
+    return LabelSetView(
+        key=labels.key,
+        name=labels.name,
+        version=labels.version,
+        labels=len(labels),
+        default=labels.key == default,
+        shipped=labels.key in SHIPPED,
+    )
+
+
+def _made(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
+    """The next version that a change makes."""
+    if isinstance(change, AddLabel):
+        if not is_there(session, change.pictogram):
+            raise Invalid(f"There is no picture {change.pictogram!r}.", field="pictogram")
+        return add_label(labels, change.facts())
+    if isinstance(change, MergeLabels):
+        return merge_labels(labels, change.id, change.into)
+    if isinstance(change, HideLabel):
+        return hide_label(labels, change.id)
+    if isinstance(change, Show):
+        return show_label(labels, change.id)
+    if isinstance(change, SetPicture):
+        return set_picture(labels, change.id, "" if change.png is None else store_picture(session, change.png))
+    if isinstance(change, UndoChange):
+        return _undone(session, labels, change.version)
+    if isinstance(change, AdoptSet):
+        return adopt_labels(labels, newest(session, change.set)).changed
+    return update_label(labels, change.id, change.facts())
+
+
+def _undone(session: Session, labels: LabelSet, version: int) -> Changed:
+    after = at_version(session, labels.key, version)
+    if version == 1:
+        raise Invalid("Version 1 is what the set began with; there is nothing to take back.", field="version")
+    before = at_version(session, labels.key, version - 1)
+    row = session.get(LabelSetVersion, (labels.key, version))
+    assert row is not None
+    mentioned: set[int] | None = None
+    imported = is_imported(session, labels.key)
+
+    def used(label_id: int) -> bool:
+        nonlocal mentioned
+        if mentioned is None:
+            mentioned = mentioned_ids(session, uses(session, labels.key))
+        return imported or label_id in mentioned
+
+    return undo_change(labels, before, after, row.sentence, used)
+
+
+def _refuse(session: Session, labels: LabelSet, error: ChangeError) -> NoReturn:
+    """The refusal as an answer; one about another label's word says who added that label."""
+    if isinstance(error, NoLabelError):
+        raise NotFound(str(error), field=error.field) from None
+    if not isinstance(error, TakenError):
+        raise Invalid(str(error), field=error.field) from None
+    by = added_by(session, labels.key, error.label.id)
+    told = "" if by is None or not by[0] else f" It was added by {by[0]}."
+    details = {
+        "label": label_view(labels, error.label).model_dump(mode="json"),
+        "by": None if by is None else {"author": by[0], "time": by[1].isoformat()},
+    }
+    raise Conflict(f"{error}{told}", code="taken", field=error.field, details=details) from None

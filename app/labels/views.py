@@ -1,0 +1,128 @@
+"""What pages get about label sets."""
+
+from __future__ import annotations
+
+import hashlib
+
+from app.shapes import Model
+from app.storage.models import LabelSetVersion
+from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Category, Label, LabelSet, Shape, Teach
+
+__all__ = [
+    "AttributeView",
+    "Change",
+    "LabelSetView",
+    "LabelVersion",
+    "LabelView",
+    "label_view",
+    "version_view",
+]
+
+
+class AttributeView(Model):
+    """A question about a sign beside its label; see ``Attribute`` in ``tsr_engine.labels.model``."""
+
+    name: str
+    kind: AttributeKind
+    mutable: bool
+    values: list[str]
+    low: float | None
+    high: float | None
+    default: AttributeValue | None
+
+
+class LabelView(Model):
+    """One label; see ``Label`` in static/js/types.js."""
+
+    id: int
+    key: str
+    name: str
+    short: str
+    """Empty: the first 12 characters of the name stand for it."""
+    aliases: list[str]
+    picture: str | None
+    shape: Shape
+    category: Category
+    attributes: list[AttributeView]
+    size_mm: float | None
+    mirror: str | None
+    teach: Teach
+    colour: str | None
+    pinned: int | None
+    hidden: bool
+    merged_into: int | None
+
+
+class LabelSetView(Model):
+    """One set."""
+
+    key: str
+    name: str
+    version: int
+    labels: int
+    """How many labels it has; hidden and merged ones too."""
+    default: bool
+    """Videos use it that name none."""
+    shipped: bool
+    """It ships with tsr; the library may have changed it since."""
+
+
+class LabelVersion(Model):
+    """One version of a set."""
+
+    version: int
+    author: str
+    created: str | None
+    """None: it is as it came with tsr."""
+    sentence: str
+    undoes: int | None
+
+
+class Change(Model):
+    """What a change gave."""
+
+    version: int
+    label: LabelView | None
+    sentence: str
+
+
+def label_view(labels: LabelSet, label: Label) -> LabelView:
+    """A label as pages see it."""
+    return LabelView(
+        id=label.id,
+        key=label.key,
+        name=label.name,
+        short=label.short,
+        aliases=list(label.aliases),
+        picture=_picture(labels.key, label),
+        shape=label.shape,
+        category=label.category,
+        attributes=[_attribute_view(attribute) for attribute in label.attributes],
+        size_mm=label.size_mm,
+        mirror=label.mirror,
+        teach=label.teach,
+        colour=label.colour,
+        pinned=label.pinned,
+        hidden=label.hidden,
+        merged_into=label.merged_into,
+    )
+
+
+def version_view(row: LabelSetVersion) -> LabelVersion:
+    """A version as pages see it."""
+    created = None if row.created is None else row.created.isoformat()
+    return LabelVersion(
+        version=row.version, author=row.author, created=created, sentence=row.sentence, undoes=row.undoes
+    )
+
+
+def _picture(key: str, label: Label) -> str | None:
+    """An address that changes with the picture, so that a browser never shows one that was replaced."""
+    if not label.pictogram:
+        return None
+    look = hashlib.sha256(label.pictogram.encode()).hexdigest()[:8]
+    return f"/api/labels/{label.id}.png?set={key}&look={look}"
+
+
+def _attribute_view(attribute: Attribute) -> AttributeView:
+    return AttributeView(**attribute.model_dump(exclude={"values"}), values=list(attribute.values))

@@ -1,0 +1,90 @@
+"""Labels of another set or file, brought into a set: those that are missing are added with new ids."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tsr_engine.labels.changes import Changed, next_version
+from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.labels.wording import comparable
+
+__all__ = ["Adopted", "adopt_labels"]
+
+
+@dataclass(frozen=True, slots=True)
+class Adopted:
+    """What came of a set that was brought in.
+
+    Attributes:
+        changed: the next version, and the sentence about it.
+        added: the new labels.
+        known: key in the other set -> the label that it is here.
+    """
+
+    changed: Changed
+    added: Sequence[Label]
+    known: dict[str, Label]
+
+
+def adopt_labels(labels: LabelSet, other: LabelSet) -> Adopted:
+    """Add what a set lacks of another; a label is known by its key, else by its name, else by an alias.
+
+    Labels that are merged in the other set come merged, so that their words go on to find what they stand for. A digit
+    that another label has here is left out.
+
+    Args:
+        labels: the newest version.
+        other: set whose labels are brought.
+
+    Raises:
+        ChangeError: the set would become too large.
+    """
+    finder = LabelFinder(labels)
+    here: dict[int, Label] = {}
+    known: dict[str, Label] = {}
+    fresh: list[Label] = []
+    digits = {label.pinned for label in labels}
+    for label in sorted(other, key=lambda each: each.merged_into is not None):
+        found = _known(finder, label) or (None if label.merged_into is None else _among(fresh, label))
+        if found is not None:
+            here[label.id] = known[label.key] = found
+            continue
+        into = None if label.merged_into is None else here[other.resolved(label.id)].id
+        pinned = None if label.pinned in digits else label.pinned
+        added = label.model_copy(update={"id": labels.next_id + len(fresh), "merged_into": into, "pinned": pinned})
+        here[label.id] = added
+        fresh.append(added)
+    added_labels = [_with_mirror(label, other, here) for label in fresh]
+    if not added_labels:
+        return Adopted(Changed(labels, f"All labels of '{other.name}' are here already."), (), known)
+    content = (*labels.labels, *added_labels)
+    changed = next_version(labels, content, labels.next_id + len(added_labels))
+    count = "1 label" if len(added_labels) == 1 else f"{len(added_labels)} labels"
+    return Adopted(Changed(changed, f"Added {count} of '{other.name}'."), added_labels, known)
+
+
+def _known(finder: LabelFinder, label: Label) -> Label | None:
+    for word in (label.key, label.name, *label.aliases):
+        match = finder.named(word)
+        if match is not None and match.how != "short":
+            return match.label
+    return None
+
+
+def _among(fresh: Sequence[Label], label: Label) -> Label | None:
+    """A label that has just been added and has a word of one that is merged."""
+    wanted = {comparable(word) for word in (label.key, label.name, *label.aliases)}
+    return next(
+        (each for each in fresh if wanted & {comparable(word) for word in (each.key, each.name, *each.aliases)}), None
+    )
+
+
+def _with_mirror(label: Label, other: LabelSet, here: dict[int, Label]) -> Label:
+    """The label with the key that its mirror image has in this set."""
+    if label.mirror is None:
+        return label
+    mirrored = other.by_key(label.mirror)
+    key = None if mirrored is None else here[mirrored.id].key
+    return label if key == label.mirror else label.model_copy(update={"mirror": key})

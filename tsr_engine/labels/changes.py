@@ -1,0 +1,261 @@
+"""Changes of a label set: each gives the next version of the set, and says in one sentence what it did."""
+
+from __future__ import annotations
+
+import json
+import re
+import unicodedata
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from tsr_engine.labels.model import MOST_LABELS, Label, LabelSet
+from tsr_engine.labels.refusals import ChangeError, NoLabelError, claims_of, require_free, require_unclaimed
+from tsr_engine.labels.wording import comparable, first_problem
+
+__all__ = [
+    "UPDATABLE",
+    "Changed",
+    "add_label",
+    "hide_label",
+    "key_of",
+    "listed",
+    "merge_labels",
+    "next_version",
+    "set_picture",
+    "show_label",
+    "update_label",
+]
+
+UPDATABLE: Final = (
+    "name",
+    "short",
+    "aliases",
+    "shape",
+    "category",
+    "attributes",
+    "teach",
+    "colour",
+    "size_mm",
+    "mirror",
+    "pinned",
+)
+"""Fields that :func:`update_label` changes."""
+_MOST_OF_KEY = 80
+_NO_WORD = re.compile(r"[^\w]+|_+")
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """What a change gives.
+
+    Attributes:
+        labels: the next version; the version that was there where the change changes nothing.
+        sentence: what was done, for people.
+        label: the label that the change is about, as it is now; None: it is about several, or the label is gone.
+    """
+
+    labels: LabelSet
+    sentence: str
+    label: Label | None = None
+
+
+def key_of(name: str, taken: Callable[[str], bool] = lambda key: False) -> str:
+    """A key made from a name: lower case, letters and digits of any script, hyphens between words.
+
+    Args:
+        name: what people read.
+        taken: whether a key cannot be used; a number is appended until one can.
+    """
+    parts = _NO_WORD.split(unicodedata.normalize("NFKC", name).casefold())
+    key = "-".join(part for part in parts if part)[:_MOST_OF_KEY].strip("-") or "label"
+    number, unique = 1, key
+    while taken(unique):
+        number += 1
+        unique = f"{key}-{number}"
+    return unique
+
+
+def add_label(labels: LabelSet, facts: Mapping[str, Any]) -> Changed:
+    """Add one label with the next id.
+
+    Args:
+        labels: the newest version.
+        facts: fields of :class:`Label` as JSON values, without ``id``; an absent ``key`` is made from the name.
+
+    Raises:
+        TakenError: another label has the key, the name, an alias or the digit.
+        ChangeError: a field is wrong, or the set is full.
+    """
+    claims = claims_of(labels)
+    facts = dict(facts)
+    if facts.get("key") is None:
+        keys = {label.key.casefold() for label in labels}
+        # the name itself is checked below; here it must not be in the way of a key made from it
+        own = comparable(str(facts.get("name", "")))
+        facts["key"] = key_of(
+            str(facts.get("name", "")),
+            lambda key: key.casefold() in keys or (comparable(key) in claims and comparable(key) != own),
+        )
+        require_unclaimed(claims, str(facts.get("name", "")), "name")
+    label = _label({**facts, "id": labels.next_id})
+    require_free(label, labels, claims)
+    _require_mirror(labels, label)
+    added = next_version(labels, (*labels.labels, label), labels.next_id + 1)
+    return Changed(added, f"Added '{label.name}'.", label)
+
+
+def update_label(labels: LabelSet, label_id: int, facts: Mapping[str, Any]) -> Changed:
+    """Change fields of one label.
+
+    Args:
+        labels: the newest version.
+        label_id: which label.
+        facts: fields of ``UPDATABLE`` as JSON values.
+
+    Raises:
+        NoLabelError: there is no such label.
+        TakenError: another label has the name, an alias or the digit.
+        ChangeError: a field is wrong, or the label is merged into another.
+    """
+    before = _live(labels, label_id)
+    wrong = next((name for name in facts if name not in UPDATABLE), None)
+    if wrong is not None:
+        raise ChangeError(f"The field {wrong!r} of a label cannot be changed.", wrong)
+    after = _label({**before.model_dump(mode="json"), **facts})
+    if after == before:
+        return Changed(labels, f"'{before.name}' stays as it is.", before)
+    require_free(after, labels)
+    _require_mirror(labels, after)
+    return Changed(_replaced(labels, after), _told(before, after), after)
+
+
+def set_picture(labels: LabelSet, label_id: int, pictogram: str) -> Changed:
+    """Give a label another pictogram; see ``Label.pictogram``.
+
+    Raises:
+        NoLabelError: there is no such label.
+        ChangeError: the label is merged into another.
+    """
+    before = _live(labels, label_id)
+    after = _label({**before.model_dump(mode="json"), "pictogram": pictogram})
+    if after == before:
+        return Changed(labels, f"'{before.name}' keeps its picture.", before)
+    done = "Gave '{}' a picture." if pictogram else "Took the picture of '{}' away."
+    return Changed(_replaced(labels, after), done.format(before.name), after)
+
+
+def merge_labels(labels: LabelSet, label_id: int, into: int) -> Changed:
+    """Let one label stand for another from now on; stored tracks are not rewritten.
+
+    Raises:
+        NoLabelError: one of them does not exist.
+        ChangeError: a label is merged with itself, or is merged already.
+    """
+    before, target = _live(labels, label_id), _present(labels, into, "into")
+    if labels.resolved(into) == label_id:
+        way = "" if into == label_id else f": '{target.name}' is merged into it"
+        raise ChangeError(f"'{before.name}' cannot be merged into itself{way}.", "into")
+    target = _present(labels, labels.resolved(into), "into")
+    after = before.model_copy(update={"merged_into": target.id, "pinned": None})
+    return Changed(_replaced(labels, after), f"Merged '{before.name}' into '{target.name}'.", after)
+
+
+def hide_label(labels: LabelSet, label_id: int) -> Changed:
+    """Offer a label no more; tracks that have it keep it.
+
+    Raises:
+        NoLabelError: there is no such label.
+        ChangeError: the label is merged into another.
+    """
+    before = _live(labels, label_id)
+    if before.hidden:
+        return Changed(labels, f"'{before.name}' is hidden already.", before)
+    after = before.model_copy(update={"hidden": True, "pinned": None})
+    return Changed(_replaced(labels, after), f"Hid '{before.name}'.", after)
+
+
+def show_label(labels: LabelSet, label_id: int) -> Changed:
+    """Offer a hidden label again.
+
+    Raises:
+        NoLabelError: there is no such label.
+        ChangeError: the label is merged into another.
+    """
+    before = _live(labels, label_id)
+    if not before.hidden:
+        return Changed(labels, f"'{before.name}' is not hidden.", before)
+    after = before.model_copy(update={"hidden": False})
+    return Changed(_replaced(labels, after), f"Shows '{before.name}' again.", after)
+
+
+def next_version(labels: LabelSet, content: tuple[Label, ...], next_id: int) -> LabelSet:
+    """The version after ``labels`` with other content.
+
+    Raises:
+        ChangeError: the content breaks a rule of label sets.
+    """
+    if len(content) > MOST_LABELS:
+        raise ChangeError(f"The set would have {len(content)} labels; {MOST_LABELS} are the most.")
+    try:
+        return LabelSet(key=labels.key, name=labels.name, version=labels.version + 1, next_id=next_id, labels=content)
+    except ValidationError as error:
+        raise ChangeError(f"{_sentence(first_problem(error)[1])}.") from None
+
+
+def _require_mirror(labels: LabelSet, label: Label) -> None:
+    if label.mirror is not None and label.mirror != label.key and labels.by_key(label.mirror) is None:
+        said = f"The mirror image of '{label.name}' is {label.mirror!r}, which is no key of the set."
+        raise ChangeError(said, "mirror")
+
+
+def _present(labels: LabelSet, label_id: int, field: str = "id") -> Label:
+    found = labels.get(label_id)
+    if found is None:
+        raise NoLabelError(f"The set '{labels.name}' has no label {label_id}.", field)
+    return found
+
+
+def _live(labels: LabelSet, label_id: int) -> Label:
+    """A label that can be changed."""
+    found = _present(labels, label_id)
+    if found.merged_into is not None:
+        target = _present(labels, labels.resolved(label_id))
+        said = f"'{found.name}' is merged into '{target.name}' (label {target.id})."
+        raise ChangeError(f"{said} Change that one, or undo the merge.", "id")
+    return found
+
+
+def _label(facts: Mapping[str, Any]) -> Label:
+    try:
+        return Label.model_validate_json(json.dumps(facts))
+    except ValidationError as error:
+        place, problem = first_problem(error)
+        field = place.partition(".")[0] or None
+        raise ChangeError(f"{_sentence(f'{place}: {problem}' if place else problem)}.", field) from None
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:].rstrip(".")
+
+
+def _replaced(labels: LabelSet, label: Label) -> LabelSet:
+    content = tuple(label if other.id == label.id else other for other in labels)
+    return next_version(labels, content, labels.next_id)
+
+
+def _told(before: Label, after: Label) -> str:
+    changed = [name for name in UPDATABLE if getattr(before, name) != getattr(after, name)]
+    if changed == ["name"]:
+        return f"Renamed '{before.name}' to '{after.name}'."
+    words = listed([{"size_mm": "size", "pinned": "digit"}.get(name, name) for name in changed])
+    now = f", now '{after.name}'" if "name" in changed else ""
+    return f"Changed {words} of '{before.name}'{now}."
+
+
+def listed(words: Collection[str]) -> str:
+    """Words as a part of a sentence: ``a, b and c``."""
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
