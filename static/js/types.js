@@ -54,7 +54,7 @@
  */
 
 /** @typedef {{key: string, name: string, version: number, labels: number, default: boolean, shipped: boolean}} LabelSetHead   `labels`: how many */
-/** @typedef {{version: number, author: string, created: string, sentence: string, undoes: number|null}} LabelVersion */
+/** @typedef {{version: number, author: string, created: string|null, sentence: string, undoes: number|null}} LabelVersion   `created`: null: as it came with tsr */
 /** @typedef {{type: 'add'|'update'|'merge'|'hide'|'show'|'picture'|'undo'|'adopt', [field: string]: unknown}} LabelChange   see docs/labels.md */
 /** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that no label has */
 

@@ -5,7 +5,7 @@ import {expectList, expectObject} from './shapes.js';
 
 /** @typedef {import('../types.js').LabelSetHead} LabelSetHead */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
-/** @typedef {{version: number, label: number|null, sentence: string}} LabelAnswer   `label`: id of the label that it is about */
+/** @typedef {{version: number, label: import('../types.js').Label|null, sentence: string}} LabelAnswer   `label`: the one that it is about */
 /** @typedef {ReturnType<typeof labelRoutes>} LabelRoutes */
 /** @typedef {{added: string[], known: string[], refused: {what: string, reason: string}[]}} LabelsBrought */
 
@@ -35,7 +35,7 @@ export function labelRoutes(base, json) {
     /** @param {string} set @param {Call} [call] @returns {Promise<Record<string, {tracks: number, videos: number}>>} by id of the label */
     labelUsage: async (set, call) => expectObject('GET /label-sets/…/usage', await json(`/label-sets/${e(set)}/usage`, {timeout: 60_000, ...call}), {}),
     /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').LabelVersion[]>} the newest first */
-    labelHistory: async (set, call) => expectList('GET /label-sets/…/history', await json(`/label-sets/${e(set)}/history`, call), {version: 'number', author: 'string', created: 'string', sentence: 'string', undoes: 'nullable'}),
+    labelHistory: async (set, call) => expectList('GET /label-sets/…/history', await json(`/label-sets/${e(set)}/history`, call), {version: 'number', author: 'string', created: 'nullable', sentence: 'string', undoes: 'nullable'}),
     /** @param {string} set @param {string} format @returns {string} address of the file */
     labelFileUrl: (set, format) => `${base}/label-sets/${e(set)}/file?format=${e(format)}`,
     /** @param {string} set @param {string} author @param {import('../types.js').LabelChange} change @param {Call} [call] @returns {Promise<LabelAnswer>} */

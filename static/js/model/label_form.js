@@ -74,9 +74,8 @@ export function changeOf(label, form) {
       pinned: form.pinned === '' ? null : Number(form.pinned), size_mm: numberOf(form.size_mm, 'The width'), mirror: form.mirror.trim() || null,
     };
     if (label === null) {
-      const { pinned, size_mm, mirror, ...rest } = fields;
       const key = form.key.trim();
-      return { change: { type: 'add', ...rest, ...(key ? { key } : {}) } };
+      return { change: { type: 'add', ...fields, ...(key ? { key } : {}) } };
     }
     const changed = Object.entries(fields).filter(([field, value]) => JSON.stringify(value) !== JSON.stringify(plain(Reflect.get(label, field))));
     return { change: changed.length ? { type: 'update', id: label.id, ...Object.fromEntries(changed) } : null };

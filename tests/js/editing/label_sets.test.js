@@ -24,7 +24,7 @@ function createWorld() {
       if (server.refuse) throw server.refuse;
       server.version += 1;
       server.labels = [...server.labels, label({ id: server.version, name: change.name })];
-      return { version: server.version, label: server.version, sentence: `${author} in ${set}` };
+      return { version: server.version, label: server.labels.at(-1), sentence: `${author} in ${set}` };
     },
   });
   const sets = createLabelSets({ store, api, author: () => 'Ben', say: (text) => void said.push(text) });

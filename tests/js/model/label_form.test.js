@@ -19,7 +19,8 @@ test('a new label has what was typed, and a key of its own only where one was gi
   const found = changeOf(null, form);
   assert.ok('change' in found && found.change);
   assert.equal(found.change.type, 'add');
-  assert.ok(!('key' in found.change) && !('pinned' in found.change));
+  assert.ok(!('key' in found.change));
+  assert.equal(found.change.pinned, null);
   assert.deepEqual(found.change.attributes, [{ name: 'width', kind: 'number', mutable: false, values: [], low: 0, high: 2.5, default: 1 }]);
   const keyed = changeOf(null, { ...form, key: ' C,19 ' });
   assert.equal('change' in keyed && keyed.change?.key, 'C,19');

@@ -120,7 +120,7 @@ export function importDialog({app, data, close, signal}) {
       /** @type {Record<string, string|number>} */
       const meant = {...map.map, ...answers.map};
       // one request adds all unknown names or leaves all out: where both are wanted, those to add come first
-      if (answers.skip.length) for (const one of answers.add) meant[one] = (await app.labels.change({type: 'add', name: one}, video?.label_set ?? undefined)).label ?? one;
+      if (answers.skip.length) for (const one of answers.add) meant[one] = (await app.labels.change({type: 'add', name: one}, video?.label_set ?? undefined)).label?.key ?? one;
       const unknown = answers.skip.length ? 'skip' : answers.add.length ? 'add' : 'refuse';
       const found = await api.importFile(data.video, file, {
         as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),

@@ -21,7 +21,7 @@ export function labelHistoryDialog({app, data, close, signal}) {
       const undone = new Set(versions.map(({undoes}) => undoes));
       setText(status, '');
       fill(list, ...versions.map((one) => h('li', {class: 'made'},
-        h('div', {class: 'stack made-text'}, h('span', {dir: 'auto'}, one.sentence), h('span', {class: 'muted small'}, `Version ${one.version} · ${one.author} · ${moment(one.created)}`)),
+        h('div', {class: 'stack made-text'}, h('span', {dir: 'auto'}, one.sentence), h('span', {class: 'muted small'}, one.created === null ? `Version ${one.version}, as it came with tsr` : `Version ${one.version} · ${one.author} · ${moment(one.created)}`)),
         h('div', {class: 'row made-actions'}, undone.has(one.version) ? h('span', {class: 'badge'}, 'taken back') : one.version > 1 && h('button', {class: 'btn btn-small', type: 'button', 'aria-label': `Undo version ${one.version}`, onclick: () => void undo(one.version)}, icon('undo'), 'Undo')))));
     } catch (thrown) {
       if (!signal.aborted) setText(status, sentence(thrown));

@@ -45,7 +45,7 @@ export function labelDialog({app, data, close, signal}) {
   })], first.pinned);
   const size = text('size', first.size_mm, {inputmode: 'decimal', placeholder: 'not known'});
   const mirror = text('mirror', first.mirror, {placeholder: 'none', list: 'label-keys'});
-  const keys = h('datalist', {id: 'label-keys'}, ...(label ? data.labels : []).map((/** @type {Label} */ one) => h('option', {value: one.key}, one.name)));
+  const keys = h('datalist', {id: 'label-keys'}, ...data.labels.map((/** @type {Label} */ one) => h('option', {value: one.key}, one.name)));
   const colour = text('colour', first.colour, {placeholder: 'as the tool chooses', maxlength: 7});
   const attributes = createAttributes(first.attributes);
   const picture = h('img', {class: 'label-shown', alt: '', width: 64, height: 64, hidden: label?.picture == null, src: label?.picture ?? undefined});
@@ -103,7 +103,7 @@ export function labelDialog({app, data, close, signal}) {
       h('section', {class: 'run-column', 'aria-label': 'What is known of it'},
         h('div', {class: 'run-fields'}, field('Shape', shape), field('Category', category)),
         field('A retraining makes of it', teach),
-        label && h('div', {class: 'run-fields'}, field('Digit key', pinned), field('Usual width, mm', size), field('Mirror image is', mirror), field('Colour', colour)),
+        h('div', {class: 'run-fields'}, field('Digit key', pinned), field('Usual width, mm', size), field('Mirror image is', mirror), field('Colour', colour)),
         group('Attributes', attributes.element))),
     footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), save],
   };

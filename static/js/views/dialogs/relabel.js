@@ -132,7 +132,7 @@ export function relabelDialog({app, data, close, signal}) {
     try {
       const {label} = await app.labels.change(wanted);
       if (signal.aborted) return;
-      if (label !== null) give(label);
+      if (label !== null) give(label.id);
     } catch (thrown) {
       if (signal.aborted) return;
       setText(error, sentence(thrown));

@@ -108,12 +108,17 @@ export function createLabels(app) {
       shown = { key, version, labels, usage: shown?.key === key ? shown.usage : null };
       notice.hidden = true;
       show();
+    } catch (thrown) {
+      if (mine === asked) failed(thrown);
+      return;
+    }
+    try {
       const usage = await api.labelUsage(key, { signal });
-      if (mine !== asked) return;
+      if (mine !== asked || !shown) return;
       shown = { ...shown, usage };
       show();
-    } catch (thrown) {
-      failed(thrown);
+    } catch {
+      // the table says that it does not know
     }
   }
 
