@@ -155,7 +155,8 @@ def _living(
     wanted = effective_track(doc, old.of, frames)
     start = int(wanted.frame[0]) if len(wanted.frame) else 0
     label = _label(doc, old)
-    plain = not doc.notes and not doc.not_a_sign and not wanted.occluded.any()
+    said = any(key.attributes for key in doc.keys.values()) or doc.attributes or doc.ignore
+    plain = not doc.notes and not doc.not_a_sign and not said and not wanted.occluded.any()
     for candidate in {t for t in twins.values() if t is not None} if doc.segments else new.ids():
         if plain and doc.review in ("open", "accepted") and _shows(new, candidate, wanted, label):
             if doc.review == "accepted":

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any
 
 from app.edits import commands as c
 from app.edits.documents import OPEN_END, KeyFrame, Note, Segment, TrackDoc
 from app.edits.join import join
-from app.edits.relabel import relabelled
+from app.edits.relabel import relabelled, with_attribute
 
 __all__ = ["CommandError", "apply_command", "touched_keys", "with_class"]
 
@@ -107,23 +108,8 @@ def _restore(doc: TrackDoc) -> TrackDoc:
     return doc.model_copy(update={"gone": False})
 
 
-def _with_key(doc: TrackDoc, frame: int, **changes: Any) -> TrackDoc:
-    """The document with a key frame at ``frame``: what stands there, or else what is carried over, with changes."""
-    present = doc.keys.get(str(frame))
-    if present is None:
-        before = doc.last_key(frame)
-        carried = KeyFrame() if before is None else doc.keys[str(before)]
-        person = not doc.segments
-        present = KeyFrame(
-            occluded=carried.occluded,
-            outside=carried.outside,
-            interpolate=person if before is None else carried.interpolate,
-        )
-    return doc.model_copy(update={"keys": {**doc.keys, str(frame): present.model_copy(update=changes)}})
-
-
 def _set_box(doc: TrackDoc, command: Any) -> TrackDoc:
-    return _with_key(doc, command.frame, box=command.box, outside=False, followed=False)
+    return doc.with_key(command.frame, box=command.box, outside=False, followed=False)
 
 
 def _relabel_track(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -133,7 +119,7 @@ def _relabel_track(doc: TrackDoc, command: Any) -> TrackDoc:
 def _relabel_box(doc: TrackDoc, command: Any) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     changes = {"class_id": command.class_id}
-    return _with_key(doc, command.frame, **changes, **({} if box is None else {"box": box}))
+    return doc.with_key(command.frame, **changes, **({} if box is None else {"box": box}))
 
 
 def _delete_from(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -142,7 +128,7 @@ def _delete_from(doc: TrackDoc, command: Any) -> TrackDoc:
     # a line that is cut must end where it was when it was cut
     edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
     if edge is not None and str(command.frame - 1) not in doc.keys:
-        doc = _with_key(doc, command.frame - 1, box=edge)
+        doc = doc.with_key(command.frame - 1, box=edge)
     kept = doc.model_copy(
         update={
             "segments": _clip(doc.segments, -1, command.frame - 1),
@@ -161,7 +147,7 @@ def _delete_track(doc: TrackDoc, command: Any) -> TrackDoc:
 
 
 def _add_key(doc: TrackDoc, command: Any) -> TrackDoc:
-    return _with_key(doc, command.frame, box=command.box, followed=False)
+    return doc.with_key(command.frame, box=command.box, followed=False)
 
 
 def _remove_key(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -194,11 +180,14 @@ def _follow(doc: TrackDoc, command: Any) -> TrackDoc:
     after = doc.last_key(last)
     line_goes_on = not doc.segments if after is None else doc.keys[str(after)].interpolate
     keys = {k: key for k, key in doc.keys.items() if not (first <= int(k) <= last and key.followed)}
-    for frame in sorted({*boxes, *(int(k) for k in keys if first <= int(k) <= last)}):
+    said = [KeyFrame(), *(doc.keys[str(k)] for k in doc.frames())]
+    changes = {k for k, (a, b) in zip(doc.frames(), pairwise(said), strict=True) if a.attributes != b.attributes}
+    for frame in sorted({*boxes, *(k for k in {*changes, *map(int, keys)} if first <= k <= last)}):
         held = doc.last_key(frame)
         own = keys.get(str(frame))
         if own is None:
-            own = KeyFrame(occluded=held is not None and doc.keys[str(held)].occluded)
+            before = KeyFrame() if held is None else doc.keys[str(held)]
+            own = KeyFrame(occluded=before.occluded, attributes=before.attributes)
         given = boxes.get(frame)
         if given is not None:
             own = own.model_copy(update={"box": given.box, "followed": not given.anchor})
@@ -214,14 +203,14 @@ def _until(doc: TrackDoc, frame: int) -> int:
 
 def _set_occluded(doc: TrackDoc, command: Any) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
-    return _with_key(doc, command.frame, occluded=command.value, **({} if box is None else {"box": box}))
+    return doc.with_key(command.frame, occluded=command.value, **({} if box is None else {"box": box}))
 
 
 def _set_outside(doc: TrackDoc, command: Any) -> TrackDoc:
     box = command.box if command.box is not None else doc.line_at(command.frame)
     if command.value and not doc.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command)} It is out of sight already.")
-    after = _with_key(doc, command.frame, outside=command.value, **({} if box is None else {"box": box}))
+    after = doc.with_key(command.frame, outside=command.value, **({} if box is None else {"box": box}))
     if not command.value and not after.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command)} Nothing could come back into sight: draw a box.")
     return after
@@ -229,6 +218,18 @@ def _set_outside(doc: TrackDoc, command: Any) -> TrackDoc:
 
 def _set_not_a_sign(doc: TrackDoc, command: Any) -> TrackDoc:
     return doc.model_copy(update={"not_a_sign": command.value})
+
+
+def _set_ignore(doc: TrackDoc, command: Any) -> TrackDoc:
+    return doc.model_copy(update={"ignore": command.value})
+
+
+def _set_attribute(doc: TrackDoc, command: Any) -> TrackDoc:
+    if not command.from_here:
+        return with_attribute(doc, command.attribute, command.value, None)
+    box = command.box if command.box is not None else doc.line_at(command.frame)
+    doc = doc.with_key(command.frame, **({} if box is None else {"box": box}))
+    return with_attribute(doc, command.attribute, command.value, command.frame)
 
 
 def _set_review(doc: TrackDoc, command: Any) -> TrackDoc:
@@ -275,19 +276,22 @@ def _split(docs: Docs, doc: TrackDoc, command: Any) -> dict[str, TrackDoc]:
     frame = command.frame
     before, at = (doc.line_at(f) if f >= 0 else None for f in (frame - 1, frame))
     if at is not None and str(frame) not in doc.keys:
-        doc = _with_key(doc, frame, box=at)
+        doc = doc.with_key(frame, box=at)
     if before is not None and str(frame - 1) not in doc.keys:
-        doc = _with_key(doc, frame - 1, box=before)
+        doc = doc.with_key(frame - 1, box=before)
     carried = doc.last_key(frame)
     later = {k: key for k, key in doc.keys.items() if int(k) >= frame}
-    if carried is not None and carried < frame and (doc.keys[str(carried)].occluded or doc.keys[str(carried)].outside):
+    if carried is not None and carried < frame:
         state = doc.keys[str(carried)]
-        later[str(frame)] = KeyFrame(occluded=state.occluded, outside=state.outside)
+        if state.occluded or state.outside or state.attributes:
+            later[str(frame)] = KeyFrame(**{**state.state(), "interpolate": False})
     new = TrackDoc(
         key=command.new_key,
         class_id=doc.class_id,
         review="open",
         not_a_sign=doc.not_a_sign,
+        attributes=doc.attributes,
+        ignore=doc.ignore,
         segments=_clip(doc.segments, frame, 2**31),
         keys=later,
         notes=tuple(n for n in doc.notes if n.frame >= frame),
@@ -330,6 +334,8 @@ _ALONE: dict[type, Callable[[TrackDoc, Any], TrackDoc]] = {
     c.SetOccluded: _set_occluded,
     c.SetOutside: _set_outside,
     c.SetNotASign: _set_not_a_sign,
+    c.SetIgnore: _set_ignore,
+    c.SetAttribute: _set_attribute,
     c.SetReview: _set_review,
     c.EditNote: _edit_note,
     c.RemoveNote: _remove_note,

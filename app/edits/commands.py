@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, field_validator
 
-from app.edits.documents import Box, ClassId, Frame, Key, Review, Segment
+from app.edits.documents import AttributeName, AttributeValue, Box, ClassId, Frame, Key, Review, Segment
 from app.shapes import PLAIN, Model
 
 __all__ = ["MOST_FOLLOWED", "Command", "Redo", "Undo"]
@@ -161,6 +161,27 @@ class SetNotASign(_OnTrack):
     value: StrictBool
 
 
+class SetIgnore(_OnTrack):
+    """The track is a region that nobody counts: it may be a sign, and no training learns from it."""
+
+    name: Literal["ignore"]
+    value: StrictBool
+
+
+class SetAttribute(_OnTrack):
+    """An attribute of the whole track, or from this frame on until it changes the next time.
+
+    ``value`` null takes it away: from the whole track, or from this frame on, where the track's own counts then.
+    ``box`` is the one on screen.
+    """
+
+    name: Literal["attribute"]
+    attribute: AttributeName
+    value: AttributeValue | None
+    from_here: StrictBool = False
+    box: Box | None = None
+
+
 class SetReview(_OnTrack):
     """The verdict on the track."""
 
@@ -230,6 +251,8 @@ Command = Annotated[
     | SetOccluded
     | SetOutside
     | SetNotASign
+    | SetIgnore
+    | SetAttribute
     | SetReview
     | ReviewTracks
     | AddNote

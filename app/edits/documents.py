@@ -9,22 +9,35 @@ The state of a track at frame f, with K the last key frame at or before f:
 5. otherwise nothing.
 
 ``occluded`` is K's. The label is that of the key frame at f, else the document's, else the engine's.
-``NO_CLASS`` is a label like any other.
+``NO_CLASS`` is a label like any other. An attribute is K's, else the document's.
+
+Fields that say nothing (no attributes, nothing to ignore) are left out where a document is stored or sent: documents of
+older versions, which do not have them, stay as they are.
 """
 
 from __future__ import annotations
 
 import math
 from itertools import zip_longest
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import (
+    AfterValidator,
+    Field,
+    StrictBool,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
-from app.shapes import Model
+from app.shapes import PLAIN, Model
 
 __all__ = [
     "NO_CLASS",
     "OPEN_END",
+    "AttributeName",
+    "AttributeValue",
+    "Attributes",
     "Box",
     "ClassId",
     "Frame",
@@ -59,8 +72,35 @@ _Edge = Annotated[float, Field(strict=True)]
 Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(_ordered)]
 """x1, y1, x2, y2; 0-based pixel edges."""
 Frame = Annotated[int, Field(ge=0, le=2**31 - 2, strict=True)]
-ClassId = Annotated[int, Field(ge=NO_CLASS, le=42, strict=True)]
-"""One of the 43 classes, or ``NO_CLASS``."""
+ClassId = Annotated[int, Field(ge=NO_CLASS, le=2**31 - 1, strict=True)]
+"""Id of a label of the video's set, or ``NO_CLASS``."""
+AttributeName = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
+
+
+def _value(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    try:
+        return handler(value)
+    except ValidationError:
+        raise ValueError(
+            "a value is true or false, a finite number, or a text of at most 1000 characters without NUL"
+        ) from None
+
+
+AttributeValue = Annotated[
+    StrictBool
+    | Annotated[float, Field(strict=True)]
+    | Annotated[str, Field(strict=True, max_length=1000, pattern=PLAIN)],
+    WrapValidator(_value),
+]
+"""Of a checkbox, of a number, of a select or a text."""
+Attributes = dict[AttributeName, AttributeValue]
+"""Name of an attribute -> its value."""
+
+
+def _is_empty(value: object) -> bool:
+    return not value
+
+
 Key = Annotated[str, Field(pattern=r"^(m[0-9]{1,12}|h[0-9a-z]{6,40})$")]
 """``m7``: the engine's track 7; ``h...``: made by a person."""
 Review = Literal["open", "accepted", "rejected", "needs_work"]
@@ -85,6 +125,13 @@ class KeyFrame(Model):
     class_id: ClassId | None = None
     followed: bool = False
     """The box was followed from a person's boxes in other frames; following anew may replace it."""
+    attributes: Attributes = Field(default_factory=dict, max_length=200, exclude_if=_is_empty)
+    """Those that a person has set for these frames alone; the others are the track's."""
+
+    def state(self) -> dict[str, Any]:
+        """What holds in the frames up to the next key frame."""
+        held = {"occluded": self.occluded, "outside": self.outside, "interpolate": self.interpolate}
+        return {**held, "attributes": self.attributes}
 
 
 class Note(Model):
@@ -110,6 +157,10 @@ class TrackDoc(Model):
     notes: tuple[Note, ...] = ()
     gone: bool = False
     merged_into: Key | None = None
+    attributes: Attributes = Field(default_factory=dict, max_length=200, exclude_if=_is_empty)
+    """Of the whole track, but for the key frames that have their own."""
+    ignore: Annotated[bool, Field(exclude_if=_is_empty)] = False
+    """A region that nobody counts: exports mark it where their format can, and no training learns from it."""
 
     def frames(self) -> list[int]:
         """Key frames in order."""
@@ -145,6 +196,20 @@ class TrackDoc(Model):
         x1, y1, x2, y2 = (p + share * (q - p) for p, q in zip(a, b, strict=True))
         return x1, y1, x2, y2
 
+    def with_key(self, frame: int, **changes: Any) -> TrackDoc:
+        """The document with a key frame: what stands there, or else what is carried over, with changes."""
+        present = self.keys.get(str(frame))
+        if present is None:
+            before = self.last_key(frame)
+            carried = KeyFrame(interpolate=not self.segments) if before is None else self.keys[str(before)]
+            present = KeyFrame(**carried.state())
+        return self.model_copy(update={"keys": {**self.keys, str(frame): present.model_copy(update=changes)}})
+
+    def attributes_at(self, frame: int) -> Attributes:
+        """The attributes in a frame."""
+        before = self.last_key(frame)
+        return {**self.attributes, **({} if before is None else self.keys[str(before)].attributes)}
+
     def shows_from(self, frame: int) -> bool:
         """Whether the track shows something at a frame or later; a piece of the engine's may lack single frames."""
         starts = [frame, *(k for k in self.frames() if k > frame)]
@@ -176,7 +241,7 @@ class TrackDoc(Model):
         """
         if self.merged_into is not None or self.class_id is not None or self.review != "open" or self.not_a_sign:
             return False
-        if self.keys or self.notes:
+        if self.keys or self.notes or self.attributes or self.ignore:
             return False
         if not self.key.startswith("m"):
             return self.gone and not self.segments

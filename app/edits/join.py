@@ -19,7 +19,7 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
 
     A track has the frames of its segments, of its key frames with a box, and of the lines between those. What a key
     frame says ends where the other track's frames begin: a track that left the picture does not hide the one that
-    is joined to it, and no line runs across a gap.
+    is joined to it, and no line runs across a gap. Attributes of whole tracks come together; ``doc`` has the last word.
     """
     doc, other = _anchored(doc), _anchored(other)
     keys = {int(k): key for k, key in doc.keys.items()}
@@ -51,6 +51,7 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
         update={
             "segments": tuple(sorted(pieces, key=lambda s: (s.first, s.track))),
             "keys": {str(k): keys[k] for k in sorted(keys)},
+            "attributes": {**other.attributes, **doc.attributes},
             "notes": (*doc.notes, *(n for n in other.notes if all(n.id != mine.id for mine in doc.notes))),
         }
     )
@@ -98,8 +99,7 @@ def _end_line(before: dict[int, KeyFrame], keys: dict[int, KeyFrame]) -> bool:
 def _state(keys: dict[int, KeyFrame], frame: int) -> dict[str, Any]:
     """What the last key frame at or before a frame says about it."""
     last = max((k for k in keys if k <= frame), default=None)
-    key = KeyFrame() if last is None else keys[last]
-    return {"occluded": key.occluded, "outside": key.outside, "interpolate": key.interpolate}
+    return (KeyFrame() if last is None else keys[last]).state()
 
 
 def _spans(doc: TrackDoc) -> list[Span]:

@@ -1,10 +1,15 @@
-"""Another class for a whole track. The page does the same in static/js/model/relabel.js."""
+"""What is said of a whole track takes the place of what was said of single frames.
+
+The page does the same in static/js/model/relabel.js.
+"""
 
 from __future__ import annotations
 
-from app.edits.documents import KeyFrame, TrackDoc
+from collections.abc import Callable
 
-__all__ = ["relabelled"]
+from app.edits.documents import Attributes, AttributeValue, KeyFrame, TrackDoc
+
+__all__ = ["relabelled", "with_attribute"]
 
 
 def relabelled(doc: TrackDoc, class_id: int | None) -> TrackDoc:
@@ -12,15 +17,60 @@ def relabelled(doc: TrackDoc, class_id: int | None) -> TrackDoc:
 
     Args:
         doc: of the track.
-        class_id: the class, -1: none of the classes, None: the engine's.
+        class_id: the label, -1: none of the set, None: the engine's.
     """
-    keys: dict[str, KeyFrame] = {}
-    held = KeyFrame()
-    for frame in doc.frames():
-        key = doc.keys[str(frame)]
-        state = key.occluded, key.outside, key.interpolate
-        says = key.box is not None or state != (held.occluded, held.outside, held.interpolate)
-        if key.class_id is not None and not says:
-            continue
-        keys[str(frame)] = held = key.model_copy(update={"class_id": None})
+    keys = _reduced(doc, lambda key: key.model_copy(update={"class_id": None}))
     return doc.model_copy(update={"class_id": class_id, "keys": keys})
+
+
+def with_attribute(doc: TrackDoc, name: str, value: AttributeValue | None, frame: int | None) -> TrackDoc:
+    """The document with another value of an attribute.
+
+    Args:
+        doc: of the track.
+        name: of the attribute.
+        value: None: it has none of its own any more.
+        frame: None: in the whole track. Else from this frame on, up to where the value changes the next time.
+    """
+    if frame is None:
+        keys = _reduced(doc, lambda key: key.model_copy(update={"attributes": _put(key.attributes, name, None)}))
+        return doc.model_copy(update={"attributes": _put(doc.attributes, name, value), "keys": keys})
+    doc = doc.with_key(frame)
+    keys = dict(doc.keys)
+    old = keys[str(frame)].attributes.get(name)
+    for place in doc.frames():
+        key = keys[str(place)]
+        if place < frame:
+            continue
+        if not _equal(key.attributes.get(name), old):
+            break
+        keys[str(place)] = key.model_copy(update={"attributes": _put(key.attributes, name, value)})
+    return doc.model_copy(update={"keys": keys})
+
+
+def _reduced(doc: TrackDoc, reduce: Callable[[KeyFrame], KeyFrame]) -> dict[str, KeyFrame]:
+    """Key frames after something was taken out of each; those that said nothing else are gone."""
+    keys: dict[str, KeyFrame] = {}
+    held = held_before = KeyFrame()
+    for frame in doc.frames():
+        before = doc.keys[str(frame)]
+        key = reduce(before)
+        if _says(key, held) or not _says(before, held_before):
+            keys[str(frame)] = held = key
+        held_before = before
+    return keys
+
+
+def _says(key: KeyFrame, held: KeyFrame) -> bool:
+    """Whether a key frame says anything beside what holds already."""
+    return key.box is not None or key.class_id is not None or key.state() != held.state()
+
+
+def _put(attributes: Attributes, name: str, value: AttributeValue | None) -> Attributes:
+    others = {key: held for key, held in attributes.items() if key != name}
+    return others if value is None else {**others, name: value}
+
+
+def _equal(a: AttributeValue | None, b: AttributeValue | None) -> bool:
+    """Equal, and of one kind: true is not 1."""
+    return type(a) is type(b) and a == b

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from typing import Any
@@ -13,10 +14,11 @@ from sqlalchemy.orm import Session
 
 from app.edits.adopt import MachineRun, adopt_documents
 from app.edits.apply import CommandError, apply_command, touched_keys, with_class
-from app.edits.commands import Redo, Undo
+from app.edits.commands import Redo, SetAttribute, Undo
 from app.edits.documents import TrackDoc
 from app.edits.extent import known_frames, require_documents_inside, require_inside
 from app.edits.history import Target, adopted_keys, last_said, targets
+from app.edits.labelled import require_attribute, require_known_labels
 from app.edits.locks import lock_for_adoption, lock_for_edit, lock_tracks
 from app.edits.present import PresentDocuments
 from app.edits.revisions import check_revisions
@@ -30,6 +32,8 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Edit, Run
 from app.videos.same_file import ChangedFiles
+from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
 
@@ -41,13 +45,28 @@ class EditService:
     """The append-only log and the documents that follow from it."""
 
     def __init__(
-        self, database: Database, events: EventBus, evidence: EvidenceService, settings: Settings | None = None
+        self,
+        database: Database,
+        events: EventBus,
+        evidence: EvidenceService,
+        settings: Settings | None = None,
+        labels: Callable[[Session, str], LabelSet] | None = None,
     ) -> None:
+        """Take what the service stands on.
+
+        Args:
+            database: holds log and documents.
+            events: tells the pages.
+            evidence: knows the engine's tracks.
+            settings: where the videos lie.
+            labels: the label set of a video; unset: the one that a new library has.
+        """
         self._database = database
         self._events = events
         self._evidence = evidence
         self._files = ChangedFiles(settings or Settings(), database)
         self._present = PresentDocuments(evidence)
+        self._labels = labels or (lambda _session, _video: shipped_set(DEFAULT))
 
     def annotation(self, run_id: str, author: str) -> Annotation:
         """All documents of a run, and what ``author`` can undo.
@@ -92,7 +111,8 @@ class EditService:
             PreconditionRequired: a revision is missing.
             Conflict: a track has changed since (``details`` holds both versions), the video's frames are not known, or
                 its file is another one by now (``file_changed``).
-            Invalid: the command makes no sense, or is about a frame that the video does not have.
+            Invalid: the command makes no sense, is about a frame that the video does not have, or names a label or an
+                attribute that its label set does not have.
         """
         try:
             self._files.refuse(run_id)  # it may read the whole file: not while others wait to write
@@ -138,11 +158,16 @@ class EditService:
         present = self._present.load(session, run, keys)
         check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
+        labels = self._labels(session, run.video_id)
         try:
             command = with_class(present, command, lambda track: self._evidence.label(run.id, track))
             after = apply_command(present, command, author, now)
         except CommandError as error:
             raise Invalid(str(error), field="command", code="impossible") from None
+        require_known_labels(after.values(), labels)
+        if isinstance(command, SetAttribute):
+            engine = functools.partial(self._evidence.label, run.id)
+            require_attribute(command, present[command.key], labels, engine)
         return {key: present.get(key) for key in after}, after
 
     def adopt(self, run_id: str, from_run: str, author: str) -> Adopted:
@@ -201,7 +226,7 @@ class EditService:
         Raises:
             NotFound: no such run.
             Conflict: the video's file is another one by now.
-            Invalid: a document is about frames that the video does not have.
+            Invalid: a document is about frames that the video does not have, or names a label that its set lacks.
         """
         self._files.refuse(run_id)
         with self._database.read() as session:
@@ -261,6 +286,7 @@ class EditService:
     ) -> Edit:
         """Save documents as one operation that no page has asked for by name."""
         require_documents_inside(documents.values(), known_frames(session, run))
+        require_known_labels(documents.values(), self._labels(session, run.video_id))
         return self._write(session, run, author, dict(command), before, documents, frame, op_id=uuid4().hex)[0]
 
     def _write(

@@ -231,13 +231,18 @@
  * @property {number|null} class_id    null: the engine's class stands; -1: none of the classes, as a person says
  * @property {'open'|'accepted'|'rejected'|'needs_work'} review
  * @property {boolean} not_a_sign      as older versions marked a false positive
- * @property {boolean} [ignore]        a region that nobody counts: neither a sign nor background
  * @property {Segment[]} segments      pieces of engine tracks, in order of frames, disjoint
  * @property {Record<string, KeyFrame>} keys   by ordinal
  * @property {Note[]} notes
  * @property {boolean} gone            deleted, or merged into another
  * @property {string|null} merged_into
+ * @property {Attributes} [attributes] of the whole track, but for the key frames that have their own; absent: none
+ * @property {boolean} [ignore]        a region that nobody counts, and no training learns from
  */
+
+/** @typedef {boolean|number|string} AttributeValue   of a checkbox, of a number, of a select or a text */
+
+/** @typedef {Record<string, AttributeValue>} Attributes   by name */
 
 /** @typedef {{track: number, first: number, last: number}} Segment   `last` is inclusive */
 
@@ -249,6 +254,7 @@
  * @property {boolean} interpolate     straight line from here to the next key frame with a box
  * @property {number|null} class_id    of this box only; null: the track's; -1: none of the classes
  * @property {boolean} [followed]      the box was followed from a person's boxes in other frames; following anew may replace it
+ * @property {Attributes} [attributes] those that a person has set from here to the next key frame alone; absent: none
  */
 
 /** @typedef {{frame: number, box: Box, anchor: boolean}} FollowedBox   anchor: a person has put it there */
@@ -260,7 +266,7 @@
  * @typedef {object} Command
  * @property {'create_track'|'set_box'|'relabel_track'|'relabel_box'|'merge'|'split'|'delete_from'|'delete_track'|'restore_track'
  *   |'add_key'|'remove_key'|'interpolate'|'follow'|'set_occluded'|'set_outside'|'set_not_a_sign'|'set_review'|'review_tracks'
- *   |'ignore'|'add_note'|'edit_note'|'remove_note'} name
+ *   |'add_note'|'edit_note'|'remove_note'|'ignore'|'attribute'} name
  * @property {number} frame            the frame that the person looks at
  * @property {string} key              the track
  * @property {string[]} [others]       merge: keys that go into `key`; review_tracks: the other tracks
@@ -270,7 +276,9 @@
  * @property {FollowedBox[]} [boxes]   follow: in order of frames
  * @property {number} [first]          interpolate
  * @property {number} [last]
- * @property {boolean} [value]
+ * @property {AttributeValue|null} [value]   attribute: null takes it away
+ * @property {string} [attribute]     its name
+ * @property {boolean} [from_here]    attribute: from this frame on, not in the whole track
  * @property {'open'|'accepted'|'rejected'|'needs_work'} [review]
  * @property {string} [note_id]
  * @property {string} [text]

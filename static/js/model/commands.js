@@ -9,9 +9,11 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{author: string, time: string}} Person   for notes; time in ISO 8601
  */
-import { OPEN_END, beganAs, blankDoc, emptyDoc, isEmpty, keyFramesOf, lastKey, lineAt, showsFrom } from './documents.js';
+import {
+  OPEN_END, beganAs, blankDoc, emptyDoc, isEmpty, keyFramesOf, lastKey, lineAt, said, sameAttributes, showsFrom, stateOf, withKey,
+} from './documents.js';
 import { join } from './join.js';
-import { relabelled } from './relabel.js';
+import { relabelled, withAttribute } from './relabel.js';
 
 /** A command that makes no sense for the documents; the message is one sentence. */
 export class CommandError extends Error {
@@ -121,6 +123,10 @@ function alone(doc, command, person) {
       return setOutside(doc, command);
     case 'set_not_a_sign':
       return { ...doc, not_a_sign: command.value === true };
+    case 'ignore':
+      return setIgnore(doc, command.value === true);
+    case 'attribute':
+      return setAttribute(doc, command);
     case 'set_review':
       return { ...doc, review: needed(command.review, 'review') };
     case 'delete_from':
@@ -172,30 +178,6 @@ function shown(doc, command) {
 }
 
 /**
- * The document with a key frame: what stands there, or else what is carried over, with changes.
- * @param {TrackDoc} doc
- * @param {number} frame
- * @param {Partial<KeyFrame>} changes
- * @returns {TrackDoc}
- */
-function withKey(doc, frame, changes) {
-  let present = doc.keys[frame];
-  if (!present) {
-    const before = lastKey(doc, frame);
-    const carried = before === null ? null : doc.keys[before];
-    present = {
-      box: null,
-      occluded: carried?.occluded ?? false,
-      outside: carried?.outside ?? false,
-      interpolate: carried ? carried.interpolate : doc.segments.length === 0,
-      class_id: null,
-      followed: false,
-    };
-  }
-  return { ...doc, keys: { ...doc.keys, [frame]: { ...present, ...changes } } };
-}
-
-/**
  * @param {Record<string, TrackDoc>} docs
  * @param {Command} command
  * @returns {TrackDoc}
@@ -206,6 +188,27 @@ function create(docs, command) {
   if (!key.startsWith('h')) throw new CommandError('A new track has a key that starts with h.');
   const first = { box: needed(command.box, 'box'), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
   return { ...blankDoc(key), class_id: command.class_id ?? null, keys: { [frame]: first } };
+}
+
+/**
+ * @param {TrackDoc} doc
+ * @param {boolean} ignore
+ * @returns {TrackDoc}
+ */
+function setIgnore(doc, ignore) {
+  const { ignore: _before, ...others } = doc;
+  return { ...others, ...said({ ignore }) };
+}
+
+/**
+ * @param {TrackDoc} doc
+ * @param {Command} command
+ * @returns {TrackDoc}
+ */
+function setAttribute(doc, command) {
+  const name = needed(command.attribute, 'name of an attribute');
+  if (!command.from_here) return withAttribute(doc, name, command.value ?? null, null);
+  return withAttribute(withKey(doc, command.frame, shown(doc, command)), name, command.value ?? null, command.frame);
 }
 
 /**
@@ -267,7 +270,7 @@ function interpolate(doc, command) {
     throw new CommandError('Interpolation needs two key frames with a box. Correct the box in two frames first.');
   }
   const keys = { ...doc.keys };
-  for (const k of inside.slice(0, -1)) keys[k] = { ...keys[k], interpolate: command.value ?? true };
+  for (const k of inside.slice(0, -1)) keys[k] = { ...keys[k], interpolate: command.value !== false };
   return { ...doc, keys };
 }
 
@@ -289,14 +292,16 @@ function follow(doc, command) {
   }
   /** @param {number} k */
   const inside = (k) => first <= k && k <= last;
+  const changes = frames.filter((k, at) => !sameAttributes(doc.keys[k].attributes, doc.keys[frames[at - 1]]?.attributes));
   const after = lastKey(doc, last);
   const lineGoesOn = after === null ? doc.segments.length === 0 : doc.keys[after].interpolate;
   /** @type {Record<string, KeyFrame>} */
   const keys = Object.fromEntries(Object.entries(doc.keys).filter(([k, key]) => !(inside(Number(k)) && key.followed)));
-  for (const frame of new Set([...boxes.keys(), ...Object.keys(keys).map(Number).filter(inside)])) {
+  for (const frame of new Set([...boxes.keys(), ...[...changes, ...Object.keys(keys).map(Number)].filter(inside)])) {
     const held = lastKey(doc, frame);
-    const occluded = held !== null && doc.keys[held].occluded;
-    const own = keys[frame] ?? { box: null, occluded, outside: false, interpolate: false, class_id: null, followed: false };
+    const { occluded, attributes } = stateOf(held === null ? null : doc.keys[held]);
+    const fresh = { box: null, occluded, outside: false, interpolate: false, class_id: null, followed: false, ...said({ attributes }) };
+    const own = keys[frame] ?? fresh;
     const entry = boxes.get(frame);
     const placed = entry ? { box: entry.box, followed: !entry.anchor } : {};
     keys[frame] = { ...own, ...placed, interpolate: frame < last || lineGoesOn };
@@ -364,14 +369,17 @@ function split(docs, doc, command) {
   const later = keysWithin(doc, frame, Infinity);
   const carried = lastKey(doc, frame);
   if (carried !== null && carried < frame) {
-    const { occluded, outside } = doc.keys[carried];
-    if (occluded || outside) later[frame] = { box: null, occluded, outside, interpolate: false, class_id: null, followed: false };
+    const state = stateOf(doc.keys[carried]);
+    if (state.occluded || state.outside || state.attributes) {
+      later[frame] = { box: null, class_id: null, followed: false, ...state, interpolate: false };
+    }
   }
   /** @type {TrackDoc} */
   const fresh = {
     ...blankDoc(made),
     class_id: doc.class_id,
     not_a_sign: doc.not_a_sign,
+    ...said(doc),
     segments: clip(doc.segments, frame, OPEN_END),
     keys: later,
     notes: doc.notes.filter((n) => n.frame >= frame),

@@ -3,6 +3,7 @@
  * Documents of tracks: what people said, over the engine's boxes. The twin of app/edits/documents.py; pure.
  *
  * @typedef {import('../types.js').Box} Box
+ * @typedef {import('../types.js').Attributes} Attributes
  * @typedef {import('../types.js').KeyFrame} KeyFrame
  * @typedef {import('../types.js').Segment} Segment
  * @typedef {import('../types.js').TrackDoc} TrackDoc
@@ -118,6 +119,83 @@ export function lineAt(doc, frame) {
   /** @param {0|1|2|3} i */
   const at = (i) => a[i] + share * (b[i] - a[i]);
   return [at(0), at(1), at(2), at(3)];
+}
+
+/**
+ * What holds in the frames from a key frame up to the next one, without the fields that say nothing.
+ * @param {KeyFrame|null|undefined} key
+ */
+export function stateOf(key) {
+  const { occluded = false, outside = false, interpolate = false, attributes = {} } = key ?? {};
+  return { occluded, outside, interpolate, ...said({ attributes }) };
+}
+
+/**
+ * @param {ReturnType<typeof stateOf>} a
+ * @param {ReturnType<typeof stateOf>} b
+ */
+export function sameState(a, b) {
+  const same = a.occluded === b.occluded && a.outside === b.outside && a.interpolate === b.interpolate;
+  return same && sameAttributes(a.attributes, b.attributes);
+}
+
+/**
+ * @param {Attributes} [a]
+ * @param {Attributes} [b]
+ */
+export function sameAttributes(a = {}, b = {}) {
+  const names = Object.keys(a);
+  return names.length === Object.keys(b).length && names.every((name) => Object.hasOwn(b, name) && a[name] === b[name]);
+}
+
+/**
+ * Fields to lay into a document or a key frame; those that say nothing are absent there, as in what the server stores.
+ * @param {{attributes?: Attributes, ignore?: boolean}} fields
+ * @returns {{attributes?: Attributes, ignore?: boolean}}
+ */
+export function said({ attributes = {}, ignore = false }) {
+  return { ...(Object.keys(attributes).length ? { attributes } : {}), ...(ignore ? { ignore } : {}) };
+}
+
+/**
+ * The same document or key frame with other attributes.
+ * @template {{attributes?: Attributes}} T
+ * @param {T} thing
+ * @param {Attributes} attributes
+ * @returns {T}
+ */
+export function withAttributes(thing, attributes) {
+  const { attributes: _before, ...others } = thing;
+  return /** @type {T} */ ({ ...others, ...said({ attributes }) });
+}
+
+/**
+ * The attributes of a track in a frame.
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @returns {Attributes}
+ */
+export function attributesAt(doc, frame) {
+  const before = lastKey(doc, frame);
+  return { ...doc.attributes, ...(before === null ? {} : doc.keys[before].attributes) };
+}
+
+/**
+ * The document with a key frame: what stands there, or else what is carried over, with changes.
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @param {Partial<KeyFrame>} changes
+ * @returns {TrackDoc}
+ */
+export function withKey(doc, frame, changes) {
+  let present = doc.keys[frame];
+  if (!present) {
+    const before = lastKey(doc, frame);
+    const state = stateOf(before === null ? null : doc.keys[before]);
+    if (before === null) state.interpolate = doc.segments.length === 0;
+    present = { box: null, ...state, class_id: null, followed: false };
+  }
+  return { ...doc, keys: { ...doc.keys, [frame]: { ...present, ...changes } } };
 }
 
 /**

@@ -6,10 +6,11 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {[number, number]} Span   first and last frame, both included
  */
-import { OPEN_END, keyFramesOf, lineAt } from './documents.js';
+import { OPEN_END, keyFramesOf, lineAt, sameState, stateOf, withAttributes } from './documents.js';
 
 /**
- * `doc` with the frames of `other` that it does not have itself.
+ * `doc` with the frames of `other` that it does not have itself. Attributes of whole tracks come together; `doc` has the
+ * last word.
  * @param {TrackDoc} doc
  * @param {TrackDoc} other
  * @returns {TrackDoc}
@@ -35,22 +36,23 @@ export function join(doc, other) {
     if (!(first in given)) {
       const line = lineAt(other, first);
       const start = stateAt(other.keys, first);
-      if (line !== null || !same(start, held)) given[first] = { box: line, ...start, class_id: null, followed: false };
+      if (line !== null || !sameState(start, held)) given[first] = { box: line, ...start, class_id: null, followed: false };
     }
     const edge = lineAt(other, last); // a line that is cut must end where it was when it was cut
     if (edge !== null && !(last in given)) given[last] = { box: edge, ...stateAt(other.keys, last), class_id: null, followed: false };
     endLine(given, Infinity);
     for (const k of Object.keys(keys)) if (first <= Number(k) && Number(k) <= last) delete keys[k];
     Object.assign(keys, given);
-    const changed = !same(stateAt(keys, last + 1), after);
+    const changed = !sameState(stateAt(keys, last + 1), after);
     if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = { box: null, ...after, class_id: null, followed: false };
   }
-  return {
+  const whole = {
     ...doc,
     segments: pieces.sort((a, b) => a.first - b.first || a.track - b.track),
     keys,
     notes: [...doc.notes, ...other.notes.filter((n) => doc.notes.every((mine) => mine.id !== n.id))],
   };
+  return withAttributes(whole, { ...other.attributes, ...doc.attributes });
 }
 
 /**
@@ -113,17 +115,7 @@ function lastOf(keys, frame) {
  */
 function stateAt(keys, frame) {
   const last = lastOf(keys, frame);
-  if (last === null) return { occluded: false, outside: false, interpolate: false };
-  const { occluded, outside, interpolate } = keys[last];
-  return { occluded, outside, interpolate };
-}
-
-/**
- * @param {ReturnType<typeof stateAt>} a
- * @param {ReturnType<typeof stateAt>} b
- */
-function same(a, b) {
-  return a.occluded === b.occluded && a.outside === b.outside && a.interpolate === b.interpolate;
+  return stateOf(last === null ? null : keys[last]);
 }
 
 /**

@@ -1,11 +1,13 @@
 // @ts-check
 /**
- * Another class for a whole track. The twin of app/edits/relabel.py; pure.
+ * What is said of a whole track takes the place of what was said of single frames. The twin of app/edits/relabel.py; pure.
  *
+ * @typedef {import('../types.js').Attributes} Attributes
+ * @typedef {import('../types.js').AttributeValue} AttributeValue
  * @typedef {import('../types.js').KeyFrame} KeyFrame
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
-import { keyFramesOf } from './documents.js';
+import { keyFramesOf, sameState, stateOf, withAttributes, withKey } from './documents.js';
 
 /**
  * The whole track means every box: labels of single ones go, and key frames that said nothing else with them.
@@ -14,16 +16,77 @@ import { keyFramesOf } from './documents.js';
  * @returns {TrackDoc}
  */
 export function relabelled(doc, class_id) {
+  const keys = reduced(doc, (key) => ({ ...key, class_id: null }));
+  return { ...doc, class_id, keys };
+}
+
+/**
+ * The document with another value of an attribute.
+ * @param {TrackDoc} doc
+ * @param {string} name
+ * @param {AttributeValue|null} value   null: it has none of its own any more
+ * @param {number|null} frame   null: in the whole track; else from this frame on, up to where the value changes the next time
+ * @returns {TrackDoc}
+ */
+export function withAttribute(doc, name, value, frame) {
+  if (frame === null) {
+    const keys = reduced(doc, (key) => withAttributes(key, put(key.attributes, name, null)));
+    return withAttributes({ ...doc, keys }, put(doc.attributes, name, value));
+  }
+  doc = withKey(doc, frame, {});
+  const keys = { ...doc.keys };
+  const old = valueOf(keys[frame].attributes, name);
+  for (const place of keyFramesOf(doc)) {
+    if (place < frame) continue;
+    if (valueOf(keys[place].attributes, name) !== old) break;
+    keys[place] = withAttributes(keys[place], put(keys[place].attributes, name, value));
+  }
+  return { ...doc, keys };
+}
+
+/**
+ * Key frames after something was taken out of each; those that said nothing else are gone.
+ * @param {TrackDoc} doc
+ * @param {(key: KeyFrame) => KeyFrame} reduce
+ */
+function reduced(doc, reduce) {
   /** @type {Record<string, KeyFrame>} */
   const keys = {};
-  /** @type {Omit<KeyFrame, 'box'|'class_id'>} */
-  let held = { occluded: false, outside: false, interpolate: false };
+  let held = stateOf(null);
+  let heldBefore = held;
   for (const frame of keyFramesOf(doc)) {
-    const key = doc.keys[frame];
-    const says = key.box !== null || key.occluded !== held.occluded || key.outside !== held.outside || key.interpolate !== held.interpolate;
-    if (key.class_id !== null && !says) continue;
-    keys[frame] = { ...key, class_id: null };
-    held = key;
+    const before = doc.keys[frame];
+    const key = reduce(before);
+    if (says(key, held) || !says(before, heldBefore)) {
+      keys[frame] = key;
+      held = stateOf(key);
+    }
+    heldBefore = stateOf(before);
   }
-  return { ...doc, class_id, keys };
+  return keys;
+}
+
+/**
+ * Whether a key frame says anything beside what holds already.
+ * @param {KeyFrame} key
+ * @param {ReturnType<typeof stateOf>} held
+ */
+const says = (key, held) => key.box !== null || key.class_id !== null || !sameState(stateOf(key), held);
+
+/**
+ * @param {Attributes|undefined} attributes
+ * @param {string} name
+ * @returns {AttributeValue|undefined}
+ */
+const valueOf = (attributes, name) => (attributes && Object.hasOwn(attributes, name) ? attributes[name] : undefined);
+
+/**
+ * @param {Attributes|undefined} attributes
+ * @param {string} name
+ * @param {AttributeValue|null} value
+ * @returns {Attributes}
+ */
+function put(attributes, name, value) {
+  const others = Object.entries(attributes ?? {}).filter(([key]) => key !== name);
+  return Object.fromEntries(value === null ? others : [...others, [name, value]]);
 }

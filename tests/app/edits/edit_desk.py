@@ -8,6 +8,7 @@ from app.edits.service import EditService
 from app.events import EventBus
 from app.storage.database import Database
 from app.storage.models import Base, Run, Video
+from tsr_engine.labels.model import LabelSet
 
 RUN, OTHER = "a" * 32, "b" * 32
 VIDEO, FRAMES = "f" * 64, 75
@@ -37,8 +38,13 @@ class Desk:
     run: str = RUN
 
 
-def make_desk(url: str) -> Desk:
-    """A service on a fresh database."""
+def make_desk(url: str, labels: LabelSet | None = None) -> Desk:
+    """A service on a fresh database.
+
+    Args:
+        url: of the database.
+        labels: set of the video; None: the one that a new library has.
+    """
     database = Database(url)
     Base.metadata.create_all(database.engine)
     with database.write() as session:
@@ -46,4 +52,6 @@ def make_desk(url: str) -> Desk:
         session.flush()
         session.add(Run(id=RUN, video_id=VIDEO, state="complete", parameters={}, models={}, summary={}))
     evidence = ToyEvidence()
-    return Desk(database, EditService(database, EventBus(), evidence), evidence)  # type: ignore[arg-type]
+    of_video = None if labels is None else lambda _session, _video: labels
+    service = EditService(database, EventBus(), evidence, labels=of_video)  # type: ignore[arg-type]
+    return Desk(database, service, evidence)

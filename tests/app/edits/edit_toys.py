@@ -87,6 +87,22 @@ def a_command(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dic
     return rng.choice(choices)
 
 
+def an_attribute(rng: random.Random, docs: dict[str, TrackDoc], serial: int) -> dict[str, Any]:
+    """A random command among which attributes and regions to ignore are many."""
+    if rng.random() < 0.5:
+        return a_command(rng, docs, serial)
+    key, frame = rng.choice([key for key, doc in docs.items() if not doc.gone] or ["m1"]), rng.randrange(0, 75)
+    on: dict[str, Any] = {"frame": rng.choice([frame, *docs[key].frames()]), "key": key}
+    if rng.random() < 0.2:
+        return {"name": "ignore", **on, "value": rng.random() < 0.6}
+    choices: dict[str, list[Any]] = {"temporary": [True, False], "<b>": [1, 2.5], "__proto__": ["", "é 🚸"]}
+    attribute, values = rng.choice(list(choices.items()))
+    value = None if rng.random() < 0.2 else rng.choice(values)
+    screen = {"box": a_box(rng)} if rng.random() < 0.3 else {}
+    where: dict[str, Any] = {"from_here": True, **screen} if rng.random() < 0.7 else {}
+    return {"name": "attribute", **on, "attribute": attribute, "value": value, **where}
+
+
 def some_documents(seed: int, length: int) -> dict[str, TrackDoc]:
     """Documents of the toy tracks after some random commands."""
     rng, docs = random.Random(seed), beginning()

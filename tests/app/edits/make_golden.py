@@ -8,12 +8,13 @@ from __future__ import annotations
 import json
 import random
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from edit_toys import SPANS, a_box, a_command, beginning, machine
+from edit_toys import SPANS, a_box, a_command, an_attribute, beginning, machine
 from pydantic import TypeAdapter
 
 from app.edits.apply import CommandError, apply_command
@@ -25,7 +26,7 @@ FOLDER = Path(__file__).parents[2] / "golden" / "edits"
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 
 
-def cases(seed: int, walks: int, length: int) -> list[dict[str, Any]]:
+def cases(seed: int, walks: int, length: int, choose: Callable[..., dict[str, Any]]) -> list[dict[str, Any]]:
     """Random walks over the toy tracks."""
     rng = random.Random(seed)
     found = []
@@ -36,7 +37,7 @@ def cases(seed: int, walks: int, length: int) -> list[dict[str, Any]]:
             raw = {"name": "set_box", "frame": frame, "key": key, "box": a_box(rng)}
             docs |= apply_command(docs, ADAPTER.validate_python(raw))
         for step in range(length):
-            raw = a_command(rng, docs, step)
+            raw = choose(rng, docs, step)
             case, docs = _case(f"walk {walk} step {step}: {raw['name']}", docs, raw, rng)
             found.append(case)
     return found
@@ -79,7 +80,12 @@ def _case(
         return case, docs
     case["expected"] = {key: doc.model_dump(mode="json") for key, doc in changed.items()}
     case["shown"] = [
-        [key, f, None if (s := box_at(doc, f, machine)) is None else [list(s.box), s.origin, s.occluded, s.class_id]]
+        [
+            key,
+            f,
+            None if (s := box_at(doc, f, machine)) is None else [list(s.box), s.origin, s.occluded, s.class_id],
+            *([doc.attributes_at(f)] if doc.attributes_at(f) else []),
+        ]
         for key, doc in changed.items()
         for f in sorted(rng.sample(range(75), 6))
     ]
@@ -90,7 +96,12 @@ def main() -> None:
     """Write the files."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     spans = json.dumps({str(t): span for t, span in SPANS.items()})
-    for name, found in (("random", cases(7, 60, 7)), ("splits", splits(7))):
+    made = {
+        "random": cases(7, 60, 7, a_command),
+        "splits": splits(7),
+        "attributes": cases(7, 24, 9, an_attribute),
+    }
+    for name, found in made.items():
         lines = ",\n".join(json.dumps(case, separators=(",", ":")) for case in found)
         (FOLDER / f"{name}.json").write_text(f'{{"spans":{spans},\n"cases":[\n{lines}\n]}}\n')
 

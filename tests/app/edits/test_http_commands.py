@@ -25,6 +25,7 @@ GOOD: dict[str, dict[str, Any]] = {
     "set_occluded": {"value": True, "box": BOX},
     "set_outside": {"value": True, "box": BOX},
     "set_not_a_sign": {"value": True},
+    "ignore": {"value": True},
     "set_review": {"review": "accepted"},
     "review_tracks": {"others": ["m2"], "review": "accepted"},
     "add_note": {"note_id": "n1", "text": "<b>bold</b>"},
@@ -83,7 +84,13 @@ BROKEN: list[tuple[str, dict[str, Any], str]] = [
     *((name, {"box": [4, 0, 3, 1]}, "command.box") for name, good in GOOD.items() if "box" in good),
     *((name, {"box": [0, 0, 1]}, "command.box.3") for name, good in GOOD.items() if "box" in good),
     *((name, {"box": [0, 0, "1", 1]}, "command.box.2") for name, good in GOOD.items() if "box" in good),
-    *((name, {"class_id": 43}, "command.class_id") for name, good in GOOD.items() if "class_id" in good),
+    ("ignore", {"value": 1}, "command.value"),
+    ("attribute", {"attribute": "", "value": True}, "command.attribute"),
+    ("attribute", {"attribute": "a", "value": [1]}, "command.value"),
+    ("attribute", {"attribute": "a", "value": "nul \x00"}, "command.value"),
+    ("attribute", {"attribute": "a", "value": "long" * 251}, "command.value"),
+    ("attribute", {"attribute": "a", "value": True, "from_here": 1}, "command.from_here"),
+    *((name, {"class_id": 2**31}, "command.class_id") for name, good in GOOD.items() if "class_id" in good),
     *((name, {"class_id": True}, "command.class_id") for name, good in GOOD.items() if "class_id" in good),
     *((name, {"value": 1}, "command.value") for name, good in GOOD.items() if "value" in good),
     *((name, {"note_id": ""}, "command.note_id") for name, good in GOOD.items() if "note_id" in good),
@@ -111,6 +118,26 @@ def test_a_malformed_command_names_its_field(
     assert error["field"] == field
     assert error["message"].startswith(field.split(".")[0])
     assert "value error" not in error["message"].lower()
+
+
+@pytest.mark.parametrize(
+    ("command", "field", "kind"),
+    [
+        *(
+            ({"name": name, **good, "class_id": 43}, "class_id", "label")
+            for name, good in GOOD.items()
+            if "class_id" in good
+        ),
+        ({"name": "attribute", "attribute": "a", "value": True}, "attribute", "attribute"),
+    ],
+)
+def test_what_the_label_set_lacks_is_refused_with_a_sentence(
+    http: Server, made: ToyHome, command: dict[str, Any], field: str, kind: str
+) -> None:
+    answer = Page(http, made.run_id).send({"frame": 12, "key": "m1", **command}, '"m1:0"')
+    assert answer.status_code == 422, answer.text
+    error = answer.json()["error"]
+    assert (error["field"], error["code"]) == (f"command.{field}", f"no_such_{kind}")
 
 
 @pytest.mark.parametrize("tag", ["m1:0", '"m1"', '"m1:x"', "*", '"m1:0" "m2:0"', '"x1:0"', '"m1:-1"', ""])

@@ -4,7 +4,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import { test } from 'node:test';
 
 import { CommandError, applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
-import { OPEN_END, emptyDoc, lineAt } from '../../../static/js/model/documents.js';
+import { OPEN_END, attributesAt, emptyDoc, lineAt } from '../../../static/js/model/documents.js';
 import { boxAt, keyFramesOf, nextKey, prevKey, spanOf, subjectOf } from '../../../static/js/model/effective.js';
 
 const FOLDER = new URL('../../golden/edits/', import.meta.url);
@@ -29,7 +29,8 @@ for (const file of readdirSync(FOLDER)) {
       assert.deepEqual(changed, expected);
       assert.deepEqual(docs, before, 'what came in was changed');
       assert.ok(answer.changed.every((key) => touchedKeys(command).includes(key)));
-      for (const [key, frame, want] of shown) {
+      for (const [key, frame, want, attributes = {}] of shown) {
+        assert.deepEqual(attributesAt(answer.docs[key], frame), attributes, `${key} at ${frame}`);
         const got = boxAt(answer.docs[key], frame, machine);
         const flat = got && [got.box, got.origin, got.occluded, got.class_id];
         assert.deepEqual(flat, want, `${key} at ${frame}`);

@@ -1,0 +1,203 @@
+"""Attributes and regions to ignore: what keeps them, how they are stored, and what the label set allows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from edit_desk import Desk, make_desk
+from edit_toys import beginning, machine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
+from test_apply import do, walk
+
+from app.edits.adopt import MachineRun, adopt_documents
+from app.edits.commands import Command, Undo
+from app.edits.documents import KeyFrame, TrackDoc
+from app.edits.effective import box_at
+from app.errors import Invalid
+from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.labels.model import Attribute, Label, LabelSet
+
+ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
+BOX = [0.0, 0.0, 9.0, 9.0]
+ATTRIBUTES = (
+    Attribute(name="temporary", kind="checkbox", mutable=True),
+    Attribute(name="lit", kind="select", values=("day", "night")),
+    Attribute(name="metres", kind="number", low=0, high=90),
+)
+
+
+def attribute(name: str, value: Any, frame: int | None = None, key: str = "m1") -> dict[str, Any]:
+    where = {"frame": 3} if frame is None else {"frame": frame, "from_here": True}
+    return {"name": "attribute", "key": key, "attribute": name, "value": value, **where}
+
+
+def values(doc: TrackDoc, name: str, *frames: int) -> list[Any]:
+    return [doc.attributes_at(frame).get(name) for frame in frames]
+
+
+def test_from_a_frame_on_up_to_where_the_value_changes_the_next_time() -> None:
+    docs = do(beginning(), **attribute("state", "old"))
+    docs = do(docs, **attribute("state", "new", 10))
+    docs = do(docs, **attribute("state", "worn", 15))
+    assert values(docs["m1"], "state", 0, 9, 10, 14, 15, 20) == ["old", "old", "new", "new", "worn", "worn"]
+    docs = do(docs, **attribute("state", "red", 5))
+    assert values(docs["m1"], "state", 4, 5, 10, 15) == ["old", "red", "new", "worn"]
+    docs = do(docs, **attribute("state", None, 10))
+    assert values(docs["m1"], "state", 5, 10, 14, 15) == ["red", "old", "old", "worn"]
+    docs = do(docs, **attribute("state", "whole"))
+    assert docs["m1"] == beginning()["m1"].model_copy(update={"attributes": {"state": "whole"}})
+    docs = do(docs, **attribute("state", None))
+    assert docs == beginning()
+
+
+def test_a_value_passes_key_frames_that_say_nothing_of_it() -> None:
+    docs = do(beginning(), name="set_box", key="m1", frame=10, box=BOX)
+    docs = do(docs, **attribute("temporary", True, 5))
+    assert values(docs["m1"], "temporary", 4, 5, 10, 20) == [None, True, True, True]
+    assert docs["m1"].keys["10"].box == tuple(BOX)
+    docs = do(docs, **attribute("lanes", 1, 5))
+    assert do(docs, **attribute("lanes", True, 10))["m1"].attributes_at(20)["lanes"] is True, "true is not 1"
+
+
+def test_a_key_frame_for_an_attribute_leaves_the_box_to_the_engine() -> None:
+    docs = do(beginning(), **attribute("temporary", True, 10))
+    shown = box_at(docs["m1"], 10, machine)
+    assert shown is not None
+    assert shown.origin == "engine"
+
+
+def test_what_keeps_them() -> None:
+    docs = do(beginning(), **attribute("temporary", True, 10))
+    docs = do(docs, **attribute("lit", "night"))
+    docs = do(docs, name="ignore", key="m1", frame=0, value=True)
+    split = do(docs, name="split", key="m1", frame=15, new_key="hlater01")
+    late = split["hlater01"]
+    assert (late.ignore, late.attributes_at(18)) == (True, {"lit": "night", "temporary": True})
+    assert split["m1"].attributes_at(12) == {"lit": "night", "temporary": True}
+    back = do(split, name="merge", key="m1", others=["hlater01"], frame=15)["m1"]
+    assert [back.attributes_at(frame) for frame in range(21)] == [docs["m1"].attributes_at(f) for f in range(21)]
+    merged = do(docs, name="merge", key="m3", others=["m1"], frame=60)["m3"]
+    assert merged.attributes_at(12) == {"lit": "night", "temporary": True}
+    assert merged.attributes_at(60) == {"lit": "night"}
+    assert not merged.ignore
+    assert do(docs, name="relabel_track", key="m1", frame=0, class_id=3)["m1"].attributes_at(12)["temporary"] is True
+    moved = do(docs, name="set_box", key="m1", frame=14, box=BOX)["m1"]
+    assert values(moved, "temporary", 9, 14, 20) == [None, True, True]
+
+
+def test_following_anew_keeps_them() -> None:
+    def follow(*frames: int) -> dict[str, Any]:
+        boxes = [{"frame": frame, "box": BOX, "anchor": frame == frames[0]} for frame in frames]
+        return {"name": "follow", "key": "m1", "frame": 0, "boxes": boxes}
+
+    docs = do(do(beginning(), **follow(0, 4, 8, 12)), **attribute("temporary", True, 8))
+    again = do(docs, **follow(0, 6, 12))["m1"]
+    assert values(again, "temporary", 6, 7, 8, 12) == [None, None, True, True]
+    assert again.line_at(8) == tuple(BOX)
+
+
+def test_documents_without_them_are_stored_as_before() -> None:
+    old = Path(__file__).parents[2] / "golden" / "edits" / "random.json"
+    for case in json.loads(old.read_text())["cases"]:
+        for stored in case["docs"].values():
+            doc = TrackDoc.model_validate(stored)
+            assert doc.model_dump(mode="json") == stored
+            assert doc.attributes == {}
+            assert not doc.ignore
+    doc = do(do(beginning(), **attribute("a", True, 10)), name="ignore", key="m1", frame=0, value=True)["m1"]
+    stored = json.loads(json.dumps(doc.model_dump(mode="json")))
+    assert (stored["ignore"], stored["keys"]["10"]["attributes"], "attributes" in stored) == (True, {"a": True}, False)
+    assert TrackDoc.model_validate(stored) == doc
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), value=st.sampled_from([True, False, 1.0, -2.5, "", "é 🚸 <b>"]))
+def test_a_value_comes_back_as_it_was(seed: int, value: Any) -> None:
+    docs = walk(seed, 10)
+    key = next((key for key, doc in docs.items() if not doc.gone), None)
+    if key is None:
+        return
+    doc = do(docs, **attribute("a", value, key=key))[key]
+    read = TrackDoc.model_validate_json(doc.model_dump_json())
+    assert (read, type(read.attributes["a"])) == (doc, type(value))
+
+
+@pytest.mark.parametrize("bad", [[1], {}, float("nan"), float("inf"), "x" * 1001, "\x00"])
+def test_no_value_at_all(bad: Any) -> None:
+    with pytest.raises(ValidationError):
+        KeyFrame(attributes={"a": bad})
+    with pytest.raises(ValidationError):
+        TrackDoc.model_validate({"key": "m1", "attributes": {"a": bad}})
+
+
+def test_an_adoption_brings_them_along() -> None:
+    frame = np.arange(20)
+    run = MachineRun(frame, np.full(20, 1), np.tile([0.0, 0.0, 30.0, 30.0], (20, 1)), np.full(20, 14))
+    doc = beginning()["m1"].model_copy(update={"attributes": {"lit": "night"}, "ignore": True})
+    adoption = adopt_documents({"m1": doc}, run, run, {}, 20)
+    (kept,) = adoption.changed["m1"].values()
+    assert (kept.attributes, kept.ignore) == ({"lit": "night"}, True)
+    assert not doc.untouched((0, 20))
+
+
+@pytest.fixture
+def labelled(database_url: str) -> Iterator[Desk]:
+    """A service whose videos have a set with more labels than the shipped one, and attributes of two."""
+    gtsrb = shipped_set(DEFAULT)
+    stop = gtsrb.labels[14].model_copy(update={"attributes": ATTRIBUTES})
+    hidden = Label(id=60, key="bus-stop", name="bus stop", hidden=True)
+    merged = Label(id=61, key="halt-here", name="halt here", merged_into=14)
+    known = (*gtsrb.labels[:14], stop, *gtsrb.labels[15:], hidden, merged)
+    labels = LabelSet(key="ours", name="Ours", next_id=62, labels=known)
+    made = make_desk(database_url, labels)
+    yield made
+    made.database.close()
+
+
+def send(desk: Desk, op: int, raw: dict[str, Any], revision: int = 0) -> TrackDoc:
+    command = ADAPTER.validate_python({"frame": 3, "key": "m1", **raw})
+    return desk.service.apply(desk.run, f"op-{op:08}", "ann", command, {command.key: revision}).docs[0]
+
+
+def test_labels_that_were_given_out_are_taken(labelled: Desk) -> None:
+    for revision, label in enumerate((60, 61, -1, 42, None)):
+        assert send(labelled, revision, {"name": "relabel_track", "class_id": label}, revision).class_id == label
+    for name in ("relabel_track", "relabel_box"):
+        with pytest.raises(Invalid, match="'ours' has no label 62") as caught:
+            send(labelled, 9, {"name": name, "class_id": 62}, 5)
+        assert (caught.value.code, caught.value.field) == ("no_such_label", "command.class_id")
+    stray = TrackDoc(key="hstray01", class_id=43, keys={"3": KeyFrame(box=(0.0, 0.0, 9.0, 9.0))})
+    with pytest.raises(Invalid, match="Track hstray01: the label set 'ours' has no label 43"):
+        labelled.service.put_documents(labelled.run, "ann", {"name": "import"}, lambda _: {"hstray01": stray})
+
+
+def test_attributes_are_those_of_the_label(labelled: Desk) -> None:
+    doc = send(labelled, 1, {"name": "attribute", "attribute": "lit", "value": "night"})
+    doc = send(labelled, 2, {"name": "attribute", "attribute": "metres", "value": 40}, 1)
+    doc = send(labelled, 3, {"name": "attribute", "attribute": "temporary", "value": True, "from_here": True}, 2)
+    assert doc.attributes_at(3) == {"lit": "night", "metres": 40.0, "temporary": True}
+    for raw, sentence in (
+        ({"attribute": "lit", "value": "dusk"}, "must be one of day, night"),
+        ({"attribute": "metres", "value": 91}, "must be within 0.0 and 90.0"),
+        ({"attribute": "metres", "value": True}, "must be a number"),
+        ({"attribute": "lit", "value": "day", "from_here": True}, "one value for the whole track"),
+        ({"attribute": "colour", "value": "red"}, "'stop' has no attribute 'colour'"),
+    ):
+        with pytest.raises(Invalid, match=sentence):
+            send(labelled, 9, {"name": "attribute", **raw}, 3)
+    with pytest.raises(Invalid, match="Track m2 has no label of the set 'ours'"):
+        send(labelled, 9, {"name": "attribute", "key": "m2", "attribute": "lit", "value": "day"})
+    send(labelled, 4, {"name": "relabel_track", "class_id": 61}, 3)
+    send(labelled, 5, {"name": "attribute", "attribute": "lit", "value": "day"}, 4)
+    undone = labelled.service.apply(labelled.run, "op-undo-0001", "ann", Undo(name="undo", op_id="op-00000005"), None)
+    assert undone.docs[0].attributes == {"lit": "night", "metres": 40.0}
+    send(labelled, 6, {"name": "relabel_track", "class_id": 3}, undone.docs[0].revision)
+    gone = send(labelled, 7, {"name": "attribute", "attribute": "lit", "value": None}, undone.docs[0].revision + 1)
+    assert gone.attributes == {"metres": 40.0}, "what a label lacks can be taken away"
