@@ -30,9 +30,9 @@ from tsr_engine.errors import TsrError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ImportTarget
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.labels.files import DEFAULT, shipped_set
 
 FRAMES = 132_400
 TRACKS = 5_000
@@ -58,7 +58,7 @@ def drive() -> Dataset:
             boxes = np.concatenate([centre - side[:, None] / 2, centre + side[:, None] / 2], axis=1)
             yield Track(
                 uid=f"m{number}",
-                label=number % len(CLASS_NAMES),
+                label=number % len(shipped_set(DEFAULT)),
                 frames=np.arange(start, start + count, dtype=np.int64),
                 boxes=boxes + rng.normal(0.0, 0.25, boxes.shape),
                 key=np.zeros(count, dtype=np.bool_),
@@ -72,7 +72,7 @@ def drive() -> Dataset:
     video = DatasetVideo(
         "drive.mp4", "0" * 64, 1280, 720, FRAMES, Fraction(30), times, True, lambda: iter(tracks), stop=FRAMES
     )
-    return Dataset(CLASS_NAMES, (video,))
+    return Dataset(shipped_set(DEFAULT), (video,))
 
 
 def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
@@ -98,7 +98,7 @@ def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
         }
         if read and FORMATS[name].read is not None:
             begin, worked = time.perf_counter(), time.process_time()
-            back = read_dataset(out, ImportTarget(data.videos[0], CLASS_NAMES))
+            back = read_dataset(out, ImportTarget(data.videos[0], shipped_set(DEFAULT)))
             found["read_seconds"] = round(time.perf_counter() - begin, 2)
             found["read_cpu_seconds"] = round(time.process_time() - worked, 2)
             found["read_boxes"] = sum(len(track.frames) for track in back.videos[0].tracks())

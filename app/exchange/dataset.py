@@ -22,7 +22,7 @@ from app.exchange.tracks import boxes_beyond, run_tracks
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.labels import CLASS_NAMES
+from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
@@ -33,8 +33,8 @@ from tsr_engine.labels.files import DEFAULT, shipped_set
 
 __all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "source_of", "times_of"]
 
-LABELS = CLASS_NAMES
-"""The labels of every data set of ours: the class number is the place."""
+LABELS = shipped_set(DEFAULT)
+"""The label set of a bare evidence folder, and of a new library."""
 
 
 @dataclass(frozen=True, slots=True)

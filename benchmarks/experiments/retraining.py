@@ -17,8 +17,8 @@ from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.evaluation.tracking_rows import Truth, read_results
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.io.models import SHIPPED, load_component
+from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.runs import RunRequest, track_video
@@ -74,7 +74,7 @@ def _run(data: Data) -> Result:
 
 def _loop(pairs: Pairs, groups: Mapping[str, list[str]], work: Path, data: Data) -> dict[str, Any]:
     """Figures before and after, and what the version itself reports."""
-    corrections = Dataset(CLASS_NAMES, tuple(corrected(*pairs[name]) for name in groups["chosen on"]))
+    corrections = Dataset(shipped_set(DEFAULT), tuple(corrected(*pairs[name]) for name in groups["chosen on"]))
     opened = OpenedExport(corrections, (), {}, {"name": "annotations of " + ", ".join(groups["chosen on"])})
     report = retrain(
         [opened], Recipe(seed=data.seed), SHIPPED, work / "new", work / "work", _unwatched, gtsdb=data.gtsdb
@@ -94,7 +94,7 @@ def _unwatched(_stage: str, _done: int, _total: int) -> None:
 
 def _judged(held: Pairs, models: Path, work: Path) -> dict[str, Any]:
     """Single frames (every second one or so), and whole runs."""
-    dataset = Dataset(CLASS_NAMES, tuple(corrected(*pair) for pair in held.values()))
+    dataset = Dataset(shipped_set(DEFAULT), tuple(corrected(*pair) for pair in held.values()))
     scenes = corrected_scenes(dataset, work / "held", Sampling(signs=60, background=60))
     detector, prior = load_component("detector", models), load_component("prior", models)
     found = detection_of(

@@ -21,7 +21,42 @@
  * @property {string[]} presets
  */
 
-/** @typedef {{id: number, name: string, picture: string}} Label   `picture`: address of the pictogram */
+/**
+ * A question about a sign beside its label.
+ * @typedef {object} Attribute
+ * @property {string} name
+ * @property {'checkbox'|'select'|'number'|'text'} kind
+ * @property {boolean} mutable         the answer may change from frame to frame
+ * @property {string[]} values         answers of a select
+ * @property {number|null} low
+ * @property {number|null} high
+ * @property {boolean|number|string|null} default
+ */
+
+/**
+ * @typedef {object} Label
+ * @property {number} id
+ * @property {string} key
+ * @property {string} name
+ * @property {string} short            empty: the beginning of the name
+ * @property {string[]} aliases
+ * @property {string|null} picture     address of the pictogram; null: it has none
+ * @property {string} shape
+ * @property {string} category
+ * @property {Attribute[]} attributes
+ * @property {number|null} size_mm
+ * @property {string|null} mirror      key of the label that its mirror image is
+ * @property {'sign'|'background'|'ignore'} teach   what a retraining makes of it
+ * @property {string|null} colour      `#rrggbb`
+ * @property {number|null} pinned      1 to 9
+ * @property {boolean} hidden          not offered any more
+ * @property {number|null} merged_into id of the label that stands for it
+ */
+
+/** @typedef {{key: string, name: string, version: number, labels: number, default: boolean, shipped: boolean}} LabelSetHead   `labels`: how many */
+/** @typedef {{version: number, author: string, created: string|null, sentence: string, undoes: number|null}} LabelVersion   `created`: null: as it came with tsr */
+/** @typedef {{type: 'add'|'update'|'merge'|'hide'|'show'|'picture'|'undo'|'adopt', [field: string]: unknown}} LabelChange   see docs/labels.md */
+/** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that no label has */
 
 /**
  * @typedef {object} Parameter
@@ -55,6 +90,7 @@
  * @property {number|null} rate
  * @property {string|null} codec
  * @property {string[]} warnings
+ * @property {string|null} [label_set] key of its label set; null: the library's
  * @property {string} created          ISO 8601
  * @property {number} runs             number of runs
  * @property {string|null} latest_run
@@ -194,7 +230,7 @@
  * @property {number} revision         0: untouched
  * @property {number|null} class_id    null: the engine's class stands; -1: none of the classes, as a person says
  * @property {'open'|'accepted'|'rejected'|'needs_work'} review
- * @property {boolean} not_a_sign
+ * @property {boolean} not_a_sign      as older versions marked a false positive
  * @property {Segment[]} segments      pieces of engine tracks, in order of frames, disjoint
  * @property {Record<string, KeyFrame>} keys   by ordinal
  * @property {Note[]} notes

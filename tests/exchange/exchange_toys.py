@@ -11,9 +11,21 @@ import numpy as np
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions, ImportTarget
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.labels.model import Attribute, Label, LabelSet
+
+GTSRB = shipped_set("gtsrb-43")
+CLASS_NAMES = tuple(label.name for label in GTSRB)
+
+
+def a_set(*names: str, attributes: Sequence[Attribute] = ()) -> LabelSet:
+    """A set with labels of these names, numbered from 0, all with these attributes."""
+    labels = tuple(
+        Label(id=at, key=f"key {at}", name=name, attributes=tuple(attributes)) for at, name in enumerate(names)
+    )
+    return LabelSet(key="toys", name="toys", next_id=len(names), labels=labels)
 
 
 def a_track(
@@ -81,7 +93,7 @@ def a_dataset(*tracks: Track, **video: object) -> Dataset:
             a_track("m2", [*range(20, 30), *range(33, 43)], label=1, occluded=held, score=np.linspace(0.1, 0.9, 20)),
             a_track("h3", range(80, 100), label=-1, source="human", state="needs_work"),
         )
-    return Dataset(CLASS_NAMES, (a_video(tracks, **video),))
+    return Dataset(GTSRB, (a_video(tracks, **video),))
 
 
 def target_of(dataset: Dataset, **more: object) -> ImportTarget:

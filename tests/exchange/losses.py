@@ -25,10 +25,12 @@ class Loss:
         key: all boxes are key frames.
         occluded: none are.
         score: ``kept``, or ``lost``; one mean a track counts as lost.
-        ignore: ``kept``, ``lost`` (an ordinary box) or ``dropped`` (the box is not there).
+        ignore: ``kept`` or ``dropped`` (the box is not there).
         labels: a class of a single frame becomes the track's.
         unknown: tracks without class are not there.
         state: review state, source and notes.
+        attributes: of the label: ``all`` come back, those of whole ``tracks``, or ``none``.
+        benchmark: it has no place for labels that the German benchmarks do not have.
     """
 
     px: float
@@ -41,6 +43,8 @@ class Loss:
     labels: bool = False
     unknown: bool = False
     state: bool = False
+    attributes: str = "all"
+    benchmark: bool = False
 
 
 LOSSES = {
@@ -49,8 +53,8 @@ LOSSES = {
     "coco": Loss(0.00011),
     "yolo": Loss(1e-5, ignore="dropped"),
     "voc": Loss(0.0051),
-    "mot": Loss(0.0051, key=True, score="lost"),
-    "gtsrb": Loss(0.5, ignore="dropped", labels=True, unknown=True),
+    "mot": Loss(0.0051, key=True, score="lost", attributes="tracks"),
+    "gtsrb": Loss(0.5, ignore="dropped", labels=True, unknown=True, benchmark=True),
     "gtsdb": Loss(
         0.5,
         uid=True,
@@ -61,22 +65,28 @@ LOSSES = {
         ignore="dropped",
         unknown=True,
         state=True,
+        attributes="none",
+        benchmark=True,
     ),
     "datumaro": Loss(0.00011),
-    "label-studio": Loss(1e-4, occluded=True, score="lost", ignore="lost", labels=True),
+    "label-studio": Loss(1e-4, occluded=True, score="lost", ignore="dropped", labels=True, attributes="tracks"),
     "tracks-csv": Loss(0.0),
     "tracks-json": Loss(0.0),
 }
 
 
+_BENCHMARK = 43
+"""Labels of the toys below are those of the German benchmarks."""
+
+
 def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]]]:
     """Each frame that comes back of a track, and what it says."""
-    if loss.unknown and loss.labels and track.label < 0:
+    if (loss.unknown and loss.labels and track.label < 0) or (loss.labels and not _has_place(track.label, loss)):
         return
     for k, frame in enumerate(track.frames.tolist()):
         label = int(track.label if track.labels is None or loss.labels else track.labels[k])
         ignore = bool(track.ignore is not None and track.ignore[k])
-        if (ignore and loss.ignore == "dropped") or (loss.unknown and label < 0):
+        if (ignore and loss.ignore == "dropped") or (loss.unknown and label < 0) or not _has_place(label, loss):
             continue
         score = float(track.score[k])
         yield (
@@ -84,12 +94,23 @@ def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]
             {
                 "box": track.boxes[k],
                 "label": label,
-                "ignore": ignore and loss.ignore == "kept",
+                "ignore": ignore,
                 "occluded": bool(track.occluded[k]) and not loss.occluded,
                 "key": bool(track.key[k]) or loss.key,
                 "score": score if loss.score == "kept" and score == score else None,
+                "attributes": _attributes(track, k, loss.attributes),
             },
         )
+
+
+def _has_place(label: int, loss: Loss) -> bool:
+    return label < _BENCHMARK or not loss.benchmark
+
+
+def _attributes(track: Track, k: int, kept: str = "all") -> dict[str, object]:
+    """Of the k-th frame, as far as they come back."""
+    changing = {name: values[k] for name, values in track.changing.items() if values[k] is not None}
+    return {"all": {**track.attributes, **changing}, "tracks": dict(track.attributes), "none": {}}[kept]
 
 
 def _found(track: Track) -> Iterator[tuple[int, dict[str, object]]]:
@@ -104,13 +125,14 @@ def _found(track: Track) -> Iterator[tuple[int, dict[str, object]]]:
                 "occluded": bool(track.occluded[k]),
                 "key": bool(track.key[k]),
                 "score": score if score == score else None,
+                "attributes": _attributes(track, k),
             },
         )
 
 
 def _same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> None:
     assert np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
-    for name in ("label", "ignore", "occluded"):
+    for name in ("label", "ignore", "occluded", "attributes"):
         assert theirs[name] == ours[name], name
     # Formats that interpolate mark more frames, so that straight lines stay close.
     assert theirs["key"] or not ours["key"]

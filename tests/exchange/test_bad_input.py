@@ -12,12 +12,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of, tracks_of
+from exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
 
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
@@ -238,9 +237,6 @@ REFUSED: dict[str, Bad] = {
 }
 
 REPAIRED: dict[str, Bad] = {
-    "unknown class name": Bad(
-        "cvat-video", cvat(label="Stopschild"), ("'Stopschild'", "none of the 43 classes", "annotations.xml, line 3")
-    ),
     "six columns": Bad(
         "yolo", yolo("0 0.5 0.5 0.1 0.1 3"), ("labels/train/frame_000010.txt, line 1", "5 columns", "track ids")
     ),
@@ -298,7 +294,7 @@ def test_the_good_files_of_this_table_are_good(tmp_path: Path) -> None:
 
 def test_a_video_of_variable_rate_and_label_studio(tmp_path: Path) -> None:
     shaky = replace(a_video([a_track()]), constant_rate=False)
-    data = Dataset(CLASS_NAMES, (shaky,))
+    data = Dataset(GTSRB, (shaky,))
     with pytest.raises(ExportError, match=r"drive\.mp4 has a variable frame rate.*Convert it"):
         export_dataset(data, FORMATS["label-studio"], tmp_path / "out", zipped=False)
     assert not list(tmp_path.iterdir())

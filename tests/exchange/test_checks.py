@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of
+from exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
 
 from tsr_engine.errors import ExportError, ImportFormatError
+from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.checks import Intake, check_track, read_json, read_text
 from tsr_engine.exchange.dataset import UNSAID
 from tsr_engine.exchange.formats import ImportLimits
-from tsr_engine.exchange.labels import CLASS_NAMES
 
 
 @pytest.fixture
@@ -106,14 +106,14 @@ def test_the_same_row_twice_is_taken_once(intake: Intake) -> None:
     assert found.repaired == ("Boxes that were there twice were taken once: 2; the first is f, line 2.",)
 
 
-def test_unknown_classes_come_in_without_class_or_not_at_all(intake: Intake) -> None:
-    intake.box("a", 1, (0, 0, 9, 9), intake.label("tree", "f", 8), file="f", line=8)
-    found = intake.finish("f")
-    track = next(found.videos[0].tracks())
-    assert (track.label, track.silent is not None and track.silent.tolist()) == (-1, [True])
-    assert "Class 'tree' is none of the 43 classes (1 times, first f, line 8)" in found.repaired[0]
-    with pytest.raises(ImportFormatError, match="f, line 8: class 'tree'"):
-        Intake(intake.target, strict=True).label("tree", "f", 8)
+def test_names_that_no_label_has_are_refused_with_their_list(intake: Intake) -> None:
+    for frame, name in enumerate(("tree", "stopp", "tree")):
+        intake.box(name, frame, (0, 0, 9, 9), intake.label(name, "f", 8), file="f", line=8)
+    intake.box("left out", 1, (900, 900, 909, 909), intake.label("of no box", "f", 8), file="f", line=8)
+    with pytest.raises(UnknownLabels, match=r"f: 2 names are no label of .*'tree' \(1 track, 2 boxes\)") as told:
+        intake.finish("f")
+    assert [(each.name, each.boxes) for each in told.value.labels] == [("tree", 2), ("stopp", 1)]
+    assert [label.key for label in told.value.labels[1].suggestions] == ["stop"]
 
 
 def test_none_of_the_classes_is_said_and_counts_as_a_class_does(intake: Intake) -> None:
@@ -219,9 +219,9 @@ def test_a_text_that_is_too_long(tmp_path: Path) -> None:
         ({"frames": np.zeros(30, dtype=np.int64)}, "out of order"),
         ({"frames": np.arange(80, 110)}, "must be in 0 to 99"),
         ({"frames": np.arange(-1, 29)}, "must be in 0 to 99"),
-        ({"label": 43}, "class"),
-        ({"label": -2}, "class"),
-        ({"labels": np.full(30, 99)}, "class"),
+        ({"label": 43}, "label"),
+        ({"label": -2}, "label"),
+        ({"labels": np.full(30, 99)}, "label"),
         ({"score": np.zeros(3)}, "shape"),
         ({"boxes": np.zeros((30, 3))}, "shape"),
         ({"frames": np.zeros(0, dtype=np.int64)}, "no boxes"),
@@ -230,4 +230,4 @@ def test_a_text_that_is_too_long(tmp_path: Path) -> None:
 def test_tracks_that_break_a_promise_do_not_go_out(change: dict[str, object], rule: str) -> None:
     track = replace(a_track(), **change)  # type: ignore[arg-type]
     with pytest.raises(ExportError, match=f"drive.mp4, track 'm1': .*{rule}"):
-        check_track(track, a_video(), CLASS_NAMES)
+        check_track(track, a_video(), {label.id for label in GTSRB})

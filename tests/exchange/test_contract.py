@@ -9,10 +9,11 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pytest
-from exchange_toys import a_track, a_video, target_of, tracks_of
+from exchange_toys import GTSRB, a_track, a_video, target_of, tracks_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from losses import LOSSES, compare
@@ -20,14 +21,40 @@ from losses import LOSSES, compare
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import CROPS, export_dataset
 from tsr_engine.exchange.formats import ExportOptions, Format
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset, recognise
 from tsr_engine.exchange.manifest import read_manifest
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
 from tsr_engine.io.video_writer import VideoWriter
+from tsr_engine.labels.model import Attribute, Label, LabelSet
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 16
+
+ASKED = tuple(
+    Attribute(name=f"{name}{' now' if mutable else ''}", kind=kind, mutable=mutable, values=values)
+    for name, kind, values in (
+        ("lit", "checkbox", ()),
+        ("height", "number", ()),
+        ("side", "select", ("left", "right")),
+        ("text <&>", "text", ()),
+        ("state", "select", ("left", "right")),  # a name that formats of ours have for something else
+        ("box", "text", ()),
+    )
+    for mutable in (False, True)
+)
+FOREIGN = (43, 44)
+"""Labels that the German benchmark does not have, with questions of every kind."""
+LABELS = (-1, 0, 1, 7, 14, 42, *FOREIGN)
+SET = LabelSet(
+    key="ours",
+    name="ours",
+    next_id=45,
+    labels=(
+        *GTSRB,
+        Label(id=43, key="pedestrian-crossing", name="pedestrian_crossing", attributes=ASKED, colour="#1e90ff"),
+        Label(id=44, key="гребля", name="Überweg, 'é' [№ 5]", attributes=ASKED),
+    ),
+)
 
 _TEXT = st.text(
     st.characters(codec="utf-8", exclude_categories=("Cc", "Cs", "Cn", "Co", "Zl", "Zp"), exclude_characters="\ufeff"),
@@ -75,7 +102,7 @@ def _track(draw: st.DrawFn, uid: str) -> Track:
         y = draw(st.floats(0, HEIGHT - 2, allow_subnormal=False))
         boxes.append((x, y, x + draw(st.floats(2, WIDTH)), y + draw(st.floats(2, HEIGHT))))
     edges = np.clip(np.array(boxes), 0, (WIDTH, HEIGHT, WIDTH, HEIGHT))
-    label = draw(st.integers(-1, 42))
+    label = draw(st.sampled_from(LABELS))
     labels = None
     if draw(st.booleans()):
         labels = np.array(draw(st.lists(st.sampled_from((label, label, -1, 7)), min_size=n, max_size=n)))
@@ -97,7 +124,33 @@ def _track(draw: st.DrawFn, uid: str) -> Track:
         state=draw(st.sampled_from(("open", "accepted", "rejected", "needs_work"))),
         source=draw(st.sampled_from(("engine", "corrected", "human"))),
         notes=tuple((frames[0], note) for note in draw(st.lists(_TEXT, max_size=2))),
+        attributes=draw(_answers(label, n, mutable=False)),
+        changing=draw(_answers(label, n, mutable=True)),
     )
+
+
+@st.composite
+def _answers(draw: st.DrawFn, label: int, n: int, *, mutable: bool) -> dict[str, Any]:
+    """Answers to some of the questions of a label."""
+    kinds = {
+        "checkbox": st.booleans(),
+        "number": st.sampled_from((-1.5, 0.0, 7.0, 123456.25)),
+        "select": st.sampled_from(("left", "right")),
+        "text": _TEXT,
+    }
+    out: dict[str, Any] = {}
+    for asked in ASKED if label in FOREIGN else ():
+        if asked.mutable != mutable or not draw(st.booleans()):
+            continue
+        answer = kinds[asked.kind]
+        if not mutable:
+            out[asked.name] = draw(answer)
+            continue
+        values = np.full(n, None, object)
+        values[:] = draw(st.lists(st.none() | answer, min_size=n, max_size=n))
+        if any(value is not None for value in values):
+            out[asked.name] = values
+    return out
 
 
 def _options(known: Format, **more: object) -> ExportOptions:
@@ -109,7 +162,7 @@ def _options(known: Format, **more: object) -> ExportOptions:
 @settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(tracks=_tracks())
 def test_what_goes_out_comes_in(name: str, clip: Path, tracks: list[Track]) -> None:
-    dataset = Dataset(CLASS_NAMES, (_video(clip, tracks),))
+    dataset = Dataset(SET, (_video(clip, tracks),))
     with TemporaryDirectory() as folder:
         out = Path(folder) / "export.zip"
         export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=True)
@@ -136,7 +189,7 @@ def _plain(clip: Path) -> Dataset:
         a_track("m2", [2, 3, 4], label=1, boxes=[(40, 20 + k, 52, 32 + k) for k in range(3)]),
         a_track("h1", [12, 13], label=33, boxes=[(10, 10, 30.5, 30.25)] * 2),
     ]
-    return Dataset(CLASS_NAMES, (_video(clip, tracks),))
+    return Dataset(GTSRB, (_video(clip, tracks),))
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
@@ -152,7 +205,7 @@ def test_the_same_data_gives_the_same_bytes(name: str, clip: Path, tmp_path: Pat
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_the_bound_of_thinning_matters_where_a_format_says_so(name: str, clip: Path, tmp_path: Path) -> None:
     boxes = [(4 + 2 * k, 5, 20 + 2 * k + 0.5 * (k % 2), 21) for k in range(9)]
-    dataset = Dataset(CLASS_NAMES, (_video(clip, [a_track("m1", range(9), boxes=boxes)]),))
+    dataset = Dataset(GTSRB, (_video(clip, [a_track("m1", range(9), boxes=boxes)]),))
     written = []
     for bound in (0.0, 2.0):
         out = tmp_path / str(bound)
@@ -164,7 +217,7 @@ def test_the_bound_of_thinning_matters_where_a_format_says_so(name: str, clip: P
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_an_empty_data_set(name: str, clip: Path, tmp_path: Path) -> None:
-    dataset = Dataset(CLASS_NAMES, (_video(clip, []),))
+    dataset = Dataset(GTSRB, (_video(clip, []),))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
     assert read_manifest(tmp_path / "out").counts["boxes"] == 0
     assert not tracks_of(read_dataset(tmp_path / "out", target_of(dataset), FORMATS[name]))
@@ -180,7 +233,11 @@ def test_an_export_is_recognised_as_what_it_is(name: str, clip: Path, tmp_path: 
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
-    labels = ("Überholverbot", "停止 # x", 'أ: "ب"', "it's [50], {km/h}")
+    # the benchmarks' formats find their classes by key
+    names = ("Überholverbot", "停止 # x", 'أ: "ب"', "it's [50], {km/h}")
+    labels = GTSRB.model_copy(
+        update={"labels": tuple(GTSRB.labels[at].model_copy(update={"name": name}) for at, name in enumerate(names))}
+    )
     tracks = [
         a_track(f"прокат-{place}", [place], label=place, boxes=[(5 + place, 6, 25 + place, 30)]) for place in range(4)
     ]
@@ -196,7 +253,7 @@ def test_hostile_names_end_in_a_file_or_a_sentence(name: str, clip: Path, tmp_pa
         a_track(uid, [place], boxes=[(5, 6, 25, 30)], notes=((place, uid),))
         for place, uid in enumerate(("=1+1", "../../x", "a\x00b", "\ud800", "line\nbreak", "<a>&amp;", '";DROP', " "))
     ]
-    dataset = Dataset(CLASS_NAMES, (_video(clip, tracks, name="../../etc/pass\x01wd"),))
+    dataset = Dataset(GTSRB, (_video(clip, tracks, name="../../etc/pass\x01wd"),))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     allowed = set(string.ascii_letters + string.digits + "-_.")
@@ -228,15 +285,15 @@ def test_of_two_videos_each_gets_its_own(name: str, names: tuple[str, str], clip
         _video(clip, [a_track("m1", [place + 1], boxes=[(5.25, 6 + place, 25, 30)])], name=given, sha=str(place) * 64)
         for place, given in enumerate(names)
     ]
-    dataset = Dataset(CLASS_NAMES, tuple(videos))
+    dataset = Dataset(GTSRB, tuple(videos))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
     for video in videos:
-        own = Dataset(CLASS_NAMES, (video,))
+        own = Dataset(GTSRB, (video,))
         compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])
     # Another tool does not keep our manifest; the names alone tell two videos of one name apart.
     (tmp_path / "out" / "manifest.json").unlink()
     for video in videos:
-        own = Dataset(CLASS_NAMES, (video,))
+        own = Dataset(GTSRB, (video,))
         compare(own, read_dataset(tmp_path / "out", target_of(own), FORMATS[name]), LOSSES[name])
 
 
@@ -244,7 +301,7 @@ def test_of_two_videos_each_gets_its_own(name: str, names: tuple[str, str], clip
 def test_what_people_rejected_is_never_a_sign(name: str, clip: Path, tmp_path: Path) -> None:
     sign = a_track("m1", [2, 3], boxes=[(5, 6, 25, 30)] * 2, state="accepted")
     wrong = a_track("m2", [3, 9], label=33, boxes=[(40, 20, 60, 40)] * 2, state="rejected", notes=((9, "a lamp"),))
-    dataset = Dataset(CLASS_NAMES, (_video(clip, [sign, wrong]),))
+    dataset = Dataset(GTSRB, (_video(clip, [sign, wrong]),))
     out = tmp_path / "out"
     told = export_dataset(dataset, FORMATS[name], out, _options(FORMATS[name]), zipped=False)
     assert (told.counts["tracks"], told.counts["boxes"], told.counts["negatives"]) == (1, 2, 1)

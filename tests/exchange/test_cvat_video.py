@@ -9,13 +9,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
+from exchange_toys import (
+    CLASS_NAMES,
+    GTSRB,
+    a_dataset,
+    a_set,
+    a_track,
+    a_video,
+    target_of,
+    there_and_back,
+    tracks_of,
+)
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
@@ -138,7 +148,7 @@ def test_classes_of_frames_and_regions_to_ignore_come_back(tmp_path: Path) -> No
 
 def test_names_that_look_like_markup(tmp_path: Path) -> None:
     track = a_track('<a href="x">&amp;\'"', notes=((10, "a]]>b"), (11, "\x00\x1b \\u0041 \ufffe")))
-    data = Dataset(("<b>&\"'", "ok"), (a_video([track], name='<drive> & "co".mp4'),))
+    data = Dataset(a_set("<b>&\"'", "ok"), (a_video([track], name='<drive> & "co".mp4'),))
     data = Dataset(data.labels, (a_video([a_track(track.uid, label=0, notes=track.notes)], name=data.videos[0].name),))
     back = tracks_of(there_and_back(data, "cvat-video", tmp_path))[track.uid]
     assert back.label == 0
@@ -148,7 +158,7 @@ def test_names_that_look_like_markup(tmp_path: Path) -> None:
 def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
     one = a_video([a_track(f"m{k}", range(20 * k, 20 * k + 10)) for k in range(4)])
     two = a_video([a_track("n1")], name="night drive.mp4", sha="b" * 64)
-    data = Dataset(CLASS_NAMES, (one, two))
+    data = Dataset(GTSRB, (one, two))
     export_dataset(data, FORMATS["cvat-video"], tmp_path / "two.zip", zipped=True)
     with zipfile.ZipFile(tmp_path / "two.zip") as archive:
         names = sorted(archive.namelist())
@@ -167,21 +177,21 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
     with pytest.raises(
         ImportFormatError, match=r"two.zip: is an export of drive.mp4, night drive.mp4, not of elsewhere"
     ):
-        read_dataset(tmp_path / "two.zip", target_of(Dataset(CLASS_NAMES, (foreign,))))
+        read_dataset(tmp_path / "two.zip", target_of(Dataset(GTSRB, (foreign,))))
     export_dataset(data, FORMATS["cvat-video"], tmp_path / "loose", zipped=False)
     (tmp_path / "loose" / "manifest.json").unlink()
     with pytest.raises(ImportFormatError, match="none in a folder called elsewhere"):
-        read_dataset(tmp_path / "loose", target_of(Dataset(CLASS_NAMES, (foreign,))))
+        read_dataset(tmp_path / "loose", target_of(Dataset(GTSRB, (foreign,))))
 
 
 @pytest.mark.parametrize("name", ["coco", "cvat-video", "mot", "tracks-json", "yolo"])
 def test_an_export_of_another_video_is_laid_onto_none(tmp_path: Path, name: str) -> None:
     """Tracks go by name, and every run has an m1: its corrections would be overwritten."""
     export_dataset(a_dataset(a_track("m1")), FORMATS[name], tmp_path / "one.zip", zipped=True)
-    foreign = target_of(Dataset(CLASS_NAMES, (a_video(name="elsewhere.mp4", sha="c" * 64),)))
+    foreign = target_of(Dataset(GTSRB, (a_video(name="elsewhere.mp4", sha="c" * 64),)))
     with pytest.raises(ImportFormatError, match=r"one.zip: is an export of drive.mp4, not of elsewhere.mp4"):
         read_dataset(tmp_path / "one.zip", foreign)
-    again = target_of(Dataset(CLASS_NAMES, (a_video(name="drive.mp4", sha="c" * 64),)))  # the same drive, coded anew
+    again = target_of(Dataset(GTSRB, (a_video(name="drive.mp4", sha="c" * 64),)))  # the same drive, coded anew
     assert len(tracks_of(read_dataset(tmp_path / "one.zip", again))) == 1
 
 
@@ -284,17 +294,17 @@ def test_an_encoding_that_the_header_lies_about(tmp_path: Path) -> None:
 
 
 def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
-    (tmp_path / "a.xml").write_text(_file(_track(BOX.format(3, 1, 0, 20), label="Halt")))
-    found = read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
-    assert tracks_of(found)["cvat-0"].label == -1
-    assert "Class 'Halt' is none of the 43 classes (1 times, first a.xml, line 2)" in found.repaired[0]
-    found = read_dataset(tmp_path / "a.xml", target_of(a_dataset(), label_map={"Halt": 14}))
+    (tmp_path / "a.xml").write_text(_file(_track(BOX.format(3, 1, 0, 20), label="Zebra")))
+    with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label of GTSRB.*: 'Zebra' \(1 track, 1 box\)") as told:
+        read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
+    assert [(each.name, each.tracks, each.boxes, each.frame) for each in told.value.labels] == [("Zebra", 1, 1, 3)]
+    found = read_dataset(tmp_path / "a.xml", target_of(a_dataset(), label_map={"Zebra": 14}))
     assert tracks_of(found)["cvat-0"].label == 14
     assert found.repaired == ()
 
 
 def test_no_tracks_at_all(tmp_path: Path) -> None:
-    empty = Dataset(CLASS_NAMES, (a_video(),))
+    empty = Dataset(GTSRB, (a_video(),))
     assert not tracks_of(there_and_back(empty, "cvat-video", tmp_path))
 
 

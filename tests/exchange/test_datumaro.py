@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
+from exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
@@ -126,7 +125,7 @@ def test_a_file_for_each_subset(tmp_path: Path) -> None:
 
 def test_track_numbers_of_two_videos_differ(tmp_path: Path) -> None:
     videos = (a_video([a_track("m1"), a_track("m2")]), a_video([a_track("m1")], name="b.mp4", sha="b" * 64))
-    export_dataset(Dataset(CLASS_NAMES, videos), FORMATS["datumaro"], tmp_path / "o", zipped=False)
+    export_dataset(Dataset(GTSRB, videos), FORMATS["datumaro"], tmp_path / "o", zipped=False)
     content = json.loads((tmp_path / "o" / "annotations" / "default.json").read_text())
     numbers = {box["attributes"]["track_id"] for item in content["items"] for box in item["annotations"]}
     assert numbers == {1, 2, 3}

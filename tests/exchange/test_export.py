@@ -17,14 +17,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video
+from exchange_toys import GTSRB, a_dataset, a_track, a_video
 
 from tsr_engine.errors import ExportError, ImportFormatError, StorageError, UsageError
 from tsr_engine.exchange import publish
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.manifest import MANIFEST, read_manifest
 from tsr_engine.exchange.registry import FORMATS, format_named, switches_of
 from tsr_engine.exchange.split import deal
@@ -155,7 +154,7 @@ def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
     late = a_track("m3", range(50, 55), label=1, boxes=np.tile([600.0, 10, 700, 50], (5, 1)))
     video = a_video([first, second, late], rate=Fraction(30000, 1001), provenance={"run": "r1", "edits": 7})
     video = replace(video, pixel_ratio=Fraction(4, 3))
-    data = Dataset(CLASS_NAMES, (video,), (Skipped("1 track", "rejected"),), ("repaired before",))
+    data = Dataset(GTSRB, (video,), (Skipped("1 track", "rejected"),), ("repaired before",))
     split = deal(data, {"train": 0.5, "val": 0.5}, 11)
     told = export_dataset(
         data, VIDEO, tmp_path / "out", ExportOptions(split=split), zipped=False, about={"states": ["open"]}
@@ -168,7 +167,8 @@ def test_the_manifest_tells_what_is_needed(tmp_path: Path) -> None:
     assert content["format"]["name"] == "cvat-video"
     assert content["format"]["switches"] == {"rows": "all", "image": "png"}
     assert content["format"]["origin"] == 0
-    assert content["classes"][14] == {"id": 14, "name": "stop"}
+    assert content["classes"][14] == {"id": 14, "key": "stop", "name": "stop"}
+    assert content["label_set"] == {"key": GTSRB.key, "name": GTSRB.name, "version": 1}
     assert (content["split"]["rule"], content["split"]["seed"]) == ("sign", 11)
     assert {tuple(row) for row in content["split"]["tracks"]} == {(*key, side) for key, side in split.items()}
     assert content["skipped"] == [{"what": "1 track", "reason": "rejected"}]

@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
+from exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
 
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
@@ -171,7 +170,7 @@ def test_people_before_predictions_and_the_right_task(tmp_path: Path) -> None:
     assert list(tracks_of(found)) == ["human"]
     assert tracks_of(found)["human"].notes == ((10, "looks bent"),)
     assert len(found.skipped) == 3
-    foreign = Dataset(CLASS_NAMES, (a_video(name="elsewhere.mp4"),))
+    foreign = Dataset(GTSRB, (a_video(name="elsewhere.mp4"),))
     with pytest.raises(ImportFormatError, match=r"has 2 tasks, none about elsewhere\.mp4"):
         _read(tmp_path, content, foreign)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from exchange_toys import a_dataset, target_of
+from exchange_toys import GTSRB, a_dataset, a_set, target_of
 
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.checks import Intake
-from tsr_engine.exchange.labels import CLASS_NAMES, UNKNOWN, LabelMatcher, label_name
+from tsr_engine.exchange.labels import UNKNOWN, LabelMatcher, label_name
 
 
 @pytest.mark.parametrize(
@@ -34,27 +34,37 @@ from tsr_engine.exchange.labels import CLASS_NAMES, UNKNOWN, LabelMatcher, label
     ],
 )
 def test_names(name: str, label: int | None) -> None:
-    assert LabelMatcher(CLASS_NAMES)(name) == label
+    assert LabelMatcher(GTSRB)(name) == label
 
 
 def test_what_a_person_said_wins() -> None:
-    matcher = LabelMatcher(CLASS_NAMES, {"stop": 13, "pole": -1})
+    matcher = LabelMatcher(GTSRB, {"stop": 13, "pole": -1})
     assert (matcher("stop"), matcher("pole"), matcher("Stop")) == (13, -1, 14)
 
 
 @pytest.mark.parametrize("label", [-2, 43])
 def test_a_person_names_a_class_that_does_not_exist(label: int) -> None:
     with pytest.raises(UsageError, match="0 to 42"):
-        LabelMatcher(CLASS_NAMES, {"x": label})
+        LabelMatcher(GTSRB, {"x": label})
 
 
-def test_the_exact_name_wins_over_a_looser_one() -> None:
-    assert LabelMatcher(("Stop", "stop"))("stop") == 1
+def test_a_person_names_labels_by_key_too() -> None:
+    matcher = LabelMatcher(GTSRB, {"Stopschild": "stop", "Vorfahrt gewähren": "GIVE-WAY"})
+    assert (matcher("Stopschild"), matcher("Vorfahrt gewähren")) == (14, 13)
+    with pytest.raises(UsageError, match=r"key of no label of .*Did you mean 'give-way'"):
+        LabelMatcher(GTSRB, {"x": "give-wey"})
+
+
+def test_a_label_that_was_merged_stands_for_the_other() -> None:
+    labels = a_set("stop", "halt")
+    merged = labels.labels[1].model_copy(update={"merged_into": 0})
+    matcher = LabelMatcher(labels.model_copy(update={"labels": (labels.labels[0], merged)}), {"x": 1})
+    assert (matcher("halt"), matcher("x"), matcher("1")) == (0, 0, 0)
 
 
 def test_every_class_finds_itself() -> None:
-    matcher = LabelMatcher(CLASS_NAMES)
-    assert [matcher(label_name(CLASS_NAMES, k)) for k in range(-1, 43)] == list(range(-1, 43))
+    matcher = LabelMatcher(GTSRB)
+    assert [matcher(label_name(GTSRB, k)) for k in range(-1, 43)] == list(range(-1, 43))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +75,7 @@ def test_names_that_are_numbers_are_told(name: str, number: bool, told: int) -> 
     assert intake.label(name, "a.xml", 3, number=number) == 14
     repaired = intake.finish("a.xml").repaired
     assert len(repaired) == told
-    assert all("Class names that are numbers were taken as the tool's class numbers: 1" in each for each in repaired)
+    assert all("Label names that are numbers were taken as the tool's label numbers: 1" in each for each in repaired)
 
 
 def test_numbers_that_a_person_has_named_are_not_told() -> None:

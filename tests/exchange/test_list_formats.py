@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, target_of, tracks_of
+from exchange_toys import a_dataset, a_set, a_track, target_of, tracks_of
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
@@ -332,13 +333,12 @@ def test_voc_with_entities(tmp_path: Path) -> None:
 
 
 def test_voc_with_classes_that_nobody_knows(tmp_path: Path) -> None:
-    back = _read(_voc(tmp_path, (1.5, 2, 30, 40), name="zebra"), "voc")
-    assert [track.label for track in tracks_of(back).values()] == [-1]
-    assert any("'zebra'" in sentence and "frame_000010.xml, line 2" in sentence for sentence in back.repaired)
+    with pytest.raises(UnknownLabels, match=r"'zebra' \(1 track, 1 box\)"):
+        _read(_voc(tmp_path, (1.5, 2, 30, 40), name="zebra"), "voc")
 
 
 def test_voc_names_with_colons(tmp_path: Path) -> None:
-    dataset = Dataset(("a:b",), a_dataset(a_track("m1", [1], label=0)).videos)
+    dataset = Dataset(a_set("a:b"), a_dataset(a_track("m1", [1], label=0)).videos)
     told = export_dataset(dataset, FORMATS["voc"], tmp_path / "out", zipped=False)
     assert not (tmp_path / "out" / "labelmap.txt").exists()
     assert any("colon" in item["reason"] for item in told.skipped)

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from exchange_toys import CLASS_NAMES, GTSRB
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.small_xml import SMALL, small_elements
 from tsr_engine.exchange.xml import elements
@@ -31,7 +31,7 @@ OBJECT = (
 
 def target() -> ImportTarget:
     video = DatasetVideo("d.mp4", "0" * 64, 100, 80, FRAMES, Fraction(25), None, True, lambda: iter(()), stop=FRAMES)
-    return ImportTarget(video, CLASS_NAMES)
+    return ImportTarget(video, GTSRB)
 
 
 def voc(frame: int, end: object = 40) -> str:

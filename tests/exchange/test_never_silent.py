@@ -17,13 +17,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_track, a_video, target_of
+from exchange_toys import GTSRB, a_track, a_video, target_of
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.io.video_writer import VideoWriter
@@ -81,7 +80,7 @@ def _kind(sentence: str) -> str:
 
 def _read(path: Path, video: DatasetVideo, name: str, **switches: str) -> Outcome:
     try:
-        back = read_dataset(path, target_of(Dataset(CLASS_NAMES, (video,)), switches=switches), FORMATS[name])
+        back = read_dataset(path, target_of(Dataset(GTSRB, (video,)), switches=switches), FORMATS[name])
     except ImportFormatError as error:
         return Outcome([], (), str(error))
     boxes = [
@@ -124,7 +123,7 @@ def _exported(name: str, out: Path, video: DatasetVideo, *, manifest: bool = Fal
     """The export as a folder, without our manifest: another tool does not keep it."""
     pictures = "annotated" if FORMATS[name].needs_pictures else "none"
     options = ExportOptions(pictures=pictures, thin_px=0.0)
-    export_dataset(Dataset(CLASS_NAMES, (video,)), FORMATS[name], out, options, zipped=False)
+    export_dataset(Dataset(GTSRB, (video,)), FORMATS[name], out, options, zipped=False)
     if not manifest:
         (out / "manifest.json").unlink()
     return out

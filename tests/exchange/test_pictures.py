@@ -10,13 +10,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, there_and_back, tracks_of
+from exchange_toys import GTSRB, a_dataset, a_track, a_video, there_and_back, tracks_of
 
 from tsr_engine.errors import ExportError, VideoError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.names import prefixes, safe_stem
 from tsr_engine.exchange.pictures import stream_frames, wanted_frames
 from tsr_engine.exchange.registry import FORMATS
@@ -52,7 +51,7 @@ def _small(uid: str, frames: list[int]) -> object:
     ],
 )
 def test_pictures_of_annotated_frames(tmp_path: Path, clip: Path, format: str, pattern: str) -> None:
-    data = Dataset(CLASS_NAMES, (_video(clip, _small("m1", [3, 4, 20])),))
+    data = Dataset(GTSRB, (_video(clip, _small("m1", [3, 4, 20])),))
     told = export_dataset(data, FORMATS[format], tmp_path / "out", ExportOptions(pictures="annotated"), zipped=False)
     table = told.content["videos"][0]["frame_table"]
     assert table["frame"] == [3, 4, 20]
@@ -70,7 +69,7 @@ def test_pictures_of_annotated_frames(tmp_path: Path, clip: Path, format: str, p
 
 
 def test_label_studio_shows_the_video_itself(tmp_path: Path, clip: Path) -> None:
-    data = Dataset(CLASS_NAMES, (_video(clip, _small("m1", [3])),))
+    data = Dataset(GTSRB, (_video(clip, _small("m1", [3])),))
     with pytest.raises(ExportError, match="Export without pictures"):
         export_dataset(data, FORMATS["label-studio"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
 
@@ -125,6 +124,6 @@ def test_names_of_several_videos_differ() -> None:
 def test_of_several_videos_the_right_one_comes_back(tmp_path: Path, format: str) -> None:
     one = a_video([a_track("m1", range(10, 20))])
     two = a_video([a_track("m2", range(30, 40)), a_track("m3", range(50, 60))], name="other.mp4", sha="b" * 64)
-    back = there_and_back(Dataset(CLASS_NAMES, (one, two)), format, tmp_path)
+    back = there_and_back(Dataset(GTSRB, (one, two)), format, tmp_path)
     assert sorted(tracks_of(back)) == ["m1"]
     assert any("another video" in item.reason for item in back.skipped)

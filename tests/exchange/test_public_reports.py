@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_video, target_of
+from exchange_toys import CLASS_NAMES, GTSRB, a_video, target_of
 from reported_files import (
     TEN,
     YAML,
@@ -34,7 +34,6 @@ from reported_files import (
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 
 STOP, NONE = CLASS_NAMES.index("stop"), -1
@@ -57,6 +56,7 @@ class Report:
         refused: what the refusal must say; then nothing else counts.
         video: name of the video.
         switches: of the import.
+        labels: what a person says about names in the file.
     """
 
     source: str
@@ -69,6 +69,7 @@ class Report:
     refused: str = ""
     video: str = "drive.mp4"
     switches: Mapping[str, str] = field(default_factory=dict)
+    labels: Mapping[str, int] = field(default_factory=dict)
 
 
 IMAGES = "".join(
@@ -157,7 +158,8 @@ REPORTS = {
         {"drive.txt": rows("{n},4,{x1},{y1},{w},{h},1,4,0,1")},
         tracks=1,
         label=NONE,
-        told=("VisDrone", "'car'"),
+        told=("VisDrone",),
+        labels={"car": NONE},
     ),
     "numpy.savetxt": Report(
         "numpy/numpy#16176",
@@ -237,7 +239,7 @@ def test_what_was_reported_is_read_right_or_refused(name: str, tmp_path: Path) -
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(content, encoding="utf-8")
     video = a_video(name=report.video, rate=Fraction(30), times=np.arange(100) / 30)
-    target = target_of(Dataset(CLASS_NAMES, (video,)), switches=report.switches)
+    target = target_of(Dataset(GTSRB, (video,)), switches=report.switches, label_map=report.labels)
     if report.refused:
         with pytest.raises(ImportFormatError, match=report.refused):
             read_dataset(tmp_path / "input", target)

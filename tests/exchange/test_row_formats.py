@@ -11,7 +11,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of, tracks_of
+from exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
 
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, read_results
@@ -19,7 +19,6 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.gtsrb_crops import crop_with_border
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 from tsr_engine.exchange.split import deal
@@ -63,7 +62,7 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _on(clip: Path, *tracks: object) -> Dataset:
     video = replace(a_video(tracks, frames=12), width=64, height=48, path=clip)  # type: ignore[arg-type]
-    return Dataset(CLASS_NAMES, (video,))
+    return Dataset(GTSRB, (video,))
 
 
 # ----------------------------------------------------------------------------------------------------------------- MOT
@@ -155,7 +154,7 @@ def test_gtsdb_is_read_by_the_engine_as_it_was(tmp_path: Path, clip: Path) -> No
     assert (tmp_path / "out/pictures.txt").read_text().splitlines() == [scene.name for scene in scenes]
     assert scenes[3].boxes.tolist() == [[10, 11, 30, 33]]
     assert told.content["format"]["corners"] == "inclusive"
-    assert any("without class" in item["what"] for item in told.skipped)
+    assert any("none of the 43 classes" in item["reason"] for item in told.skipped)
 
 
 def test_gtsdb_corners(tmp_path: Path) -> None:
@@ -212,7 +211,7 @@ def test_crops_are_read_by_the_engine_as_the_benchmark_is(tmp_path: Path, clip: 
         assert item.roi is not None
         assert item.roi[2] + item.roi[0] == picture.shape[1]
     assert (tmp_path / "out/00001/GT-00001.csv").read_text().splitlines()[1] == "00000_00000.ppm;30;31;5;5;25;26;1"
-    assert any("without class" in item["what"] for item in told.skipped)
+    assert any("none of the 43 classes" in item["reason"] for item in told.skipped)
 
 
 def test_crops_of_one_sign_are_on_one_side(tmp_path: Path, clip: Path) -> None:

@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video
+from exchange_toys import GTSRB, a_dataset, a_track, a_video
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.split import check_leaks, deal, subset_of, subsets_of_frames, video_key
 
 
@@ -23,7 +22,7 @@ def _drives(spans: list[list[tuple[int, int]]]) -> Dataset:
         )
         for v, tracks in enumerate(spans)
     ]
-    return Dataset(CLASS_NAMES, tuple(videos))
+    return Dataset(GTSRB, tuple(videos))
 
 
 _spans = st.lists(
@@ -66,7 +65,7 @@ def test_shares_are_met_by_boxes() -> None:
 def test_two_runs_of_one_video_are_one_video() -> None:
     first, second = a_track("m1", range(10, 20)), a_track("n1", range(15, 25))
     other = a_track("m9", range(60, 70))
-    data = Dataset(CLASS_NAMES, (a_video([first, other]), a_video([second])))
+    data = Dataset(GTSRB, (a_video([first, other]), a_video([second])))
     split = deal(data, {"train": 1, "val": 1}, 3)
     assert split["a" * 64, "m1"] == split["a" * 64, "n1"] != split["a" * 64, "m9"]
 
@@ -83,7 +82,7 @@ def test_crops_may_share_a_frame() -> None:
 
 
 def test_a_leak_across_two_runs_of_one_video_is_found() -> None:
-    data = Dataset(CLASS_NAMES, (a_video([a_track("m1")]), a_video([a_track("n1")])))
+    data = Dataset(GTSRB, (a_video([a_track("m1")]), a_video([a_track("n1")])))
     with pytest.raises(ExportError, match="frame 10"):
         check_leaks(data, {("a" * 64, "m1"): "train", ("a" * 64, "n1"): "val"}, whole_frames=True)
 

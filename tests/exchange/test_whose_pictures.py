@@ -10,14 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of
+from exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
 from listings import LISTING_FORMATS, found_in, listing, read
 
 from tsr_engine.errors import ImportFormatError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ImportTarget
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
@@ -109,12 +108,12 @@ def test_times_of_a_video_of_variable_rate_and_of_one_without_times(tmp_path: Pa
     path = listing(tmp_path, "yolo", ["drive.mp4#t=0.9"])
     times = np.concatenate([np.arange(10) * 0.1 + 5, np.arange(90) * 0.1 + 8])
     late = replace(a_video(), times=times, constant_rate=False)
-    assert found_in(read_dataset(path, ImportTarget(late, CLASS_NAMES))) == {9: 0}
+    assert found_in(read_dataset(path, ImportTarget(late, GTSRB))) == {9: 0}
     (path / "labels/train/drive.mp4#t=0.9.txt").rename(path / "labels/train/drive.mp4#t=2.txt")
     with pytest.raises(ImportFormatError, match=r"the time 2 s in .* is that of no frame of drive\.mp4"):
-        read_dataset(path, ImportTarget(late, CLASS_NAMES))
+        read_dataset(path, ImportTarget(late, GTSRB))
     with pytest.raises(ImportFormatError, match=r"has a time, and the times of drive\.mp4 are not known"):
-        read_dataset(path, ImportTarget(replace(a_video(), times=None), CLASS_NAMES))
+        read_dataset(path, ImportTarget(replace(a_video(), times=None), GTSRB))
 
 
 def test_ultralytics_writes_labels_of_a_video_from_1(tmp_path: Path) -> None:

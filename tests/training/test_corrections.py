@@ -14,8 +14,8 @@ from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.registry import format_named
+from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, is_reviewed, verdict
 from tsr_engine.training.exports import open_export
 from tsr_engine.training.heldout import part, worse
@@ -43,7 +43,7 @@ def test_a_video_that_nobody_reviewed_teaches_nothing(tmp_path: Path) -> None:
     open_track = track(state="open")
     assert not is_reviewed(video([open_track]))
     there = video([open_track], film(tmp_path / "a.mp4", [open_track]))
-    assert corrected_scenes(Dataset(CLASS_NAMES, (there,)), tmp_path / "work", Sampling()) == []
+    assert corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), tmp_path / "work", Sampling()) == []
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[CorrectedScene]:
         track("m3", 40, side=8.0, grow=0.0, state="open"),
     ]
     there = video(tracks, film(folder / "a.mp4", tracks))
-    return corrected_scenes(Dataset(CLASS_NAMES, (there,)), folder / "work", Sampling(signs=5, background=4))
+    return corrected_scenes(Dataset(shipped_set(DEFAULT), (there,)), folder / "work", Sampling(signs=5, background=4))
 
 
 def test_frames_hold_signs_rejected_and_ignored_places(scenes: list[CorrectedScene]) -> None:
@@ -77,7 +77,7 @@ def test_frames_hold_signs_rejected_and_ignored_places(scenes: list[CorrectedSce
 
 def test_pictures_are_decoded_once(tmp_path: Path) -> None:
     one = track()
-    there = Dataset(CLASS_NAMES, (video([one], film(tmp_path / "a.mp4", [one])),))
+    there = Dataset(shipped_set(DEFAULT), (video([one], film(tmp_path / "a.mp4", [one])),))
     told: list[str] = []
     first = corrected_scenes(there, tmp_path / "work", Sampling(), lambda stage, *_: told.append(stage))
     count = len(told)
@@ -89,7 +89,7 @@ def test_pictures_are_decoded_once(tmp_path: Path) -> None:
 def test_a_video_that_is_too_short_is_told(tmp_path: Path) -> None:
     short = film(tmp_path / "short.mp4", [], frames=3)
     with pytest.raises((InputError, Exception), match="3 frames|frame"):
-        corrected_scenes(Dataset(CLASS_NAMES, (video([track()], short),)), tmp_path / "work", Sampling())
+        corrected_scenes(Dataset(shipped_set(DEFAULT), (video([track()], short),)), tmp_path / "work", Sampling())
 
 
 def _signs(scenes: list[CorrectedScene]) -> set[str]:
@@ -102,7 +102,7 @@ def _three_videos(scenes: list[CorrectedScene]) -> list[CorrectedScene]:
 
 def test_of_too_many_signs_some_are_drawn_classes_alike(tmp_path: Path) -> None:
     many = [track(f"m{k}", 8, first=k, label=2 if k else 5, side=20.0) for k in range(6)]
-    there = Dataset(CLASS_NAMES, (video(many, film(tmp_path / "a.mp4", many)),))
+    there = Dataset(shipped_set(DEFAULT), (video(many, film(tmp_path / "a.mp4", many)),))
     for seed in range(3):
         found = corrected_scenes(there, tmp_path / f"w{seed}", Sampling(most=2), seed=seed)
         classes = [c for s in found for c in s.scene.class_ids]
@@ -154,7 +154,7 @@ class TestExports:
     def export(self, folder: Path, pictures: str, zipped: bool, state: str = "accepted") -> tuple[Path, Path]:
         tracks = [track("m1", state=state), track("m2", 10, first=25, side=30.0, state=state)]
         path = film(folder / "toy.mp4", tracks)
-        dataset = Dataset(CLASS_NAMES, (replace(video(tracks, path), sha256="ab" * 32),))
+        dataset = Dataset(shipped_set(DEFAULT), (replace(video(tracks, path), sha256="ab" * 32),))
         out = folder / ("export.zip" if zipped else "export")
         options = ExportOptions(pictures=pictures)
         export_dataset(dataset, format_named("cvat-video"), out, options, zipped=zipped, about={"states": [state]})

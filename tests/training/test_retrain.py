@@ -19,12 +19,12 @@ from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
-from tsr_engine.exchange.labels import CLASS_NAMES
 from tsr_engine.exchange.registry import format_named
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.io.models import SHIPPED, load_component, read_manifest, save_component
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training import whole
 from tsr_engine.training.memory import build_memory
@@ -38,7 +38,7 @@ def corrections(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("export")
     tracks = [track("m1", 4), track("m2", 4, first=5, side=30.0)]
     path = film(folder / "toy.mp4", tracks, 10)
-    dataset = Dataset(CLASS_NAMES, (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
+    dataset = Dataset(shipped_set(DEFAULT), (replace(video(tracks, path, 10), sha256=video_sha256(path)),))
     export_dataset(dataset, format_named("cvat-video"), folder / "e.zip", ExportOptions(), zipped=True)
     return folder / "e.zip", path
 

@@ -7,18 +7,20 @@ and makes the tracks. ``check_track`` guards the writers.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from tsr_engine.errors import ExportError, ImportFormatError
+from tsr_engine.exchange.additions import Declared, Said, attributed, unknown_refused, with_new_labels
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget, Switch
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, place_of, read_json, read_text, refuse
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, dense
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.labels.model import LabelSet
 
 __all__ = [
     "MAX_JSON_BYTES",
@@ -31,6 +33,8 @@ __all__ = [
     "refuse",
 ]
 
+_LEFT_OUT = -(2**31)
+"""Label of rows that are left out, since no label has their name."""
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _SAME_PX = 1e-6
 
@@ -43,8 +47,8 @@ NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
 SIZE_SWITCH = Switch("size", ("refuse", "scale"), "What to do when the file is about pictures of another size.")
 
 
-def check_track(track: Track, video: DatasetVideo, labels: Sequence[str]) -> None:
-    """The promises of ``Track``, for the writers.
+def check_track(track: Track, video: DatasetVideo, labels: Collection[int]) -> None:
+    """The promises of ``Track``, for the writers; ``labels`` are the ids of the set.
 
     Raises:
         ExportError: one is broken; names video, track and frame.
@@ -71,9 +75,12 @@ def check_track(track: Track, video: DatasetVideo, labels: Sequence[str]) -> Non
     if bad.any():
         k = int(np.flatnonzero(bad)[0])
         raise fail(f"frame {track.frames[k]}: box {track.boxes[k].tolist()} must be finite with x1 < x2, y1 < y2.")
-    used = track.labels if track.labels is not None else np.array([track.label])
-    if min(int(used.min()), track.label) < -1 or max(int(used.max()), track.label) >= len(labels):
-        raise fail(f"has a class outside of 0 to {len(labels) - 1}.")
+    if any(values.shape != (n,) for values in track.changing.values()):
+        raise fail(f"has an attribute that does not have {n} answers.")
+    used = {track.label} if track.labels is None else {track.label, *np.unique(track.labels).tolist()}
+    strange = [label for label in used if label != NONE and label not in labels]
+    if strange:
+        raise fail(f"has the label {strange[0]}, which its set has never given out.")
 
 
 class Intake:
@@ -83,14 +90,14 @@ class Intake:
     unless the switch ``bad_boxes`` says ``skip``, boxes without area or without four finite numbers. Repaired, each
     kind with one sentence: boxes that reach over the picture's edge are cut there, the same row twice is taken once.
     Skipped: boxes wholly outside of the picture.
-    Names of no class say nothing about it, which is told with a sentence; ``strict`` refuses them.
+    Names that no label has are refused with a list of all, once the file is read, unless ``ImportTarget.unknown`` says
+    what becomes of them.
     """
 
-    def __init__(self, target: ImportTarget, *, strict: bool = False) -> None:
-        """``strict`` refuses names that are no class."""
+    def __init__(self, target: ImportTarget) -> None:
+        """Take what the file is read onto."""
         self.target = target
         self.matcher = LabelMatcher(target.labels, target.label_map)
-        self._strict = strict
         self._boxes = self._taken = 0
         self._outside, self._first_outside = 0, ""
         self._bad, self._first_bad = 0, ""
@@ -98,7 +105,8 @@ class Intake:
         self._skipped: list[Skipped] = []
         self._repaired: list[str] = []
         self._counts: dict[str, list[Any]] = {}
-        self._unknown: dict[str, list[Any]] = {}
+        self._strange: dict[str, int] = {}
+        self._declared: dict[str, Declared] = {}
         self._again: dict[str, int] = {}
 
     def __len__(self) -> int:
@@ -108,25 +116,23 @@ class Intake:
         return uid in self._tracks
 
     def label(self, name: str, file: str, line: int | str | None = None, *, number: bool = False) -> int:
-        """The class number of a name, -1 for "unknown sign"; ``UNSAID`` where no class has it.
+        """The id of a name's label, -1 for "unknown sign"; below ``UNSAID``: no label has it, which ``finish`` settles.
 
         A name that is a number is told, unless the file has a ``number`` there, of which the reader tells itself.
-
-        Raises:
-            ImportFormatError: no class has it and the intake is strict.
         """
         found = self.matcher(name)
-        if found is not None:
-            if not number and self.matcher.is_number(name):
-                self.count("Class names that are numbers were taken as the tool's class numbers", file, line)
-            return found
-        if self._strict:
-            raise refuse(
-                file, line, f"class {name[:80]!r} is none of the {len(self.target.labels)} classes. Map it to one."
-            )
-        entry = self._unknown.setdefault(name, [0, file, line])
-        entry[0] += 1
-        return UNSAID
+        if found is None:
+            return self._strange.setdefault(name, UNSAID - 1 - len(self._strange))
+        if not number and self.matcher.is_number(name):
+            self.count("Label names that are numbers were taken as the tool's label numbers", file, line)
+        return found
+
+    def declare(self, name: str, declared: Declared) -> None:
+        """What the file says of a label, or by an empty name of every label.
+
+        It counts where the label, or attributes of it that tracks have, are added to the set.
+        """
+        self._declared[name] = declared
 
     def repair(self, sentence: str) -> None:
         """Tell what was put right."""
@@ -181,6 +187,7 @@ class Intake:
         source: str = "imported",
         notes: Sequence[tuple[int, str]] = (),
         until: int = -1,
+        said: Mapping[str, Any] | None = None,
     ) -> None:
         """What is known of a track besides its boxes; makes the track if it is new.
 
@@ -190,6 +197,7 @@ class Intake:
             source: as in ``Track``.
             notes: frame and text; a frame outside of the video becomes its nearest one.
             until: the last key frame's box holds up to this frame, inclusive; -1: it does not.
+            said: attributes of the whole track as they stand in the file.
         """
         rows = self._tracks.get(uid) or self._new(uid)
         rows.state = state if state in _STATES else "open"
@@ -197,6 +205,7 @@ class Intake:
         last = self.target.video.frames - 1
         rows.notes.extend((min(max(frame, 0), last), text) for frame, text in notes)
         rows.until = max(rows.until, until)
+        rows.always |= said or {}
 
     def frame(self, frame: float | str, file: str, line: int | str | None = None, *, origin: int = 0) -> int:
         """A frame number as an ordinal.
@@ -270,8 +279,11 @@ class Intake:
         occluded: bool = False,
         ignore: bool = False,
         score: float = math.nan,
+        said: Mapping[str, Any] | None = None,
     ) -> bool:
         """One box of one track; ``frame`` is an ordinal, ``label`` may be ``UNSAID``. False: it was left out.
+
+        ``said`` are attributes as they stand in the file; they hold up to the track's next box.
 
         Raises:
             ImportFormatError: it breaks a rule.
@@ -300,6 +312,8 @@ class Intake:
         self._taken += 1
         if self._taken > self.target.limits.boxes:
             raise self._too_many("boxes", self.target.limits.boxes, file, line)
+        if said:
+            rows.said[len(rows.frame)] = said
         rows.frame.append(frame)
         rows.kind.append(BOX)
         rows.edges.extend((x1, y1, x2, y2))
@@ -344,13 +358,25 @@ class Intake:
         Raises:
             ImportFormatError: a track has two different boxes in one frame.
         """
+        labels, ids = self._settle_names(file)
         tracks: list[Track] = []
+        said: dict[int, Sequence[Said]] = {}
         for uid, rows in self._tracks.items():
-            track = self._track(uid, rows, file, interpolate)
-            if track is None:
-                self.skip(f"{file}: track {uid}", "It has no box that is shown.")
-            else:
+            track = self._track(uid, rows, file, interpolate, ids, said, len(tracks))
+            if track is not None:
                 tracks.append(track)
+            elif not any(ids.get(label) == _LEFT_OUT for label in rows.label):
+                self.skip(f"{file}: track {uid}", "It has no box that is shown.")
+        if said:
+            declared = {
+                label: about
+                for name, about in self._declared.items()
+                if (label := ids.get(self._strange.get(name, 0), self.matcher(name))) is not None
+            }
+            for each in labels:
+                declared.setdefault(each.id, self._declared.get("", Declared()))
+            labels, left = attributed(labels, tracks, said, declared, self.target.unknown == "add", file)
+            self._skipped += left
         self._tell_counts()
         video = self.target.video
         described = DatasetVideo(
@@ -368,7 +394,46 @@ class Intake:
             stop=video.stop or video.frames,
             limits=video.limits,
         )
-        return Dataset(self.target.labels, (described,), tuple(self._skipped), tuple(self._repaired))
+        return Dataset(labels, (described,), tuple(self._skipped), tuple(self._repaired))
+
+    def _settle_names(self, file: str) -> tuple[LabelSet, dict[int, int]]:
+        """What becomes of names that no label has: the set, and the id of each name's stand-in.
+
+        Raises:
+            ImportFormatError: they are refused, or can be no labels.
+        """
+        labels, used = self.target.labels, self._strange_used()
+        if not used:
+            return labels, {}
+        if self.target.unknown == "refuse":
+            raise unknown_refused(file, labels, self.matcher, used)
+        if self.target.unknown == "skip":
+            for name, (tracks, boxes, *_) in used.items():
+                what = f"{boxes} {'box' if boxes == 1 else 'boxes'} of {tracks} {'track' if tracks == 1 else 'tracks'}"
+                self.skip(f"{what} named {name[:80]!r}", f"No label of {labels.name} has that name (unknown=skip).")
+            return labels, {self._strange[name]: _LEFT_OUT for name in used}
+        labels, ids = with_new_labels(labels, used, self._declared, file)
+        for name in used:
+            added = labels.get(ids[name])
+            assert added is not None
+            self.repair(f"Label {name[:80]!r} was added to {labels.name} as {added.key!r}, number {added.id}.")
+        return labels, {self._strange[name]: ids[name] for name in used}
+
+    def _strange_used(self) -> dict[str, tuple[int, int, int, tuple[float, ...]]]:
+        """Names that no label has, with their tracks, boxes, and frame and edges of the first box."""
+        if not self._strange:
+            return {}
+        names = {stand_in: name for name, stand_in in self._strange.items()}
+        found: dict[str, tuple[int, int, int, tuple[float, ...]]] = {}
+        for rows in self._tracks.values():
+            label = np.frombuffer(rows.label, dtype=np.int64)
+            for stand_in, first, boxes in zip(*np.unique(label, return_index=True, return_counts=True), strict=True):
+                name = names.get(int(stand_in))
+                if name is not None:
+                    example = rows.frame[first], tuple(rows.edges[4 * first : 4 * first + 4])
+                    before = found.get(name, (0, 0, *example))
+                    found[name] = (before[0] + 1, before[1] + int(boxes), *before[2:])
+        return {name: found[name] for name in self._strange if name in found}
 
     def _tell_counts(self) -> None:
         if self._outside:
@@ -381,13 +446,18 @@ class Intake:
             )
         for what, (count, file, line) in self._counts.items():
             self._repaired.append(f"{what}: {count}; the first is {place_of(file, line)}.")
-        for name, (count, file, line) in self._unknown.items():
-            self._repaired.append(
-                f"Class {name[:80]!r} is none of the {len(self.target.labels)} classes ({count} times, first "
-                f"{place_of(file, line)}); its tracks came in without class."
-            )
 
-    def _track(self, uid: str, rows: TrackRows, file: str, interpolate: bool) -> Track | None:
+    def _track(
+        self,
+        uid: str,
+        rows: TrackRows,
+        file: str,
+        interpolate: bool,
+        ids: Mapping[int, int],
+        said: dict[int, Sequence[Said]],
+        place: int,
+    ) -> Track | None:
+        """The track of some rows, and in ``said`` at its ``place`` what they say; None: nothing is shown of it."""
         frames = np.frombuffer(rows.frame, dtype=np.int64)
         kind = np.frombuffer(rows.kind, dtype=np.int8)
         # A box and an end in one frame: the box is shown, the end says nothing.
@@ -398,6 +468,10 @@ class Intake:
         frames, kind = frames[take], kind[take]
         edges = np.frombuffer(rows.edges, dtype=np.float64).reshape(-1, 4)[take]
         label = np.frombuffer(rows.label, dtype=np.int64)[take]
+        if ids:
+            label = np.array([ids.get(each, each) for each in label.tolist()], np.int64)
+            left = label != _LEFT_OUT
+            take, frames, kind, edges, label = take[left], frames[left], kind[left], edges[left], label[left]
         flags = np.frombuffer(rows.flags, dtype=np.int8)[take]
         score = np.frombuffer(rows.score, dtype=np.float64)[take]
         is_box = kind == BOX
@@ -407,10 +481,14 @@ class Intake:
             self._boxes += max(int(frames[-1]), rows.until) + 1 - int(frames[0])
             if self._boxes > self.target.limits.boxes:
                 raise self._too_many("boxes, with those between its key frames,", self.target.limits.boxes, file)
-            frames, edges, label, flags, score = dense(frames, is_box, edges, label, flags, score, rows.until)
+            at = np.arange(len(frames))
+            frames, edges, at, flags, score = dense(frames, is_box, edges, at, flags, score, rows.until)
         else:
-            frames, edges, label = frames[is_box], edges[is_box], label[is_box]
-            flags, score = flags[is_box], score[is_box]
+            at = np.flatnonzero(is_box)
+            frames, edges, flags, score = frames[is_box], edges[is_box], flags[is_box], score[is_box]
+        label = label[at]
+        if rows.said or rows.always:
+            said[place] = _said(rows, take[at])
         common, silent, label = common_label(label), label == UNSAID, np.maximum(label, NONE)
         ignore = (flags & 4) > 0
         return Track(
@@ -455,3 +533,12 @@ class Intake:
 
 def _text(edges: tuple[float, ...]) -> str:
     return "(" + ", ".join(f"{edge:g}" for edge in edges) + ")"
+
+
+def _said(rows: TrackRows, places: np.ndarray[Any, Any]) -> list[Said]:
+    """What is said in each frame of a track; one object for all frames of one row."""
+    known: dict[int, Said] = {}
+    for place in set(places.tolist()):
+        own = rows.said.get(place)
+        known[place] = own if own is not None and not rows.always else {**rows.always, **(own or {})} or None
+    return [known[place] for place in places.tolist()]

@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from tsr_engine.exchange.attributes import inner, written
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.coco_reader import read_coco
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.outlet import Outlet
@@ -34,7 +35,7 @@ _TRUTH = ("false", "true")
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels, _, _ = used_labels(dataset)
+    labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
@@ -42,7 +43,9 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
     for subset in subsets_in(lists, options):
         with out.text(f"annotations/instances_{subset}.json") as file:
             file.write('{"info":{},"licenses":[{"id":0,"name":"","url":""}],\n"categories":[')
-            categories = [{"id": at, "name": name, "supercategory": ""} for at, name in enumerate(labels, start=1)]
+            categories = [
+                {"id": at, "name": name, "supercategory": ""} for at, name in enumerate(labels.names, start=1)
+            ]
             file.write(",\n".join(map(_dump, categories)) + '],\n"images":[')
             comma = "\n"
             for part in lists:
@@ -81,11 +84,10 @@ def _image(part: PictureList, frame: int, suffix: str, about: str) -> str:
     )
 
 
-def _annotations(part: PictureList, subset: str, labels: list[str], before: int) -> Iterator[str]:
+def _annotations(part: PictureList, subset: str, labels: ClassMap, before: int) -> Iterator[str]:
     """The text of each annotation; ``before`` have been written in the files before."""
     rows = part.rows.plain()
-    places = {name: at for at, name in enumerate(labels, start=1)}
-    numbers = {label: places[label_name(labels, label)] for label in set(rows.label)}
+    numbers = {label: labels.place(label) + 1 for label in set(rows.label)}
     heads = [
         _dump(
             {
@@ -93,6 +95,7 @@ def _annotations(part: PictureList, subset: str, labels: list[str], before: int)
                 "state": info.state,
                 "source": info.source,
                 **({"note": notes_to_text(info.notes)} if info.notes else {}),
+                **{written(name): value for name, value in info.attributes.items()},
             }
         )[1:]
         for info in part.rows.tracks
@@ -112,6 +115,7 @@ def _annotations(part: PictureList, subset: str, labels: list[str], before: int)
                 f'"attributes":{{"occluded":{_TRUTH[rows.occluded[k]]},"rotation":0.0,'
                 f'"track_id":{part.first_track + rows.track[k] + 1},"keyframe":{_TRUTH[rows.key[k]]},'
                 + (f'"score":{score:.9g},' if score == score else "")
+                + inner({written(name): value for name, value in part.rows.said(k).items()})
                 + heads[rows.track[k]]
                 + "}"
             )

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from tsr_engine.exchange.attributes import attributes_in, ours_in, said_in
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.coco_images import Head, head_of, no_list, take_images
 from tsr_engine.exchange.dataset import Dataset
@@ -22,6 +23,10 @@ from tsr_engine.exchange.whose_pictures import frames_of_pictures
 __all__ = ["read_coco"]
 
 _TRUE = (True, 1, "true", "True", "1")
+_OWN = frozenset(
+    {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
+)
+"""Attributes that are ours or CVAT's, not a label's."""
 
 
 def read_coco(path: Path, target: ImportTarget) -> Dataset:
@@ -90,6 +95,7 @@ class _Annotations:
             return
         said = note.get("attributes")
         said = said if isinstance(said, dict) else {}
+        ours = ours_in(said)
         score = said.get("score", note.get("score"))
         given: dict[str, Any] = {
             "file": self._name,
@@ -98,6 +104,7 @@ class _Annotations:
             "occluded": said.get("occluded", False) in _TRUE,
             "ignore": note.get("iscrowd", 0) in _TRUE or said.get("ignore", False) in _TRUE,
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
+            "said": attributes_in(said_in(said, _OWN), self._name, where),
         }
         edges = self._intake.edges(lambda: self._edges(note["bbox"], said.get("rotation"), image.scale, where))
         number = self._intake.label(label, self._name, where)
@@ -112,9 +119,9 @@ class _Annotations:
         if self._intake.box(uid, image.frame, edges, number, **given) and not known:
             self._intake.describe(
                 uid,
-                state=str(said.get("state", "open")),
-                source=str(said.get("source", "imported")),
-                notes=notes_from_text(str(said.get("note", "")), image.frame),
+                state=str(ours.get("state", "open")),
+                source=str(ours.get("source", "imported")),
+                notes=notes_from_text(str(ours.get("note", "")), image.frame),
             )
 
     def _edges(self, box: Any, turn: Any, scale: tuple[float, float], where: str) -> Edges:

@@ -3,30 +3,43 @@
 from __future__ import annotations
 
 import colorsys
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.additions import Declared
+from tsr_engine.exchange.attributes import as_text, restored, written
 from tsr_engine.exchange.beside import is_called
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import DatasetVideo, Track
+from tsr_engine.exchange.labels import UNKNOWN, ClassMap
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import likeness
 from tsr_engine.exchange.turned import upright
 from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted, text
+from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.labels.model import Attribute, AttributeValue
 
 __all__ = [
+    "OWN_NAMES",
     "SHAPES",
     "attribute_line",
     "attributes_of",
     "box_edges",
+    "declare_labels",
     "find_files",
     "flag",
     "header",
     "label_lines",
     "sniff_mode",
     "source_of",
+    "written_attributes",
 ]
 
 SHAPES = frozenset({"polygon", "polyline", "points", "ellipse", "cuboid", "skeleton", "mask"})
@@ -37,29 +50,111 @@ _FIXED = ("uid", "state", "source", "note")
 
 _CHANGING = ("score",)
 """Attributes that change from frame to frame."""
+_COLOUR = re.compile("#[0-9a-f]{6}")
+OWN_NAMES = frozenset({*_FIXED, *_CHANGING, "ignore", "frame_label"})
+"""Attributes that are ours, not a label's."""
 
 
-def label_lines(labels: Iterable[str], extra: Iterable[str], *, mutable: bool) -> Iterator[str]:
+def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Iterator[str]:
     """The ``<labels>`` element, line by line.
 
     Args:
-        labels: class names.
-        extra: further attributes that change from frame to frame.
+        labels: to declare, with their attributes and colours.
+        extra: further attributes of ours that change from frame to frame.
         mutable: the task is a video; in tasks of pictures nothing changes.
     """
+    own = [Attribute(name=name, kind="text", mutable=name not in _FIXED) for name in (*_FIXED, *_CHANGING, *extra)]
+    declared = [(label.name, label.id, label.colour, label.attributes) for label in labels.labels]
     yield "   <labels>\n"
-    for place, name in enumerate(labels):
-        red, green, blue = colorsys.hsv_to_rgb(place * 0.618034 % 1.0, 0.75, 0.95)
-        color = f"#{round(255 * red):02x}{round(255 * green):02x}{round(255 * blue):02x}"
+    for name, place, colour, attributes in [
+        *declared,
+        *([(UNKNOWN, len(declared), None, ())] if labels.unknown else []),
+    ]:
+        color = colour or _color(place)
         yield f"    <label><name>{text(name)}</name><color>{color}</color><type>any</type><attributes>\n"
-        for kind in (*_FIXED, *_CHANGING, *extra):
-            changes = "True" if mutable and kind not in _FIXED else "False"
-            yield (
-                f"     <attribute><name>{kind}</name><mutable>{changes}</mutable><input_type>text</input_type>"
-                "<default_value></default_value><values></values></attribute>\n"
-            )
+        for each in own:
+            yield _declaration(each, each.name, mutable)
+        for each in attributes:
+            yield _declaration(each, written(each.name), mutable)
         yield "    </attributes></label>\n"
     yield "   </labels>\n"
+
+
+def _color(place: int) -> str:
+    red, green, blue = colorsys.hsv_to_rgb(place * 0.618034 % 1.0, 0.75, 0.95)
+    return f"#{round(255 * red):02x}{round(255 * green):02x}{round(255 * blue):02x}"
+
+
+def _declaration(attribute: Attribute, name: str, mutable: bool) -> str:
+    """One attribute of a label; ``values`` of a number are its least, its largest and its step."""
+    values: Iterable[str] = attribute.values
+    if attribute.kind == "number" and attribute.low is not None and attribute.high is not None:
+        values = (as_text(attribute.low), as_text(attribute.high), "1")
+    default = "" if attribute.default is None else as_text(attribute.default)
+    changes = "True" if mutable and attribute.mutable else "False"
+    lines = "\n".join(map(text, values))
+    return (
+        f"     <attribute><name>{text(name)}</name><mutable>{changes}</mutable>"
+        f"<input_type>{attribute.kind}</input_type>"
+        f"<default_value>{text(default)}</default_value><values>{lines}</values></attribute>\n"
+    )
+
+
+def declare_labels(meta: Node, intake: Intake) -> None:
+    """Tell an intake what the ``<meta>`` of a file says of its labels."""
+    for place in (meta, *meta.children, *(task for node in meta.children for task in _tasks_in(node))):
+        listed = place.child("labels")
+        for node in () if listed is None else listed.all("label"):
+            asked = node.child("attributes")
+            found = [] if asked is None else [_attribute(each) for each in asked.all("attribute")]
+            colour = node.value("color").strip().lower()
+            intake.declare(
+                node.value("name"),
+                Declared(
+                    tuple(each for each in found if each is not None), colour if _COLOUR.fullmatch(colour) else None
+                ),
+            )
+
+
+def _tasks_in(node: Node) -> Iterable[Node]:
+    tasks = node.child("tasks")
+    return () if tasks is None else tasks.all("task")
+
+
+def _attribute(node: Node) -> Attribute | None:
+    """An attribute as a file declares it; None: it is one of ours, or can be none of a label."""
+    name, kind = node.value("name").strip(), node.value("input_type").strip()
+    if name in OWN_NAMES:
+        return None
+    values = tuple(value for line in node.value("values").split("\n") if (value := line.strip()))
+    default: Any = node.value("default_value").strip() or None
+    about: dict[str, Any] = {"name": restored(name), "mutable": node.value("mutable").strip().lower() == "true"}
+    if kind in ("select", "radio"):
+        about |= {"kind": "select", "values": tuple(dict.fromkeys(values)), "default": default}
+    elif kind == "checkbox":
+        about |= {"kind": "checkbox", "default": None if default is None else default.lower() == "true"}
+    elif kind == "number":
+        numbers = [_number(value) for value in (*values[:2], *([default] if default else []))]
+        low, high = (*numbers[:2],) if len(values) >= 2 else (None, None)
+        about |= {"kind": "number", "low": low, "high": high, "default": numbers[-1] if default else None}
+    else:
+        about |= {"kind": "text", "default": default}
+    for less in ({}, {"default": None}, {"default": None, "low": None, "high": None}):
+        with suppress(ValidationError):
+            return Attribute(**(about | {name: value for name, value in less.items() if name in about}))
+    return None
+
+
+def _number(value: str) -> float | None:
+    try:
+        return real_number(value)
+    except ValueError:
+        return None
+
+
+def written_attributes(values: Mapping[str, AttributeValue]) -> str:
+    """Attributes of a label as ``<attribute>`` elements."""
+    return "".join(attribute_line(written(name), as_text(value)) for name, value in values.items())
 
 
 def header(

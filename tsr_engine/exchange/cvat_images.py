@@ -10,21 +10,25 @@ import math
 from pathlib import Path
 from typing import Any
 
+from tsr_engine.exchange.attributes import ours_in, said_in
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.cvat import (
+    OWN_NAMES,
     SHAPES,
     attribute_line,
     attributes_of,
     box_edges,
+    declare_labels,
     find_files,
     flag,
     header,
     label_lines,
     sniff_mode,
+    written_attributes,
 )
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, picture_lists, write_files
@@ -38,10 +42,11 @@ from tsr_engine.io.plain_numbers import real_number
 __all__ = ["FORMAT"]
 
 _DECIMALS = 2
+_OWN = OWN_NAMES | {"track_id"}
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels, ignore, _ = used_labels(dataset)
+    labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options)
     total = sum(len(part.frames) for part in lists)
@@ -54,7 +59,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                 size=total,
                 mode="annotation",
                 subset="default",
-                labels=label_lines(labels, ["ignore"] if ignore else [], mutable=False),
+                labels=label_lines(labels, ["ignore"] if labels.ignore else [], mutable=False),
                 video=single,
             )
         )
@@ -68,7 +73,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                     f' <image id="{done}" name={quoted(f"{part.stem(frame)}.{suffix}")}{subset} '
                     f'width="{video.width}" height="{video.height}">\n'
                 )
-                file.writelines(_box(rows, k, boxes[k], heads, dataset.labels) for k in range(at.start, at.stop))
+                file.writelines(_box(rows, k, boxes[k], heads, labels) for k in range(at.start, at.stop))
                 file.write(" </image>\n")
                 done += 1
                 options.progress(done, total)
@@ -84,20 +89,21 @@ def _heads(rows: FrameRows) -> list[str]:
         + attribute_line("state", info.state)
         + attribute_line("source", info.source)
         + attribute_line("note", notes_to_text(info.notes))
+        + written_attributes(info.attributes)
         for info in rows.tracks
     ]
 
 
-def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: tuple[str, ...]) -> str:
+def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: ClassMap) -> str:
     info = rows.tracks[rows.track[k]]
     x1, y1, x2, y2 = edges
     score = float(rows.score[k])
-    attributes = heads[rows.track[k]]
+    attributes = heads[rows.track[k]] + written_attributes(rows.said(k))
     attributes += f'<attribute name="score">{score:.6g}</attribute>' if score == score else ""
     attributes += attribute_line("ignore", "true") if rows.ignore[k] else ""
     source = "auto" if info.source == "engine" else "manual"
     return (
-        f'  <box label={quoted(label_name(labels, int(rows.label[k])))} source="{source}" '
+        f'  <box label={quoted(labels.name(int(rows.label[k])))} source="{source}" '
         f'occluded="{int(rows.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
         f'z_order="0">{attributes}</box>\n'
     )
@@ -106,7 +112,7 @@ def _box(rows: FrameRows, k: int, edges: list[float], heads: list[str], labels: 
 def _read(path: Path, target: ImportTarget) -> Dataset:
     intake = Intake(target)
     files = find_files(path, target.video)
-    listed, sizes = _listed(files)
+    listed, sizes = _listed(files, intake)
     frames = iter(frames_of_pictures(listed, intake, path if path.is_dir() else path.parent))
     for file, name in files:
         tags = shapes = 0
@@ -127,7 +133,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
     return intake.finish(files[0][1])
 
 
-def _listed(files: list[tuple[Path, str]]) -> tuple[list[Listed], dict[tuple[str, str], Node]]:
+def _listed(files: list[tuple[Path, str]], intake: Intake) -> tuple[list[Listed], dict[tuple[str, str], Node]]:
     """The pictures of all files, and the ``<original_size>`` of each task, the only one without its id too."""
     listed: list[Listed] = []
     sizes: dict[tuple[str, str], Node] = {}
@@ -138,6 +144,7 @@ def _listed(files: list[tuple[Path, str]]) -> tuple[list[Listed], dict[tuple[str
             if node.tag == "track":
                 raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it as that.")
             if node.tag == "meta":
+                declare_labels(node, intake)
                 tasks = _tasks(node)
                 sizes |= {(name, key): size for key, task in tasks.items() if (size := task.child("original_size"))}
                 size = node.child("original_size")
@@ -189,6 +196,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, intake: In
             # Datumaro carries CVAT's marks of the end of a track into pictures.
             continue
         values = attributes_of(child)
+        ours = ours_in(values)
         said = (values.get("uid", "") or values.get("track_id", "")).strip()
         uid = said or f"frame{frame}-{count + 1}"
         if not said:
@@ -210,13 +218,14 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, intake: In
             occluded=flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=value,
+            said=said_in(values, _OWN),
         )
         if taken and not known:
             intake.describe(
                 uid,
-                state=values.get("state", "").strip() or "open",
-                source=values.get("source", "").strip() or "imported",
-                notes=notes_from_text(values.get("note", ""), frame),
+                state=ours.get("state", "").strip() or "open",
+                source=ours.get("source", "").strip() or "imported",
+                notes=notes_from_text(ours.get("note", ""), frame),
             )
 
 

@@ -8,29 +8,33 @@ decimals; CVAT for video 1.1 is described in ``format-cvat.md`` of CVAT's docume
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
 
+from tsr_engine.exchange.attributes import at_row, ours_in, said_in
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.cvat import (
+    OWN_NAMES,
     SHAPES,
     attribute_line,
     attributes_of,
     box_edges,
+    declare_labels,
     find_files,
     flag,
     header,
     label_lines,
     sniff_mode,
     source_of,
+    written_attributes,
 )
 from tsr_engine.exchange.cvat_tasks import TaskOfVideo
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
@@ -49,8 +53,8 @@ _ROUNDING = 0.5 * 10**-_DECIMALS
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels, ignore, changes = used_labels(dataset)
-    extra = [*(["ignore"] if ignore else []), *(["frame_label"] if changes else [])]
+    labels = class_map(dataset, options.used_labels)
+    extra = [*(["ignore"] if labels.ignore else []), *(["frame_label"] if labels.changes else [])]
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     pictures: list[WrittenPicture] = []
@@ -75,7 +79,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                 for track in video.tracks():
                     if subset_of(video, track.uid, options.split) != subset:
                         continue
-                    keys += _write_track(file, number, track, video, dataset.labels, options)
+                    keys += _write_track(file, number, track, video, labels, options)
                     number, done = number + 1, done + 1
                     options.progress(done, total)
                 file.write("</annotations>\n")
@@ -118,7 +122,7 @@ def _pictures(
 
 
 def _write_track(
-    out: TextIO, number: int, track: Track, video: DatasetVideo, labels: tuple[str, ...], options: ExportOptions
+    out: TextIO, number: int, track: Track, video: DatasetVideo, labels: ClassMap, options: ExportOptions
 ) -> int:
     """Writes one ``<track>``; returns the number of its key frames."""
     key = key_frames(track, options.thin_px, rounding=_ROUNDING)
@@ -129,19 +133,21 @@ def _write_track(
         + attribute_line("source", track.source)
         + attribute_line("note", notes_to_text(track.notes))
     )
+    own = written_attributes(track.attributes)
     every = options.switches.get("rows", "all") == "all"
     frames, occluded, score = track.frames.tolist(), track.occluded.tolist(), track.score.tolist()
-    lines = [f' <track id="{number}" label={quoted(label_name(labels, track.label))} source="{source_of(track)}">\n']
+    lines = [f' <track id="{number}" label={quoted(labels.name(track.label))} source="{source_of(track)}">\n']
     last = len(frames) - 1
     for k, (frame, is_key) in enumerate(zip(frames, key.tolist(), strict=True)):
         if is_key or every:
             x1, y1, x2, y2 = boxes[k]
             value = score[k]
-            changing = uid + (f'<attribute name="score">{value:.6g}</attribute>' if value == value else "")
+            changing = uid + own + written_attributes(at_row(track, k))
+            changing += f'<attribute name="score">{value:.6g}</attribute>' if value == value else ""
             if track.ignore is not None and track.ignore[k]:
                 changing += attribute_line("ignore", "true")
             if track.labels is not None and track.labels[k] != track.label:
-                changing += attribute_line("frame_label", label_name(labels, int(track.labels[k])))
+                changing += attribute_line("frame_label", labels.name(int(track.labels[k])))
             lines.append(
                 f'  <box frame="{frame}" keyframe="{is_key:d}" outside="0" occluded="{occluded[k]:d}" xtl="{x1:.2f}" '
                 f'ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{changing}{fixed if is_key else ""}</box>\n'
@@ -151,7 +157,7 @@ def _write_track(
             x1, y1, x2, y2 = boxes[k]
             lines.append(
                 f'  <box frame="{frame + 1}" keyframe="1" outside="1" occluded="0" xtl="{x1:.2f}" ytl="{y1:.2f}" '
-                f'xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{uid}</box>\n'
+                f'xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{uid}{own}</box>\n'
             )
     lines.append(" </track>\n")
     out.writelines(lines)
@@ -166,6 +172,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
         for node in elements(file, "annotations", ("meta", "track", "image"), name=name):
             if node.tag == "meta":
                 task = TaskOfVideo(node, intake, name)
+                declare_labels(node, intake)
             elif node.tag == "image":
                 raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it as that.")
             elif task.has(node, name):
@@ -184,7 +191,7 @@ def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> Non
     rows = [(child, attributes_of(child)) for child in node.all("box")]
     said = next((values["uid"] for _, values in rows if values.get("uid", "").strip()), "").strip()
     uid = intake.unique(said or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
-    first: dict[str, str] = {}
+    first: Mapping[str, str] = {}
     last_row = -1
     # FiftyOne says which boxes are key frames only of labels that know it. Its others are boxes of their own.
     says = any("keyframe" in child.attrib for child, _ in rows)
@@ -199,7 +206,8 @@ def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> Non
         if outside:
             intake.end(uid, frame)
             continue
-        first = first or values
+        ours = ours_in(values)
+        first = first or ours
         own = values.get("frame_label", "").strip()
         intake.box(
             uid,
@@ -212,6 +220,7 @@ def _read_track(node: Node, file: str, intake: Intake, task: TaskOfVideo) -> Non
             occluded=flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=_score(values.get("score", "").strip(), file, child),
+            said=said_in(values, OWN_NAMES),
         )
     intake.describe(
         uid,

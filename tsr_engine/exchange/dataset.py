@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
+from tsr_engine.labels.model import AttributeValue, LabelSet
 
 __all__ = ["NONE", "REJECTED", "UNSAID", "Dataset", "DatasetVideo", "Skipped", "Track"]
 
@@ -34,7 +35,7 @@ class Track:
 
     Attributes:
         uid: stable name of the track within its video (the review tool's key: ``m7``, ``h3f2...``).
-        label: index into the labels of the data set; -1: none of them, or not known.
+        label: id of a label of the data set; -1: none of them, or not known.
         frames: frames that show it, strictly ascending, shape (n,).
         boxes: shape (n, 4), px edges; finite, ``x1 < x2`` and ``y1 < y2``.
         key: frames that hold a statement of their own; the others can be interpolated, shape (n,).
@@ -46,6 +47,8 @@ class Track:
         state: how far review is: ``open``, ``accepted``, ``rejected``, ``needs_work`` or, of a truth, ``truth``.
         source: ``engine``, ``corrected``, ``human``, ``truth`` or ``imported``.
         notes: what people wrote: frame and text.
+        attributes: answers to the questions of its label that hold for the whole track, by name.
+        changing: answers that change from frame to frame, by name; None: there is none in that frame, shape (n,).
     """
 
     uid: str
@@ -61,6 +64,8 @@ class Track:
     state: str = "open"
     source: str = "engine"
     notes: tuple[tuple[int, str], ...] = ()
+    attributes: Mapping[str, AttributeValue] = field(default_factory=dict)
+    changing: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,16 +122,16 @@ class Skipped:
 
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """Videos under one list of labels.
+    """Videos under one label set.
 
     Attributes:
-        labels: names, the class number is the place in the list.
+        labels: what the labels of tracks are ids of; of an import, with the labels and attributes that it adds.
         videos: in an order that does not change.
         skipped: what was left out on the way here.
         repaired: what was put right on the way here, one sentence each.
     """
 
-    labels: tuple[str, ...]
+    labels: LabelSet
     videos: Sequence[DatasetVideo]
     skipped: tuple[Skipped, ...] = ()
     repaired: tuple[str, ...] = ()

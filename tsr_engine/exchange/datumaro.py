@@ -14,13 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from tsr_engine.exchange.attributes import attributes_in, inner, ours_in, said_in, written
 from tsr_engine.exchange.checks import SIZE_SWITCH, Intake, refuse
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.files_below import json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.json_stream import heads, members
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, picture_lists, subsets_in, write_files
@@ -34,13 +35,16 @@ __all__ = ["FORMAT"]
 _DECIMALS = 4
 _IMAGE = 2
 """Datumaro's number for still pictures."""
+_OWN = frozenset(
+    {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
+)
+"""Attributes that are ours or CVAT's, not a label's."""
 _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other."""
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels, _, _ = used_labels(dataset)
-    numbers = {name: place for place, name in enumerate(labels)}
+    labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
@@ -50,7 +54,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
             file.write(_head(labels))
             comma = ""
             for part in lists:
-                for item in _items(part, subset, suffix, numbers, labels):
+                for item in _items(part, subset, suffix, labels):
                     file.write(comma + item)
                     comma = ",\n"
                     done += 1
@@ -62,7 +66,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
     return [], {"origin": 0, "decimals": _DECIMALS, "pictures": pictures}
 
 
-def _head(labels: list[str]) -> str:
+def _head(labels: ClassMap) -> str:
     head = {
         "dm_format_version": "1.0",
         "media_type": _IMAGE,
@@ -70,7 +74,13 @@ def _head(labels: list[str]) -> str:
         "categories": {
             "label": {
                 "label_groups": [],
-                "labels": [{"name": name, "parent": "", "attributes": []} for name in labels],
+                "labels": [
+                    *(
+                        {"name": each.name, "parent": "", "attributes": [written(one.name) for one in each.attributes]}
+                        for each in labels.labels
+                    ),
+                    *([{"name": UNKNOWN, "parent": "", "attributes": []}] if labels.unknown else []),
+                ],
                 # Attributes that are declared survive Datumaro's conversion to other formats.
                 "attributes": ["occluded", "uid", "score", "state", "source", "note", "ignore"],
             },
@@ -80,7 +90,7 @@ def _head(labels: list[str]) -> str:
     return json.dumps(head)[:-1] + ', "items": [\n'
 
 
-def _items(part: PictureList, subset: str, suffix: str, numbers: dict[str, int], labels: list[str]) -> Iterator[str]:
+def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Iterator[str]:
     """The text of each item of a subset."""
     video, rows = part.video, part.rows
     heads = [
@@ -91,6 +101,7 @@ def _items(part: PictureList, subset: str, suffix: str, numbers: dict[str, int],
                 "state": info.state,
                 "source": info.source,
                 **({"note": notes_to_text(info.notes)} if info.notes else {}),
+                **{written(name): value for name, value in info.attributes.items()},
             },
         )[1:-1]
         for place, info in enumerate(rows.tracks)
@@ -109,8 +120,9 @@ def _items(part: PictureList, subset: str, suffix: str, numbers: dict[str, int],
                 f'"keyframe":{truth[int(rows.key[k])]},"outside":false,'
                 + (f'"score":{score:.9g},' if score == score else "")
                 + ('"ignore":true,' if rows.ignore[k] else "")
+                + inner({written(name): value for name, value in rows.said(k).items()})
                 + f"{heads[rows.track[k]]}}},"
-                f'"group":0,"label_id":{numbers[label_name(labels, int(rows.label[k]))]},"z_order":0,'
+                f'"group":0,"label_id":{labels.place(int(rows.label[k]))},"z_order":0,'
                 f'"bbox":[{",".join(map(repr, edges[k]))}]}}'
             )
         extra = "" if video.times is None else f',"time":{float(video.times[frame]):.6f}'
@@ -201,6 +213,7 @@ def _annotation(
         raise refuse(file, where, f"label_id {note.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it.")
     said = note.get("attributes", {})
     said = said if isinstance(said, dict) else {}
+    ours = ours_in(said)
     track = track_of(said.get("track_id"), "track_id", file, where)
     uid = str(said.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
     if not uid:
@@ -224,13 +237,14 @@ def _annotation(
         occluded=said.get("occluded") in (True, "true", "True"),
         ignore=said.get("ignore") in (True, "true", "True"),
         score=math.nan if score is None else real_of(score, "score", file, where),
+        said=attributes_in(said_in(said, _OWN), file, where),
     )
     if taken and not known:
         intake.describe(
             uid,
-            state=str(said.get("state", "open")),
-            source=str(said.get("source", "imported")),
-            notes=notes_from_text(str(said.get("note", "")), frame),
+            state=str(ours.get("state", "open")),
+            source=str(ours.get("source", "imported")),
+            notes=notes_from_text(str(ours.get("note", "")), frame),
         )
     return True
 

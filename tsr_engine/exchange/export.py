@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.errors import ExportError, StorageError
+from tsr_engine.exchange.attributes import without
 from tsr_engine.exchange.collector import seldom_collected
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.filters import inside_pictures
@@ -18,6 +19,7 @@ from tsr_engine.exchange.negatives import signs_alone
 from tsr_engine.exchange.outlet import FolderOutlet, Outlet, ZipOutlet
 from tsr_engine.exchange.publish import fsync_tree, publish, workshop
 from tsr_engine.exchange.registry import switches_of
+from tsr_engine.exchange.relabel import merged_resolved
 from tsr_engine.exchange.split import check_leaks
 from tsr_engine.io.atomic import storage_error
 
@@ -59,6 +61,7 @@ def export_dataset(
         StorageError: no room or no permission, or ``out`` is something else than an export.
     """
     options = ExportOptions() if options is None else options
+    limited = format.attributes != "all"
     write = format.write
     if write is None:
         raise ExportError(f"{format.title} is read only. Choose another format.")
@@ -66,6 +69,7 @@ def export_dataset(
         raise ExportError(f"{format.title} consists of pictures. Export with pictures.")
     options = replace(options, switches=switches_of(format, dict(options.switches), reading=False))
     _check_place(out, zipped)
+    dataset = merged_resolved(dataset)
     found = survey(dataset, options)
     signs = signs_alone(inside_pictures(dataset), found.negatives)
     check_leaks(dataset, options.split, whole_frames=format.name not in CROPS)
@@ -74,7 +78,8 @@ def export_dataset(
 
             def write_into(outlet: Outlet) -> Manifest:
                 skipped, extra = write(signs, outlet, options)
-                everything = [*dataset.skipped, *found.skipped, *skipped]
+                lost = without(signs, all_of_them=format.attributes == "none", title=format.title) if limited else []
+                everything = [*dataset.skipped, *found.skipped, *skipped, *lost]
                 manifest = describe(signs, format, options, found, everything, extra, outlet.files, about or {})
                 outlet.put(MANIFEST, manifest.encoded())
                 return manifest

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 
-__all__ = ["Filters", "filtered", "inside_picture", "inside_pictures", "only_tracks", "part_of"]
+__all__ = ["Filters", "filtered", "inside_picture", "inside_pictures", "only_tracks", "part_of", "unignored"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +63,7 @@ def part_of(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
         ignore=None if track.ignore is None else track.ignore[chosen],
         silent=None if track.silent is None else track.silent[chosen],
         notes=tuple(note for note in track.notes if note[0] in known),
+        changing={name: values[chosen] for name, values in track.changing.items()},
     )
 
 
@@ -108,6 +109,26 @@ def inside_picture(track: Track, video: DatasetVideo) -> tuple[Track | None, int
         return None, 0
     reaching = (cut != boxes).any(axis=1) & (cut[:, 0] < cut[:, 2]) & (cut[:, 1] < cut[:, 3])
     return part, int(reaching.sum())
+
+
+def unignored(dataset: Dataset) -> tuple[Dataset, int]:
+    """The data set without boxes that are to be ignored, in each pass anew, and how many these are."""
+    boxes = sum(
+        int(track.ignore.sum()) for video in dataset.videos for track in video.tracks() if track.ignore is not None
+    )
+    if not boxes:
+        return dataset, 0
+
+    def passes(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
+        def once() -> Iterator[Track]:
+            for track in video.tracks():
+                kept = track if track.ignore is None else part_of(track, ~track.ignore)
+                if kept is not None:
+                    yield replace(kept, notes=track.notes)
+
+        return once
+
+    return replace(dataset, videos=tuple(replace(video, tracks=passes(video)) for video in dataset.videos)), boxes
 
 
 def inside_pictures(dataset: Dataset) -> Dataset:

@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.spool import Spool
+from tsr_engine.labels.model import LabelSet
 
-__all__ = ["BAD_BOXES", "ExportOptions", "Format", "ImportLimits", "ImportTarget", "Switch", "Writer"]
+__all__ = ["BAD_BOXES", "ExportOptions", "Format", "ImportLimits", "ImportTarget", "Switch", "UnknownNames", "Writer"]
+
+UnknownNames = Literal["refuse", "add", "skip"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +57,8 @@ class ExportOptions:
         thin_px: dense tracks are thinned to key frames whose interpolation stays within this many px of each edge;
             formats that do not interpolate write every frame.
         split: subset of each (video sha256 or name, track uid), by ``tsr_engine.exchange.split``; empty: one subset.
+        used_labels: declare the labels that signs have, not all that the set offers; numbers of labels then depend on
+            what goes out.
         progress: told (frames or tracks done, of how many); raises to stop.
     """
 
@@ -61,6 +66,7 @@ class ExportOptions:
     switches: Mapping[str, str] = field(default_factory=dict)
     thin_px: float = 0.5
     split: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    used_labels: bool = False
     progress: Callable[[int, int], None] = lambda _done, _of: None
 
 
@@ -83,19 +89,21 @@ class ImportTarget:
 
     Attributes:
         video: its ``tracks`` are not read.
-        labels: the tool's class names; names are matched exactly, then without case, spaces, dashes and underscores,
-            then by a number 0 to 42.
+        labels: the label set of the video; see ``LabelMatcher`` for how names are matched.
         switches: options of the format; all of them, defaults filled in.
-        label_map: name in the file -> class number, said by a person; wins.
+        label_map: name in the file -> id or key of a label, -1: none; said by a person, wins.
+        unknown: what becomes of names that no label has: ``refuse`` the file with their list, ``add`` them to the set
+            with the attributes that the file declares, or ``skip`` their boxes.
         wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
         spool: small files of an unpacked archive that are not on the disk; readers of such ask it.
         limits: what the import may hold.
     """
 
     video: DatasetVideo
-    labels: tuple[str, ...]
+    labels: LabelSet
     switches: Mapping[str, str] = field(default_factory=dict)
-    label_map: Mapping[str, int] = field(default_factory=dict)
+    label_map: Mapping[str, int | str] = field(default_factory=dict)
+    unknown: UnknownNames = "refuse"
     wrapper: str = ""
     spool: Spool | None = field(default=None, repr=False, compare=False)
     limits: ImportLimits = field(default_factory=ImportLimits)
@@ -133,6 +141,8 @@ class Format:
         import_switches: options of the reader; ``BAD_BOXES`` is added to them.
         needs_pictures: an export without pictures makes no sense (crop folders).
         key_frames: the writer marks key frames, so that ``ExportOptions.thin_px`` says how many there are.
+        attributes: which attributes of labels it holds: ``all``, those of whole ``tracks``, or ``none``.
+        ignores: it has a mark for boxes that are to be ignored; without one they stay behind.
         docs: page under ``docs/formats/``.
     """
 
@@ -146,6 +156,8 @@ class Format:
     import_switches: tuple[Switch, ...] = ()
     needs_pictures: bool = False
     key_frames: bool = False
+    attributes: Literal["all", "tracks", "none"] = "all"
+    ignores: bool = True
     docs: str = ""
 
     def __post_init__(self) -> None:

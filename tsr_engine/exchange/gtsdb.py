@@ -15,6 +15,7 @@ from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.counting import Custom
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.labels import benchmark_keys, benchmark_numbers
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.linking import LINK_SWITCH, LooseBoxes
 from tsr_engine.exchange.outlet import Outlet
@@ -34,6 +35,7 @@ _BENCHMARK = Custom(0, "the benchmark's scenes begin with 00000", before="", dig
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     suffix = options.switches.get("image", "jpg")
     corners = options.switches.get("corners", "inclusive")
+    numbers = benchmark_numbers(dataset.labels)
     lists = picture_lists(dataset, options)
     total = sum(len(part.frames) for part in lists)
     done = ignored = unknown = 0
@@ -53,10 +55,10 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                         label = int(rows.label[k])
                         if rows.ignore[k]:
                             ignored += 1
-                        elif label < 0:
+                        elif label not in numbers:
                             unknown += 1
                         else:
-                            truth.write(f"{name};{';'.join(map(str, edges[k]))};{label}\n")
+                            truth.write(f"{name};{';'.join(map(str, edges[k]))};{numbers[label]}\n")
                     done += 1
                     options.progress(done, total)
     pictures = write_files(
@@ -66,7 +68,8 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
     )
     skipped = [Skipped(f"{ignored} boxes to ignore", "gt.txt has no such mark.")] if ignored else []
-    skipped += [Skipped(f"{unknown} boxes without class", "gt.txt must have a class number.")] if unknown else []
+    why = "Their label is none of the 43 classes that gt.txt has numbers for."
+    skipped += [Skipped(f"{unknown} boxes", why)] if unknown else []
     what = "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
     return skipped, {"origin": 0, "corners": corners, "meaning": what, "pictures": pictures}
 
@@ -120,10 +123,10 @@ def _read_row(
     cells: list[str], frame: int, file: str, line: int, corners: str, intake: Intake, loose: LooseBoxes
 ) -> None:
     label = _whole(cells[5], cells, file, line)
-    if not 0 <= label < len(intake.target.labels):
-        raise refuse(file, line, f"class {label} must be 0 to {len(intake.target.labels) - 1}. Correct it.")
+    if not 0 <= label < len(benchmark_keys()):
+        raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
     edges = intake.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
-    loose.add(frame, edges, label, file=file, line=line)
+    loose.add(frame, edges, intake.label(benchmark_keys()[label], file, line), file=file, line=line)
 
 
 def _edges(cells: list[str], extra: int, file: str, line: int) -> tuple[float, float, float, float]:
@@ -175,5 +178,7 @@ FORMAT = Format(
         *PICTURE_SWITCHES,
         LINK_SWITCH,
     ),
+    attributes="none",
+    ignores=False,
     docs="gtsdb.md",
 )

@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.gtsrb_reader import OWN, SIDE, read_crops, sniff_crops
+from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.pictures import encode, picture_sha256, stream_frames
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
-from tsr_engine.exchange.sidecar import COLUMNS, SideText, csv_text
+from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.whole_pixels import whole_pixels
@@ -76,14 +77,14 @@ def border_of(side: int) -> int:
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     writer = _Writer(dataset, out, options)
     with out.text(SIDE, errors="replace") as side:
-        side.write(csv_text([*OWN, *COLUMNS]) + "\n")
+        side.write(csv_text([*OWN, *COLUMNS, ATTRIBUTES]) + "\n")
         for video in dataset.videos:
             writer.write_video(video, side)
     writer.write_tables()
     skipped = [
         Skipped(f"{count} {what}", reason)
         for count, what, reason in (
-            (writer.without_class, "tracks without class", "Crops lie in the folder of their class."),
+            (writer.without_class, "tracks", "Their label is none of the 43 classes that GTSRB has folders for."),
             (writer.ignored, "boxes to ignore", "Crops have no such mark."),
             (writer.thinned, "boxes", f"{_PER_TRACK} crops a track were asked for."),
         )
@@ -103,6 +104,7 @@ class _Writer:
 
     def __init__(self, dataset: Dataset, out: Outlet, options: ExportOptions) -> None:
         self._out = out
+        self._numbers = benchmark_numbers(dataset.labels)
         self._options = options
         self._suffix = options.switches.get("picture", "ppm")
         self._most = _PER_TRACK if options.switches.get("per_track", "all") != "all" else None
@@ -132,7 +134,7 @@ class _Writer:
                 running[number] += 1
                 x1, y1, x2, y2 = (int(edge) for edge in boxes[k])
                 crop, roi = crop_with_border(frame.picture, (x1, y1, x2, y2))
-                path = self._put(subsets[number], rows.tracks[number].label, name, crop, roi)
+                path = self._put(subsets[number], self._numbers[rows.tracks[number].label], name, crop, roi)
                 own = [path, video.name, video.sha256, frame.ordinal, x1 - roi[0], y1 - roi[1], digest]
                 side.write(f"{csv_text(own)},{told(k)}\n")
                 self.crops += 1
@@ -149,7 +151,7 @@ class _Writer:
         for track in video.tracks():
             if subset_of(video, track.uid, self._options.split) is None:
                 continue
-            if track.label < 0:
+            if track.label not in self._numbers:
                 self.without_class += 1
             else:
                 wanted.add(track.uid)
@@ -199,5 +201,6 @@ FORMAT = Format(
     ),
     import_switches=(TASK_SWITCH,),
     needs_pictures=True,
+    ignores=False,
     docs="gtsrb.md",
 )

@@ -8,6 +8,7 @@ from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.line_ends import last_of, tell_open_ends
 from tsr_engine.exchange.sidecar import read_side
 from tsr_engine.exchange.subject import Part, choose
@@ -61,8 +62,8 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             missing += 1
             continue
         file, line, (x1, y1, x2, y2, label) = found
-        if not 0 <= label < len(target.labels):
-            raise refuse(file, line, f"class {label} must be 0 to {len(target.labels) - 1}. Correct it.")
+        if not 0 <= label < len(benchmark_keys()):
+            raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
         frame = intake.frame(entry.own["frame"], SIDE, entry.line)
         left, top = (_whole(entry.own[name], name, SIDE, entry.line) for name in ("left", "top"))
         known = entry.uid in intake
@@ -70,12 +71,13 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             entry.uid,
             frame,
             (left + x1, top + y1, left + x2, top + y2),
-            label,
+            intake.label(benchmark_keys()[label], file, line),
             file=file,
             line=line,
             key=entry.key,
             occluded=entry.occluded,
             score=entry.score,
+            said=entry.said,
         )
         if taken and (entry.note or not known):
             entry.tell(intake, frame)

@@ -15,9 +15,11 @@ import numpy as np
 
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.filters import unignored
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
+from tsr_engine.exchange.label_studio_controls import CONFIG, controls, results
 from tsr_engine.exchange.label_studio_reader import read_label_studio, sniff_label_studio
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.names import safe_stem, video_names
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.outlet import Outlet
@@ -37,7 +39,8 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
         raise ExportError("Label Studio shows the video itself. Export without pictures.")
     for video in dataset.videos:
         _constant_rate(video)
-    labels, ignore, changes = used_labels(dataset)
+    dataset, ignored = unignored(dataset)
+    labels = class_map(dataset, options.used_labels)
     subsets: list[str | None] = [None]
     if options.split:
         subsets = [name for name in SUBSETS if name in set(options.split.values())]
@@ -54,8 +57,9 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                 for track in video.tracks():
                     if subset is not None and subset_of(video, track.uid, options.split) != subset:
                         continue
-                    region, count = _region(track, video, rate, dataset.labels, options)
-                    file.write(f"{comma}\n{region}")
+                    region, count = _region(track, video, rate, labels, options)
+                    texts = [region, *map(_dump, results(track, labels))]
+                    file.write(comma + ",".join(f"\n{text}" for text in texts))
                     comma = ","
                     keys += count
                     lost_scores += int(np.isfinite(track.score).sum())
@@ -64,19 +68,20 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                     options.progress(done, total)
                 file.write("]}]}")
             file.write("\n]\n")
-    tags = "".join(f"<Label value={quoted(name)}/>" for name in labels)
+    tags = "".join(f"<Label value={quoted(name)}/>" for name in labels.names)
     config = (
         f'<View><Labels name="videoLabels" toName="video">{tags}</Labels>'
-        '<Video name="video" value="$video" framerate="$fps"/><VideoRectangle name="box" toName="video"/></View>\n'
+        f'<Video name="video" value="$video" framerate="$fps"/><VideoRectangle name="box" toName="video"/>'
+        f"{controls(labels)}</View>\n"
     )
-    out.put("label_config.xml", config.encode())
+    out.put(CONFIG, config.encode())
     skipped = [
         Skipped(f"{lost_scores} scores", "Label Studio has one score a region; it is the mean of the track.")
         if lost_scores
         else None,
         Skipped(f"{occluded} marks of occlusion", "Label Studio has none.") if occluded else None,
-        Skipped("Marks of regions to ignore", "Label Studio has none.") if ignore else None,
-        Skipped("Classes of single frames", "A region of Label Studio has one class.") if changes else None,
+        Skipped(f"{ignored} boxes to ignore", "Label Studio has no such mark.") if ignored else None,
+        Skipped("Labels of single frames", "A region of Label Studio has one label.") if labels.changes else None,
     ]
     told = {"origin": 1, "unit": "percent of the picture", "decimals": _DECIMALS, "key_frames": keys}
     return [item for item in skipped if item is not None], told
@@ -108,7 +113,7 @@ def _task_head(video: DatasetVideo, called: str, rate: float, subset: str | None
 
 
 def _region(
-    track: Track, video: DatasetVideo, rate: float, labels: tuple[str, ...], options: ExportOptions
+    track: Track, video: DatasetVideo, rate: float, labels: ClassMap, options: ExportOptions
 ) -> tuple[str, int]:
     """The text of a region and the number of its key frames."""
     # A millionth of a percent is a hundred-thousandth of a pixel at most.
@@ -150,7 +155,7 @@ def _region(
         "value": {
             "framesCount": video.frames,
             "duration": round(video.frames / rate, 6),
-            "labels": [label_name(labels, track.label)],
+            "labels": [labels.name(track.label)],
             "sequence": sequence,
         },
         "meta": {"text": meta},
@@ -177,5 +182,7 @@ FORMAT = Format(
     ),
     import_switches=(TASK_SWITCH,),
     key_frames=True,
+    attributes="tracks",
+    ignores=False,
     docs="label-studio.md",
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from tsr_engine.exchange.checks import Intake, read_json, refuse
 from tsr_engine.exchange.dataset import UNSAID, Dataset, DatasetVideo
 from tsr_engine.exchange.formats import ImportTarget
+from tsr_engine.exchange.label_studio_controls import answers_of, declare_controls
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.subject import Part, choose, likeness, name_in
@@ -43,6 +45,7 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
     if not files:
         raise refuse(path.name, None, "has no JSON file. Export as JSON from Label Studio again.")
     parts = [part for file in files for part in _tasks(file, video)]
+    declare_controls(path if path.is_dir() else path.parent, intake)
     for part in choose(parts, intake, files[0].name if len(files) == 1 else path.name, "task", merge=_are_ours(parts)):
         task, file_name, where = part.content
         if not part.name and part.known is None:
@@ -135,6 +138,7 @@ def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> N
         and isinstance(region.get("value"), dict)
         and isinstance(region.get("id"), str)
     }
+    answers_by_region = answers_of(answers[0]["result"])
     drawn = {region.get("id") for region in answers[0]["result"] if _is_rectangle(region)}
     times = _Times(intake, file, where)
     other = 0
@@ -143,12 +147,14 @@ def _read_task(task: dict[str, Any], intake: Intake, file: str, where: str) -> N
         if not isinstance(region, dict):
             raise refuse(file, spot, "must be an object. Correct it.")
         if not _is_rectangle(region):
-            other += not (region.get("type") == "labels" and region.get("id") in drawn)
+            known = region.get("type") == "labels" or str(region.get("id")) in answers_by_region
+            other += not (known and region.get("id") in drawn)
             continue
         if _drawn_on(region) in elsewhere:
             intake.skip(f"{file}, {spot}", f"It is drawn on {elsewhere[_drawn_on(region)]}.")
             continue
-        _read_region(region, labels.get(str(region.get("id")), []), times, intake, file, spot)
+        said = answers_by_region.get(str(region.get("id")), {})
+        _read_region(region, labels.get(str(region.get("id")), []), said, times, intake, file, spot)
     times.settle((task.get("data") or {}).get("fps") if isinstance(task.get("data"), dict) else None)
     if other:
         intake.skip(f"{file}, {where}: {other} results", "They are no video rectangles.")
@@ -219,7 +225,13 @@ def _list(value: Any) -> list[Any]:
 
 
 def _read_region(
-    region: dict[str, Any], labels: list[Any], times: _Times, intake: Intake, file: str, where: str
+    region: dict[str, Any],
+    labels: list[Any],
+    said: Mapping[str, Any],
+    times: _Times,
+    intake: Intake,
+    file: str,
+    where: str,
 ) -> None:
     value = region.get("value")
     if not isinstance(value, dict) or not isinstance(value.get("sequence"), list):
@@ -255,6 +267,7 @@ def _read_region(
         state=(meta.get("state") or ["open"])[0],
         source=(meta.get("source") or ["imported"])[0],
         notes=notes_from_text("\n".join(meta.get("note", [])), min(enabled_at, default=0)),
+        said=said,
         # Enabled at its last key frame, a region stays to the end of the video.
         until=video.frames - 1 if enabled_at and enabled_at[max(enabled_at)] else -1,
     )

@@ -1,97 +1,154 @@
-"""Names of classes in other tools' files, matched to the classes of the tool."""
+"""Labels in other tools' files: whose label a name in a file is, and under which name and number a label goes out."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Final
 
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.exchange.dataset import NONE, Dataset
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.labels.wording import comparable
 
-__all__ = ["CLASS_NAMES", "UNKNOWN", "LabelMatcher", "label_name", "used_labels"]
+__all__ = ["UNKNOWN", "ClassMap", "LabelMatcher", "benchmark_keys", "benchmark_numbers", "class_map", "label_name"]
 
-CLASS_NAMES: tuple[str, ...] = tuple(sign.name for sign in CATALOGUE)
-"""The 43 classes; the place is the class number."""
-
-UNKNOWN = "unknown sign"
-"""Written for a track whose class is not known."""
-
-_NUMBER = re.compile(r"(?:(?:class|id|c)[\s_:#-]*)?0*(\d{1,4})", re.ASCII | re.IGNORECASE)
-_LOOSE = re.compile(r"[\s_-]+")
+UNKNOWN: Final = "unknown sign"
+"""Written for a track that has no label of the set."""
 
 
-def label_name(labels: Sequence[str], label: int, unknown: str = UNKNOWN) -> str:
-    """The name that is written for a class; ``unknown`` for -1."""
-    return labels[label] if 0 <= label < len(labels) else unknown
+def label_name(labels: LabelSet, label: int) -> str:
+    """The name that is written for a label; ``UNKNOWN`` for -1. For single labels: it searches the set."""
+    found = labels.get(label)
+    return UNKNOWN if found is None else found.name
 
 
 class LabelMatcher:
-    """Finds the class of a name.
+    """Finds the label of a name in a file.
 
-    In this order: what a person said; the exact name; the name without case, spaces, dashes and underscores; the short
-    name of the catalogue, the same way; a class number such as ``14``, ``00014``, ``class 14``.
+    In this order: what a person said about the name; what ``LabelFinder`` finds; ``UNKNOWN`` is no label.
     """
 
-    def __init__(self, labels: Sequence[str], label_map: Mapping[str, int] | None = None) -> None:
-        """Take the class names and what a person said about names.
+    def __init__(self, labels: LabelSet, label_map: Mapping[str, int | str] | None = None) -> None:
+        """Take a set and what a person said: name in the file -> id or key of a label, -1: no label of the set.
 
         Raises:
-            UsageError: a person named a class number that does not exist; -1 stands for "not known".
+            UsageError: a person named a label that the set does not have.
         """
-        self._count = len(labels)
-        self._said = dict(label_map or {})
-        for name, label in self._said.items():
-            if not -1 <= label < self._count:
-                raise UsageError(
-                    f"The class of {name!r} must be 0 to {self._count - 1}, or -1 for none. Got {label}; correct it."
-                )
-        self._exact = {name: place for place, name in reversed(list(enumerate(labels)))}
-        self._loose = {_loose(name): place for place, name in reversed(list(enumerate(labels)))}
-        if tuple(labels) == CLASS_NAMES:
-            for place, sign in enumerate(CATALOGUE):
-                # Short names are words for most signs; the numbers among them are class numbers to everybody else.
-                if not sign.short.isdigit():
-                    self._loose.setdefault(_loose(sign.short), place)
-        self._found: dict[str, int | None] = {}
+        self._finder = LabelFinder(labels)
+        self._said = {name: _said_label(name, said, labels) for name, said in (label_map or {}).items()}
+        self._found: dict[str, tuple[int | None, bool]] = {}
 
     def __call__(self, name: str) -> int | None:
-        """The class number of a name, -1 where a person said that it stands for none, None: no class has it."""
-        if name not in self._found:
-            self._found[name] = self._find(name)
-        return self._found[name]
+        """The id of a name's label, -1 where the name stands for none; None: no label has it."""
+        return self._find(name)[0]
 
     def is_number(self, name: str) -> bool:
-        """Whether a name counts as a class only since it is a number."""
-        said = name in self._said or name in self._exact or _loose(name) in self._loose
-        return not said and _NUMBER.fullmatch(name.strip()) is not None
+        """Whether a name counts as a label only since it is a number."""
+        return self._find(name)[1]
 
-    def _find(self, name: str) -> int | None:
+    def suggestions(self, name: str) -> list[Label]:
+        """Labels that a name may mean, the likeliest first."""
+        return self._finder.suggestions(name)
+
+    def _find(self, name: str) -> tuple[int | None, bool]:
+        found = self._found.get(name)
+        if found is None:
+            found = self._found[name] = self._look(name)
+        return found
+
+    def _look(self, name: str) -> tuple[int | None, bool]:
         if name in self._said:
-            return self._said[name]
-        if name in self._exact:
-            return self._exact[name]
-        loose = _loose(name)
-        if loose in self._loose:
-            return self._loose[loose]
-        if loose == _loose(UNKNOWN):
-            return -1
-        number = _NUMBER.fullmatch(name.strip())
-        if number and int(number[1]) < self._count:
-            return int(number[1])
-        return None
+            return self._said[name], False
+        match = self._finder.find(name)
+        if match is not None and match.how != "number":
+            return match.label.id, False
+        if comparable(name) == comparable(UNKNOWN):
+            return NONE, False
+        return (None, False) if match is None else (match.label.id, True)
 
 
-def _loose(name: str) -> str:
-    return _LOOSE.sub("", name).casefold()
+def _said_label(name: str, said: int | str, labels: LabelSet) -> int:
+    if said == NONE:
+        return NONE
+    found = labels.by_key(said) if isinstance(said, str) else labels.get(said)
+    if found is not None:
+        return labels.resolved(found.id)
+    if isinstance(said, str):
+        like = [f"'{label.key}'" for label in LabelFinder(labels).suggestions(said)]
+        hint = f" Did you mean {' or '.join(like)}?" if like else ""
+        raise UsageError(f"{name!r} is to become {said!r}, which is the key of no label of {labels.name}.{hint}")
+    last = max((label.id for label in labels), default=NONE)
+    raise UsageError(
+        f"The label of {name!r} must be a number of {labels.name}, 0 to {last}, its key, or -1 for none. Got {said}."
+    )
 
 
-def used_labels(dataset: Dataset) -> tuple[list[str], bool, bool]:
-    """Label names to declare; whether boxes are ignored; whether classes change within a track. One pass."""
-    unknown = ignore = changes = False
+@dataclass(frozen=True, slots=True)
+class ClassMap:
+    """The labels that a file declares, in the order of their ids; a label's place is its number in the file.
+
+    Attributes:
+        labels: the labels.
+        unknown: ``UNKNOWN`` is declared behind them.
+        ignore: some boxes are to be ignored.
+        changes: labels change within a track.
+    """
+
+    labels: tuple[Label, ...]
+    unknown: bool
+    ignore: bool
+    changes: bool
+    _names: Mapping[int, str]
+    _places: Mapping[int, int]
+
+    @property
+    def names(self) -> list[str]:
+        """What is declared, by place."""
+        return [*(label.name for label in self.labels), *([UNKNOWN] if self.unknown else [])]
+
+    def name(self, label: int) -> str:
+        """The name of a label of the map; ``UNKNOWN`` for -1."""
+        return self._names[label]
+
+    def place(self, label: int) -> int:
+        """The number from 0 of a label of the map, or of ``UNKNOWN`` for -1."""
+        return self._places[label]
+
+
+def class_map(dataset: Dataset, used_only: bool = False) -> ClassMap:
+    """The labels to declare for a data set; one pass over its tracks.
+
+    Args:
+        dataset: its labels and tracks.
+        used_only: declare the labels that tracks have, not all that the set offers.
+    """
+    used: set[int] = set()
+    ignore = changes = False
     for video in dataset.videos:
         for track in video.tracks():
-            unknown |= track.label < 0 or (track.labels is not None and bool((track.labels < 0).any()))
+            used.add(track.label)
+            if track.labels is not None:
+                used.update(set(track.labels.tolist()))
+                changes |= bool((track.labels != track.label).any())
             ignore |= track.ignore is not None and bool(track.ignore.any())
-            changes |= track.labels is not None and bool((track.labels != track.label).any())
-    return [*dataset.labels, *([UNKNOWN] if unknown else [])], ignore, changes
+    offered = set() if used_only else {label.id for label in dataset.labels.offered()}
+    labels = tuple(sorted((each for each in dataset.labels if each.id in used | offered), key=lambda each: each.id))
+    names = {label.id: label.name for label in labels}
+    places = {label.id: place for place, label in enumerate(labels)}
+    return ClassMap(labels, NONE in used, ignore, changes, names | {NONE: UNKNOWN}, places | {NONE: len(labels)})
+
+
+@cache
+def benchmark_keys() -> tuple[str, ...]:
+    """Keys of the labels of the German benchmarks, GTSRB and GTSDB, by their class number."""
+    return tuple(label.key for label in shipped_set("gtsrb-43"))
+
+
+def benchmark_numbers(labels: Iterable[Label]) -> dict[int, int]:
+    """The benchmarks' class number of each label that they have, by id; found by key."""
+    numbers = {key: number for number, key in enumerate(benchmark_keys())}
+    return {label.id: numbers[label.key] for label in labels if label.key in numbers}

@@ -9,7 +9,9 @@ frames is closed.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +45,7 @@ class _Box:
     occluded: bool
     ignore: bool
     score: float
+    said: Mapping[str, Any] | None
 
 
 class LooseBoxes:
@@ -69,11 +72,12 @@ class LooseBoxes:
         occluded: bool = False,
         ignore: bool = False,
         score: float = math.nan,
+        said: Mapping[str, Any] | None = None,
     ) -> None:
         """One box, as ``Intake.box`` takes it; all but its edges is checked when the boxes are settled."""
         if not self._intake.takes(edges, file, line):
             return
-        self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score), file))
+        self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, said), file))
 
     def settle(self) -> None:
         """Hand over all boxes, linked unless the switch ``link`` says ``none``; tells how many became how many.
@@ -106,6 +110,7 @@ class LooseBoxes:
                 occluded=box.occluded,
                 ignore=box.ignore,
                 score=box.score,
+                said=box.said,
             )
         how = f"linked to {len(names)} tracks by overlap" if linked else "taken as tracks of one frame"
         self._intake.repair(f"{self._file}: {len(boxes)} boxes have no track id; they were {how}.")

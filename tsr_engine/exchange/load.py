@@ -16,7 +16,7 @@ from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.exchange.beside import Told, seen_in, told_beside
 from tsr_engine.exchange.checks import check_track
 from tsr_engine.exchange.collector import seldom_collected
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import Format, ImportTarget
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.negatives import with_negatives
@@ -158,12 +158,13 @@ def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
     if len(dataset.videos) != 1:
         raise ImportFormatError(f"{name}: has {len(dataset.videos)} videos, must have one. Import one at a time.")
     video, tracks = target.video, list(dataset.videos[0].tracks())
-    if _sound(tracks, video, len(target.labels)):
+    labels = frozenset(label.id for label in dataset.labels)
+    if _sound(tracks, video, labels):
         return
     seen: set[str] = set()
     for track in tracks:
         try:
-            check_track(track, video, target.labels)
+            check_track(track, video, labels)
         except ExportError as error:
             raise ImportFormatError(f"{name}: {error}") from None
         if (track.boxes[:, :2] < 0).any() or (track.boxes[:, 2:] > (video.width, video.height)).any():
@@ -173,15 +174,14 @@ def check_dataset(dataset: Dataset, target: ImportTarget, name: str) -> None:
         seen.add(track.uid)
 
 
-def _sound(tracks: list[Track], video: DatasetVideo, labels: int) -> bool:
+def _sound(tracks: list[Track], video: DatasetVideo, labels: frozenset[int]) -> bool:
     """Whether all tracks keep their promises, looked at together; where not, one by one says which does not."""
     if not tracks or len({track.uid for track in tracks}) < len(tracks):
         return False
     counts = np.array([len(track.frames) for track in tracks])
     shaped = all(
         track.boxes.shape == (n, 4)
-        and all(values is None or values.shape == (n,) for values in _columns(track))
-        and -1 <= track.label < labels
+        and all(values is None or values.shape == (n,) for values in (*_columns(track), *track.changing.values()))
         for track, n in zip(tracks, counts.tolist(), strict=True)
     )
     if not shaped or not counts.all():
@@ -194,9 +194,9 @@ def _sound(tracks: list[Track], video: DatasetVideo, labels: int) -> bool:
     within = (frames >= 0) & (frames < video.frames)
     edges = (0, 0, video.width, video.height)
     boxed = (boxes[:, :2] >= edges[:2]) & (boxes[:, 2:] <= edges[2:]) & (boxes[:, :2] < boxes[:, 2:])
-    used = [track.labels for track in tracks if track.labels is not None]
-    known = all(int(each.min()) >= -1 and int(each.max()) < labels for each in used)
-    return bool(known and rising.all() and within.all() and boxed.all())
+    used = {track.label for track in tracks}
+    used.update(*(np.unique(track.labels).tolist() for track in tracks if track.labels is not None))
+    return bool(used - {NONE} <= labels and rising.all() and within.all() and boxed.all())
 
 
 def _columns(track: Track) -> tuple[NDArray[Any] | None, ...]:

@@ -10,19 +10,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.checks import check_track, read_json
-from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.filters import inside_picture
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.negatives import stated
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
 from tsr_engine.exchange.split import Split, subset_of
+from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.version import __version__
 
-__all__ = ["MANIFEST", "VERSION", "Manifest", "Survey", "describe", "read_manifest", "survey"]
+__all__ = ["MANIFEST", "VERSION", "Manifest", "Survey", "describe", "labels_of", "read_manifest", "survey"]
 
 MANIFEST = "manifest.json"
 VERSION = 1
@@ -90,6 +93,7 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
         ExportError: a track breaks a promise, or two tracks of a video have one name.
     """
     counts: dict[str, dict[str, dict[str, int]]] = {}
+    names = {label.id: label.name for label in dataset.labels} | {NONE: ""}
     annotated: list[NDArray[np.int64]] = []
     negatives: list[tuple[Track, ...]] = []
     tracks = boxes = left_out = cut = outside = 0
@@ -99,7 +103,7 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
         rejected: list[Track] = []
         for given in video.tracks():
             track = given
-            check_track(track, video, dataset.labels)
+            check_track(track, video, names)
             if track.uid in seen:
                 raise ExportError(f"{video.name}: two tracks are called {track.uid!r}. Give each its own name.")
             seen.add(track.uid)
@@ -118,8 +122,7 @@ def survey(dataset: Dataset, options: ExportOptions) -> Survey:
                 continue
             tracks, boxes = tracks + 1, boxes + len(track.frames)
             shown[track.frames] = True
-            name = dataset.labels[track.label] if track.label >= 0 else ""
-            entry = counts.setdefault(subset, {}).setdefault(name, {"tracks": 0, "boxes": 0})
+            entry = counts.setdefault(subset, {}).setdefault(names[track.label], {"tracks": 0, "boxes": 0})
             entry["tracks"] += 1
             entry["boxes"] += len(track.frames)
         annotated.append(np.flatnonzero(shown).astype(np.int64))
@@ -166,7 +169,8 @@ def describe(
         "coordinates": "frames count from 0 in presentation order; px edges from 0, right and lower edge exclusive",
         "pictures": options.pictures,
         "thin_px": options.thin_px,
-        "classes": [{"id": place, "name": name} for place, name in enumerate(dataset.labels)],
+        "label_set": {"key": dataset.labels.key, "name": dataset.labels.name, "version": dataset.labels.version},
+        "classes": [{"id": label.id, "key": label.key, "name": label.name} for label in dataset.labels],
         "split": {
             "rule": split.rule if isinstance(split, Split) else ("given" if split else "none"),
             "seed": split.seed if isinstance(split, Split) else None,
@@ -193,6 +197,31 @@ def describe(
         "files": files,
     }
     return Manifest(content)
+
+
+def labels_of(content: Mapping[str, Any]) -> LabelSet:
+    """The labels that an export names, without what else its set says of them.
+
+    Raises:
+        ImportFormatError: they are no labels of one set.
+    """
+    benchmark = {label.name: label.key for label in shipped_set(DEFAULT)}
+    about = content.get("label_set", {})
+    try:
+        # exports of version 0.1 have no keys
+        labels = tuple(
+            Label(id=each["id"], key=each.get("key") or benchmark.get(each["name"], each["name"]), name=each["name"])
+            for each in content["classes"]
+        )
+        return LabelSet(
+            key=about.get("key", DEFAULT),
+            name=about.get("name", DEFAULT),
+            version=about.get("version", 1),
+            next_id=max((label.id for label in labels), default=NONE) + 1,
+            labels=labels,
+        )
+    except (KeyError, TypeError, AttributeError, ValidationError):
+        raise ImportFormatError(f"{MANIFEST}: its classes are no labels of one set. Export again.") from None
 
 
 def read_manifest(folder: Path) -> Manifest:

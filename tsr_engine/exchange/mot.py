@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from tsr_engine.exchange.attributes import attributes_text
 from tsr_engine.exchange.checks import SIZE_SWITCH
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.mot_columns import COLUMNS_SWITCH, SCORES_SWITCH
 from tsr_engine.exchange.mot_extras import NAMES
@@ -27,6 +28,7 @@ from tsr_engine.exchange.picture_lists import IMAGE_SWITCH
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import rounded
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.sidecar import ATTRIBUTES
 from tsr_engine.exchange.split import SUBSETS, subset_of, subsets_of_frames
 
 __all__ = ["FORMAT"]
@@ -35,7 +37,7 @@ _DECIMALS = 2
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels, _, _ = used_labels(dataset)
+    labels = class_map(dataset, options.used_labels)
     subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else [""]
     origin = int(options.switches.get("origin", "0"))
     total = sum(1 for video in dataset.videos for _ in video.tracks())
@@ -78,12 +80,11 @@ def _write_sequence(
     home: str,
     video: DatasetVideo,
     rows: FrameRows,
-    labels: list[str],
+    labels: ClassMap,
     origin: int,
     name: str,
     options: ExportOptions,
 ) -> None:
-    numbers = {label: at for at, label in enumerate(labels, start=1)}
     ids = track_numbers(info.uid for info in rows.tracks)
     track = [ids[info.uid] for info in rows.tracks]
     edges = rounded(rows.boxes, _DECIMALS, video.width, video.height)
@@ -99,17 +100,18 @@ def _write_sequence(
             zip(rows.frame.tolist(), rows.track.tolist(), edges.tolist(), strict=True)
         ):
             box = f"{x:.2f},{y:.2f},{w:.2f},{h:.2f}"
-            label = numbers[label_name(labels, int(rows.label[k]))]
+            label = labels.place(int(rows.label[k])) + 1
             truth.write(
                 f"{frame + 1},{track[number]},{box},{int(not rows.ignore[k])},{label},{int(not rows.occluded[k])}\n"
             )
             if scored[k]:
                 detections.append(f"{frame + 1},-1,{box},{rows.score[k]:.6g},-1,-1,-1\n")
         table = csv.writer(side, lineterminator="\n")
-        table.writerow(SIDE_COLUMNS)
+        table.writerow([*SIDE_COLUMNS, ATTRIBUTES])
         for number, info in enumerate(rows.tracks):
-            table.writerow([track[number], info.uid, info.state, info.source, notes_to_text(info.notes)])
-    out.put(f"{home}gt/{NAMES}", "".join(f"{one_line(label)}\n" for label in labels).encode())
+            own = attributes_text(info.attributes)
+            table.writerow([track[number], info.uid, info.state, info.source, notes_to_text(info.notes), own])
+    out.put(f"{home}gt/{NAMES}", "".join(f"{one_line(label)}\n" for label in labels.names).encode())
     if detections:
         out.put(f"{home}det/det.txt", "".join(detections).encode("ascii"))
     rate = round(video.rate) if video.rate is not None else 25
@@ -176,5 +178,6 @@ FORMAT = Format(
         SIZE_SWITCH,
         LINK_SWITCH,
     ),
+    attributes="tracks",
     docs="mot.md",
 )

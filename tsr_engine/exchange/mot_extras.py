@@ -70,9 +70,8 @@ class Extras:
             raise refuse(self._file, line, f"the class must be a whole number. Got {number:g}.")
         if number == -1:  # what the columns that nobody uses hold
             return UNSAID
-        said = None if self._listed else self._intake.target.label_map.get(str(int(number)))
-        if said is not None:
-            return said
+        if not self._listed and str(int(number)) in self._intake.target.label_map:
+            return self._intake.label(str(int(number)), self._file, line, number=True)
         place = int(number) - self._first
         if self._names is not None:
             if not 0 <= place < len(self._names):
@@ -87,5 +86,4 @@ class Extras:
             self._file,
             line,
         )
-        known = 0 <= place < len(self._intake.target.labels)
-        return place if known else self._intake.label(f"class {int(number)} of column 8", self._file, line)
+        return self._intake.label(f"class {place}", self._file, line, number=True)

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.beside import is_called, is_wrapper, told_by_manifest
 from tsr_engine.exchange.checks import Intake, read_text, refuse
 from tsr_engine.exchange.dataset import Dataset
@@ -23,9 +24,10 @@ from tsr_engine.exchange.mot_columns import Columns, Row, Rows, columns_of
 from tsr_engine.exchange.mot_extras import NAMES, Extras
 from tsr_engine.exchange.names import safe_stem
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.sidecar import read_rows, real
+from tsr_engine.exchange.sidecar import ATTRIBUTES, read_rows, real
 from tsr_engine.exchange.subject import likeness
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.labels.model import AttributeValue
 
 __all__ = ["SIDE", "SIDE_COLUMNS", "read_mot", "sniff_mot"]
 
@@ -167,13 +169,15 @@ def _read_sequence(sequence: _Sequence, path: Path, counting: _Counting, intake:
         if number < 0 or (number == 0 and not zero):
             loose.add(frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded)
             continue
-        uid, state, source, note = uids.get(int(number), (f"track{int(number)}", "open", "imported", ""))
+        uid, state, source, note, said = uids.get(
+            int(number), (f"track{int(number)}", "open", "imported", "", dict[str, AttributeValue]())
+        )
         taken = intake.box(
             uid, frame, edges, label, file=file, line=line, score=score, ignore=ignore, occluded=occluded
         )
         if taken and uid not in told:
             told.add(uid)
-            intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
+            intake.describe(uid, state=state, source=source, notes=notes_from_text(note, frame), said=said)
 
 
 def _edges(
@@ -248,9 +252,9 @@ def _names(sequence: _Sequence) -> list[str] | None:
     return None
 
 
-def _described(path: Path) -> dict[int, tuple[str, str, str, str]]:
-    """Name, state, source and notes of each track id, from the file beside."""
-    out: dict[int, tuple[str, str, str, str]] = {}
+def _described(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]]:
+    """Name, state, source, notes and attributes of each track id, from the file beside."""
+    out: dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]] = {}
     if not path.is_file():
         return out
     names: set[str] = set()
@@ -261,7 +265,8 @@ def _described(path: Path) -> dict[int, tuple[str, str, str, str]]:
         if not cells["uid"] or number != int(number):
             raise refuse(path.name, line, "must have a whole id and a name. Correct it.")
         names.add(cells["uid"])
-        out[int(number)] = (cells["uid"], cells["state"], cells["source"] or "imported", cells["note"])
+        said = attributes_in(cells.get(ATTRIBUTES), path.name, line)
+        out[int(number)] = (cells["uid"], cells["state"], cells["source"] or "imported", cells["note"], said)
     return out
 
 

@@ -14,11 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.filters import only_tracks
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.labels import label_name
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["signs_alone", "stated", "with_negatives"]
 
@@ -34,7 +36,7 @@ def signs_alone(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dat
     return replace(dataset, videos=tuple(videos))
 
 
-def stated(track: Track, labels: Sequence[str]) -> dict[str, Any]:
+def stated(track: Track, labels: LabelSet) -> dict[str, Any]:
     """A rejected track as it stands in the manifest: columns, plain JSON values; flags only where one is set."""
     out: dict[str, Any] = {
         "id": track.uid,
@@ -51,6 +53,10 @@ def stated(track: Track, labels: Sequence[str]) -> dict[str, Any]:
         values = getattr(track, name)
         if values is not None and values.any():
             out[name] = values.astype(int).tolist()
+    if track.attributes:
+        out["attributes"] = dict(track.attributes)
+    if track.changing:
+        out["changing"] = {name: values.tolist() for name, values in track.changing.items()}
     if track.notes:
         out["notes"] = [list(note) for note in track.notes]
     return out
@@ -79,7 +85,7 @@ def with_negatives(dataset: Dataset, entry: Mapping[str, Any], target: ImportTar
         return replace(dataset, skipped=(*dataset.skipped, told))
     present = list(video.tracks())
     taken = {track.uid for track in present}
-    intake = Intake(target)
+    intake = Intake(replace(target, labels=dataset.labels))
     for place, track in enumerate(listed, start=1):
         where = f"negative {place} of {video.name}"
         if not isinstance(track, dict):
@@ -91,6 +97,7 @@ def with_negatives(dataset: Dataset, entry: Mapping[str, Any], target: ImportTar
     return replace(
         dataset,
         videos=(replace(video, tracks=lambda: iter(tracks)),),
+        labels=found.labels,
         skipped=(*dataset.skipped, *found.skipped),
         repaired=(*dataset.repaired, *found.repaired),
     )
@@ -105,7 +112,10 @@ def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> No
         column = track.get(name)
         if column is not None:
             columns[name] = column
-    for name, column in columns.items():
+    changing = track.get("changing", {})
+    if not isinstance(changing, dict):
+        raise refuse(file, where, "changing must be an object of lists. Export it again.")
+    for name, column in [*columns.items(), *changing.items()]:
         if not isinstance(column, list) or len(column) != len(frames):
             raise refuse(file, where, f"{name} must be a list of {len(frames)} values, one a frame. Export it again.")
     whole = intake.label(str(track.get("class", "")), file, where)
@@ -121,6 +131,7 @@ def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> No
             intake.frame(frame, file, where),
             (float(box[0]), float(box[1]), float(box[2]), float(box[3])),
             intake.label(str(columns["classes"][k]), file, where) if "classes" in columns else whole,
+            said=attributes_in({name: column[k] for name, column in changing.items()}, file, where),
             file=file,
             line=where,
             key=key,
@@ -132,4 +143,10 @@ def _take(track: Mapping[str, Any], intake: Intake, file: str, where: str) -> No
         notes = track.get("notes", [])
         pairs = [note for note in notes if isinstance(note, list) and len(note) == 2] if isinstance(notes, list) else []
         said = [(note[0], str(note[1])) for note in pairs if type(note[0]) is int]
-        intake.describe(uid, state=REJECTED, source=str(track.get("source", "imported")), notes=said)
+        intake.describe(
+            uid,
+            state=REJECTED,
+            source=str(track.get("source", "imported")),
+            notes=said,
+            said=attributes_in(track.get("attributes"), file, where),
+        )

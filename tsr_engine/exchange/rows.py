@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.thinning import key_frames
+from tsr_engine.labels.model import AttributeValue
 
 __all__ = ["FrameRows", "PlainRows", "TrackInfo", "rows_by_frame"]
 
@@ -25,6 +26,7 @@ class TrackInfo:
     state: str
     source: str
     notes: tuple[tuple[int, str], ...]
+    attributes: Mapping[str, AttributeValue]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,7 @@ class FrameRows:
         occluded: shape (n,).
         score: NaN: none, shape (n,).
         ignore: shape (n,).
+        changing: attributes that change from frame to frame, of each row; None: no track has any.
     """
 
     tracks: list[TrackInfo]
@@ -52,6 +55,7 @@ class FrameRows:
     occluded: NDArray[np.bool_]
     score: NDArray[np.float64]
     ignore: NDArray[np.bool_]
+    changing: list[dict[str, AttributeValue]] | None = None
 
     def __len__(self) -> int:
         return len(self.frame)
@@ -60,6 +64,10 @@ class FrameRows:
     def frames(self) -> NDArray[np.int64]:
         """Frames with a box, ascending."""
         return np.unique(self.frame)
+
+    def said(self, k: int) -> dict[str, AttributeValue]:
+        """What the attributes that change say in a row."""
+        return {} if self.changing is None else self.changing[k]
 
     def plain(self) -> PlainRows:
         """The columns as lists: a loop over rows in Python is several times as fast as over arrays."""
@@ -109,7 +117,7 @@ def rows_by_frame(
         if only is not None and track.uid not in only:
             continue
         number = np.full(len(track.frames), len(infos), dtype=np.int64)
-        infos.append(TrackInfo(track.uid, track.label, track.state, track.source, track.notes))
+        infos.append(TrackInfo(track.uid, track.label, track.state, track.source, track.notes, track.attributes))
         parts.append((number, track, key_frames(track, thin_px, rounding=rounding)))
     number = _joined([n for n, _, _ in parts], np.int64)
     frame = _joined([t.frames for _, t, _ in parts], np.int64)
@@ -127,7 +135,20 @@ def rows_by_frame(
         _joined([t.occluded for _, t, _ in parts], np.bool_)[order],
         _joined([t.score for _, t, _ in parts], np.float64)[order],
         _joined(ignore, np.bool_)[order],
+        _changing([track for _, track, _ in parts], order.tolist()),
     )
+
+
+def _changing(tracks: list[Track], order: list[int]) -> list[dict[str, AttributeValue]] | None:
+    if not any(track.changing for track in tracks):
+        return None
+    rows: list[dict[str, AttributeValue]] = []
+    for track in tracks:
+        columns = [(name, values.tolist()) for name, values in track.changing.items()]
+        rows += [
+            {name: values[k] for name, values in columns if values[k] is not None} for k in range(len(track.frames))
+        ]
+    return [rows[k] for k in order]
 
 
 def _joined(parts: list[Any], dtype: type[np.generic]) -> NDArray[Any]:

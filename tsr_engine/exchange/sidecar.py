@@ -10,16 +10,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
+from tsr_engine.exchange.attributes import attributes_in, attributes_text
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.reading import open_text
 from tsr_engine.exchange.rows import FrameRows
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["COLUMNS", "SideRow", "SideText", "csv_text", "header_of", "read_rows", "read_side", "real"]
+__all__ = ["ATTRIBUTES", "COLUMNS", "SideRow", "SideText", "csv_text", "header_of", "read_rows", "read_side", "real"]
 
 COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
 """Columns about the track of a box; a format puts its own before. ``note`` stands at a track's first box only."""
+ATTRIBUTES = "attributes"
+"""The column of the label's attributes, behind the others; older files have none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +40,7 @@ class SideRow:
     state: str
     source: str
     note: str
+    said: Mapping[str, AttributeValue]
 
     def tell(self, intake: Intake, frame: int) -> None:
         """Describe the track of the box; ``frame`` is where a note without a number of its own belongs."""
@@ -45,11 +50,16 @@ class SideRow:
 
 
 class SideText:
-    """The cells of ``COLUMNS`` for each row of a table, as text; what is about a track is put together once."""
+    """The cells of ``COLUMNS`` and ``ATTRIBUTES`` for each row of a table, as text.
+
+    What is about a track is put together once.
+    """
 
     def __init__(self, rows: FrameRows) -> None:
         """Take all rows."""
         self._rows = rows.plain()
+        self._changing = rows.said
+        self._attributes = [info.attributes for info in rows.tracks]
         self._first: set[int] = set()
         self._uids = [csv_text([info.uid]) for info in rows.tracks]
         self._ends = [csv_text([info.state, info.source]) for info in rows.tracks]
@@ -64,7 +74,7 @@ class SideText:
         value = f"{score:.9g}" if score == score else ""
         return (
             f"{self._uids[track]},{rows.key[k]:d},{rows.occluded[k]:d},{rows.ignore[k]:d},{value},{self._ends[track]},"
-            f"{note}"
+            f"{note},{csv_text([attributes_text({**self._attributes[track], **self._changing(k)})])}"
         )
 
 
@@ -157,6 +167,7 @@ def read_side(path: Path, own: Sequence[str]) -> Iterator[SideRow]:
             cells["state"],
             cells["source"],
             cells["note"],
+            attributes_in(cells.get(ATTRIBUTES), path.name, line),
         )
 
 

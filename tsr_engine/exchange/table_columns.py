@@ -53,6 +53,7 @@ NAMES: dict[str, tuple[str, ...]] = {
     "key": ("key", "keyframe"),
     "state": ("state",),
     "note": ("note",),
+    "attributes": ("attributes",),
     "video": ("video", "video_name", "video_file", "video_path", "video_id", "sequence"),
 }  # fmt: skip
 CLASSES = ("label", "class_name", "classname", "class", "category", "category_name", "label_name", "name",

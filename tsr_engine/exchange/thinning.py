@@ -29,8 +29,9 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
     """Which frames of a track to write so that interpolation gives the others back.
 
     Kept always: frames that hold a statement of their own, the first and last frame of each run without gap, and
-    frames where class, occlusion or ignoring change, since tools hold these until the next key frame. Between those,
-    the fewest frames such that each edge of each box is met within ``thin_px`` (and at most ``SPAN`` frames apart).
+    frames where label, attributes, occlusion or ignoring change, since tools hold these until the next key frame.
+    Between those, the fewest frames such that each edge of each box is met within ``thin_px`` (and at most ``SPAN``
+    frames apart).
 
     Args:
         track: dense or not.
@@ -48,7 +49,7 @@ def key_frames(track: Track, thin_px: float, *, rounding: float = 0.0) -> NDArra
     bounds = runs_of(track.frames)
     forced[bounds[:-1]] = True
     forced[bounds[1:] - 1] = True
-    for held in (track.occluded, track.labels, track.ignore):
+    for held in (track.occluded, track.labels, track.ignore, *track.changing.values()):
         if held is not None:
             forced[1:] |= held[1:] != held[:-1]
     if forced.all():

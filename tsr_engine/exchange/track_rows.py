@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from array import array
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -34,6 +35,10 @@ class TrackRows:
     source: str = "imported"
     notes: list[tuple[int, str]] = field(default_factory=list)
     until: int = -1
+    said: dict[int, Mapping[str, Any]] = field(default_factory=dict)
+    """What rows say beside their box, by place."""
+    always: dict[str, Any] = field(default_factory=dict)
+    """What is said of the whole track."""
 
 
 def dense(

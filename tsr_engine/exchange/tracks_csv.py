@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from tsr_engine.evidence.reader import RESULT_HEADER
-from tsr_engine.exchange.dataset import Dataset, Skipped
+from tsr_engine.exchange.attributes import attributes_text, without
+from tsr_engine.exchange.dataset import NONE, Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
 from tsr_engine.exchange.linking import LINK_SWITCH
@@ -23,6 +24,7 @@ from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.rows import FrameRows, rows_by_frame
+from tsr_engine.exchange.sidecar import ATTRIBUTES
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.subject import TASK_SWITCH
 from tsr_engine.exchange.tracks_csv_reader import read_tracks_csv, sniff_tracks_csv
@@ -31,7 +33,7 @@ __all__ = ["FORMAT", "file_names"]
 
 _RESULTS = RESULT_HEADER.split(",")
 _TRUTH = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
-_MORE = ("label", "uid", "key", "occluded", "ignore", "state", "note")
+_MORE = ("label", "uid", "key", "occluded", "ignore", "state", "note", ATTRIBUTES)
 _FORMULA = re.compile(r"[=+\-@\t\r]")
 
 
@@ -50,6 +52,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
     header = {"full": [*_RESULTS, *_MORE], "results": _RESULTS, "truth": list(_TRUTH)}[layout]
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
+    names = {label.id: label.name for label in dataset.labels} | {NONE: ""}
     for video, files in zip(dataset.videos, file_names(dataset, options, ".csv"), strict=True):
         for subset, name in files:
             only = {track.uid for track in video.tracks() if subset_of(video, track.uid, options.split) == subset}
@@ -57,7 +60,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
             with out.text(name, errors="replace") as file:
                 table = csv.writer(file, lineterminator="\n")
                 table.writerow(header)
-                _write_rows(table, rows, dataset.labels, layout, guard)
+                _write_rows(table, rows, names, layout, guard)
             done += len(rows.tracks)
             options.progress(done, total)
     return _lost(dataset, layout), {
@@ -68,7 +71,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
     }
 
 
-def _write_rows(table: Any, rows: FrameRows, labels: Sequence[str], layout: str, guard: bool) -> None:
+def _write_rows(table: Any, rows: FrameRows, labels: Mapping[int, str], layout: str, guard: bool) -> None:
     ids = track_numbers(info.uid for info in rows.tracks)
     number = [ids[info.uid] for info in rows.tracks]
     # The short layouts are what other commands read and compare; the full one gives back what went in.
@@ -88,7 +91,7 @@ def _write_rows(table: Any, rows: FrameRows, labels: Sequence[str], layout: str,
             continue
         note = "" if at in first else notes_to_text(info.notes)
         first.add(at)
-        text = [labels[label] if label >= 0 else "", info.uid]
+        text = [labels[label], info.uid]
         cells = [_guarded(cell) for cell in text] if guard else text
         flags = [int(rows.key[k]), int(rows.occluded[k]), int(rows.ignore[k])]
         table.writerow(
@@ -100,6 +103,7 @@ def _write_rows(table: Any, rows: FrameRows, labels: Sequence[str], layout: str,
                 *flags,
                 info.state,
                 _guarded(note) if guard else note,
+                attributes_text({**info.attributes, **rows.said(k)}),
             ]
         )
 
@@ -121,7 +125,8 @@ def _lost(dataset: Dataset, layout: str) -> list[Skipped]:
         found.append((ignored, "marks to ignore", "This layout has no column for them; choose layout=truth or full."))
     else:
         found.append((scores, "scores", "This layout has no column for them; choose layout=results or full."))
-    return [Skipped(f"{count} {what}", reason) for count, what, reason in found if count]
+    left = [Skipped(f"{count} {what}", reason) for count, what, reason in found if count]
+    return left + without(dataset, all_of_them=True, title=f"The layout {layout}")
 
 
 FORMAT = Format(

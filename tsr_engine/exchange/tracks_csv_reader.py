@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.beside import is_called, told_by_manifest
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import NONE, UNSAID, Dataset, DatasetVideo
@@ -189,6 +190,7 @@ class _Table:
             "occluded": _flag(said, "occluded", file, line, 0 <= visibility < _OCCLUDED),
             "ignore": _flag(said, "ignore", file, line, False),
             "score": _score(said, file, line),
+            "said": attributes_in(said.get("attributes"), file, line),
         }
         label = self._label(cells, line)
         uid = _uid(said, file, line)

@@ -4,7 +4,8 @@
 
     {"format": "tsr-tracks", "version": 1, "video": {...}, "classes": ["stop", ...],
      "tracks": [{"id": "m7", "class": "stop", "state": "open", "source": "engine", "notes": [[12, "lamp?"]],
-                 "boxes": [{"frame": 10, "box": [x1, y1, x2, y2], "score": 0.9, "key": true}, ...]}],
+                 "attributes": {"lit": true},
+                 "boxes": [{"frame": 10, "box": [x1, y1, x2, y2], "score": 0.9, "key": true, "attributes": {}}, ...]}],
      "detections": [{"frame": 10, "box": [x1, y1, x2, y2], "class": "stop", "score": 0.9}],
      "negatives": [{"id": "m9", ...}]}
 
@@ -15,13 +16,15 @@ Edges are px from 0, frames count from 0. A bare list of tracks or of detections
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
+from tsr_engine.exchange.attributes import at_row
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.frame_origin import FIRST_FRAME_SWITCH
-from tsr_engine.exchange.labels import label_name
+from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.split import subset_of
@@ -35,25 +38,27 @@ __all__ = ["FORMAT"]
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = 0
+    classes = class_map(dataset, options.used_labels)
+    names = {label.id: label.name for label in dataset.labels} | {NONE: UNKNOWN}
     for video, files in zip(dataset.videos, file_names(dataset, options, ".json"), strict=True):
         for subset, name in files:
             with out.text(name) as file:
-                file.write(_head(video, dataset.labels))
+                file.write(_head(video, classes))
                 comma = "\n"
                 for track in video.tracks():
                     if subset_of(video, track.uid, options.split) != subset:
                         continue
-                    file.write(comma + _track(track, dataset.labels))
+                    file.write(comma + _track(track, names))
                     comma = ",\n"
                     done += 1
                     options.progress(done, total)
                 held = [t for t in video.negatives if subset_of(video, t.uid, options.split) == subset]
-                texts = ",\n".join(_track(track, dataset.labels) for track in held)
+                texts = ",\n".join(_track(track, names) for track in held)
                 file.write(f'],\n"negatives":[\n{texts}]}}\n' if held else "]}\n")
     return [], {"origin": 0}
 
 
-def _head(video: DatasetVideo, labels: tuple[str, ...]) -> str:
+def _head(video: DatasetVideo, labels: ClassMap) -> str:
     head = {
         "format": "tsr-tracks",
         "version": 1,
@@ -65,12 +70,12 @@ def _head(video: DatasetVideo, labels: tuple[str, ...]) -> str:
             "frames": video.frames,
             "rate": None if video.rate is None else f"{video.rate.numerator}/{video.rate.denominator}",
         },
-        "classes": list(labels),
+        "classes": [label.name for label in labels.labels],
     }
     return _dump(head)[:-1] + ',\n"tracks":['
 
 
-def _track(track: Track, labels: tuple[str, ...]) -> str:
+def _track(track: Track, labels: Mapping[int, str]) -> str:
     boxes: list[dict[str, Any]] = []
     for k, (frame, edges, score) in enumerate(
         zip(track.frames.tolist(), track.boxes.tolist(), track.score.tolist(), strict=True)
@@ -85,14 +90,18 @@ def _track(track: Track, labels: tuple[str, ...]) -> str:
         if track.ignore is not None and track.ignore[k]:
             box["ignore"] = True
         if track.labels is not None and track.labels[k] != track.label:
-            box["class"] = label_name(labels, int(track.labels[k]))
+            box["class"] = labels[int(track.labels[k])]
+        changing = at_row(track, k)
+        if changing:
+            box["attributes"] = changing
         boxes.append(box)
     about = {
         "id": track.uid,
-        "class": label_name(labels, track.label),
+        "class": labels[track.label],
         "state": track.state,
         "source": track.source,
         **({"notes": [list(note) for note in track.notes]} if track.notes else {}),
+        **({"attributes": dict(track.attributes)} if track.attributes else {}),
         "boxes": boxes,
     }
     return _dump(about)

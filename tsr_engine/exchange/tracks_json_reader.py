@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.checks import Intake, refuse
 from tsr_engine.exchange.dataset import NONE, REJECTED, UNSAID, Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -178,6 +179,7 @@ class _File:
                 state=REJECTED if rejected else str(track.get("state", "open")),
                 source=str(track.get("source", "imported")),
                 notes=self._notes(track, where),
+                said=attributes_in(track.get("attributes"), self._name, where),
             )
 
     def _notes(self, track: Mapping[str, Any], where: str) -> list[tuple[int, str]]:
@@ -212,6 +214,7 @@ class _File:
             "occluded": self._flag(box, "occluded", where, False),
             "ignore": self._flag(box, "ignore", where, False),
             "score": math.nan if score is None else self._number(score, "score", where),
+            "said": attributes_in(box.get("attributes"), self._name, where),
         }
         edges = self._intake.edges(lambda: self._box_edges(box, where))
         label = self._label(box, where, UNSAID if track is None else track[1])

@@ -6,15 +6,17 @@ Datumaro write plain edges from 0. The switch ``coordinates`` says which; only t
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from tsr_engine.exchange.attributes import as_text, written
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.checks import SIZE_SWITCH
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
+from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.files_below import is_rubbish
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import UNKNOWN, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.outlet import Outlet
@@ -25,6 +27,7 @@ from tsr_engine.exchange.rows import PlainRows
 from tsr_engine.exchange.voc_reader import annotations_in, read_voc
 from tsr_engine.exchange.whole_pixels import whole_pixels
 from tsr_engine.exchange.xml import text
+from tsr_engine.labels.model import AttributeValue
 
 __all__ = ["FORMAT"]
 
@@ -34,9 +37,9 @@ _KEY = tuple(f"<attribute><name>keyframe</name><value>{word}</value></attribute>
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels, _, _ = used_labels(dataset)
+    labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
-    names = {at: text(label_name(labels, at)) for at in range(-1, len(labels))}
+    names = {label.id: text(label.name) for label in labels.labels} | {NONE: text(UNKNOWN)}
     devkit = options.switches.get("coordinates", "cvat") == "devkit"
     lists = picture_lists(dataset, options, rounding=1.0 if devkit else 0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
@@ -47,16 +50,17 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
             boxes = _corners(part, devkit)
             heads, top = _heads(part), _top(part.video)
             rows = part.rows.plain()
+            said = part.rows.said
             for frame, at in part.listed(subset):
                 stem = part.stem(frame)
                 stems.append(stem)
-                content = _picture(top, rows, f"{stem}.{suffix}", at, boxes, heads, names)
+                content = _picture(top, rows, f"{stem}.{suffix}", at, boxes, heads, names, said)
                 out.put(f"Annotations/{stem}.xml", content.encode())
                 done += 1
                 options.progress(done, total)
         listed = "".join(f"{stem}\n" for stem in stems)
         out.put(f"ImageSets/Main/{subset}.txt", listed.encode("ascii"))
-    skipped = _write_label_map(out, labels)
+    skipped = _write_label_map(out, labels.names)
     pictures = write_files(lists, out, options, lambda part, frame, _: f"JPEGImages/{part.stem(frame)}.{suffix}")
     told = {
         "coordinates": "devkit" if devkit else "cvat",
@@ -106,12 +110,17 @@ def _heads(part: PictureList) -> list[str]:
         + _attribute("state", info.state)
         + _attribute("source", info.source)
         + (_attribute("note", notes_to_text(info.notes)) if info.notes else "")
+        + _attributes(info.attributes)
         for number, info in enumerate(part.rows.tracks, start=1)
     ]
 
 
+def _attributes(values: Mapping[str, AttributeValue]) -> str:
+    return "".join(_attribute(written(name), as_text(value)) for name, value in values.items())
+
+
 def _attribute(name: str, value: str) -> str:
-    return f"<attribute><name>{name}</name><value>{text(value)}</value></attribute>"
+    return f"<attribute><name>{text(name)}</name><value>{text(value)}</value></attribute>"
 
 
 def _picture(
@@ -122,11 +131,13 @@ def _picture(
     boxes: list[str],
     heads: list[str],
     names: dict[int, str],
+    changing: Callable[[int], Mapping[str, AttributeValue]],
 ) -> str:
     out = [f"<annotation><folder/><filename>{text(name)}{top}"]
     for k in range(at.start, at.stop):
         score = rows.score[k]
         said = f"<attribute><name>score</name><value>{score:.9g}</value></attribute>" if score == score else ""
+        said += _attributes(changing(k))
         out.append(
             f"<object><name>{names[rows.label[k]]}</name><truncated>0</truncated>"
             f"<occluded>{rows.occluded[k]:d}</occluded><difficult>{rows.ignore[k]:d}</difficult>\n"

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.attributes import ours_in, said_in
 from tsr_engine.exchange.beside import told_by_manifest
 from tsr_engine.exchange.checks import NO_BOX, Intake, refuse
 from tsr_engine.exchange.dataset import Dataset
@@ -29,6 +30,9 @@ __all__ = ["annotations_in", "read_voc"]
 _WANTED = ("filename", "folder", "path", "size", "object")
 _CORNERS = ("xmin", "ymin", "xmax", "ymax")
 _TRUE = ("1", "true", "True")
+_NO_POSE = ("", "Unspecified", "unspecified")
+_OWN = frozenset({"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation"})
+"""Attributes that are ours or CVAT's, not a label's."""
 
 
 _Shared = dict[tuple[str, str, str], tuple[str, str, str]]
@@ -50,6 +54,8 @@ class _Object(NamedTuple):
     score: float
     about: tuple[str, str, str]
     """What it says of its track: state, source, note."""
+    said: dict[str, str] | None
+    """Attributes of its label."""
 
 
 class _Picture(NamedTuple):
@@ -106,6 +112,7 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
                 occluded=found.occluded,
                 ignore=found.ignore,
                 score=found.score,
+                said=found.said,
             )
             if uid and kept and not known:
                 state, source, note = found.about
@@ -229,7 +236,14 @@ def _object(node: XmlNode, file: str, shared: _Shared) -> _Object:
         raise refuse(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
     track = said.get("track_id", "").strip()
     uid = said.get("uid", "") or (f"track{track}" if track else "")
-    about = said.get("state", "open").strip(), said.get("source", "").strip() or "imported", said.get("note", "")
+    ours = ours_in(said)
+    about = ours.get("state", "open").strip(), ours.get("source", "").strip() or "imported", ours.get("note", "")
+    others = said_in(said, _OWN)
+    # flags of VOC's own that say something
+    if node.value("truncated") in _TRUE:
+        others.setdefault("truncated", "true")
+    if node.value("pose") not in _NO_POSE:
+        others.setdefault("pose", node.value("pose"))
     return _Object(
         node.line,
         _corners_of(node, file),
@@ -240,4 +254,5 @@ def _object(node: XmlNode, file: str, shared: _Shared) -> _Object:
         ignore=node.value("difficult") in _TRUE,
         score=score,
         about=shared.setdefault(about, about),
+        said=others or None,
     )

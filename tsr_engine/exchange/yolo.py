@@ -14,12 +14,12 @@ import numpy as np
 from tsr_engine.exchange.beside import is_wrapper
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch
-from tsr_engine.exchange.labels import label_name, used_labels
+from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.outlet import Outlet
 from tsr_engine.exchange.picture_lists import PictureList, picture_lists, subsets_in, write_files
 from tsr_engine.exchange.picture_rows import PICTURE_SWITCHES
-from tsr_engine.exchange.sidecar import COLUMNS, SideText, csv_text
+from tsr_engine.exchange.sidecar import ATTRIBUTES, COLUMNS, SideText, csv_text
 from tsr_engine.exchange.yaml_names import quoted_name
 from tsr_engine.exchange.yolo_reader import SIDE, SIDE_OWN, YAML_FILES, is_label_file, label_files, read_yolo
 
@@ -29,7 +29,7 @@ _DECIMALS = 8
 
 
 def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[Skipped], dict[str, Any]]:
-    labels, _, _ = used_labels(dataset)
+    labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     with_ignored = options.switches.get("ignored", "leave-out") == "box"
     lists = picture_lists(dataset, options)
@@ -37,7 +37,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
     total = sum(len(part.frames) for part in lists)
     done = left_out = 0
     with out.text(SIDE, errors="replace") as side:
-        side.write(csv_text([*SIDE_OWN, *COLUMNS]) + "\n")
+        side.write(csv_text([*SIDE_OWN, *COLUMNS, ATTRIBUTES]) + "\n")
         for subset in subsets:
             for part in lists:
                 lines = _lines(part, labels)
@@ -52,7 +52,7 @@ def _write(dataset: Dataset, out: Outlet, options: ExportOptions) -> tuple[list[
                         side.write(f"{name},{place},{lines[k][:-1]},{told(k)}\n")
                     done += 1
                     options.progress(done, total)
-    _write_yaml(out, subsets, labels)
+    _write_yaml(out, subsets, labels.names)
     pictures = write_files(
         lists,
         out,
@@ -81,17 +81,16 @@ def _write_yaml(out: Outlet, subsets: list[str], labels: list[str]) -> None:
     out.put("data.yaml", "".join(lines).encode())
 
 
-def _lines(part: PictureList, labels: list[str]) -> list[str]:
+def _lines(part: PictureList, labels: ClassMap) -> list[str]:
     """The line of each row, with its end."""
     rows, video = part.rows, part.video
-    numbers = {name: place for place, name in enumerate(labels)}
     size = np.array([video.width, video.height], dtype=np.float64)
     low, high = rows.boxes[:, :2] / size, rows.boxes[:, 2:] / size
     # A side that would be written as 0 is no box to any reader.
     sides = np.maximum(high - low, 10.0**-_DECIMALS)
     values = np.concatenate([(low + high) / 2, sides], axis=1).tolist()
     return [
-        f"{numbers[label_name(labels, label)]} {cx:.8f} {cy:.8f} {w:.8f} {h:.8f}\n"
+        f"{labels.place(label)} {cx:.8f} {cy:.8f} {w:.8f} {h:.8f}\n"
         for label, (cx, cy, w, h) in zip(rows.label.tolist(), values, strict=True)
     ]
 
@@ -121,5 +120,6 @@ FORMAT = Format(
         LINK_SWITCH,
         Switch("column6", ("auto", "track", "confidence"), "What a sixth column is; auto: decided over all files."),
     ),
+    ignores=False,
     docs="yolo.md",
 )

@@ -257,6 +257,7 @@ def _take_with_side(rows: list[YoloRow], path: Path, intake: Intake, loose: Loos
                 occluded=entry.occluded,
                 ignore=entry.ignore,
                 score=entry.score,
+                said=entry.said,
             )
             if taken and (entry.note or not known):
                 entry.tell(intake, row.frame)

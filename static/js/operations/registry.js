@@ -16,9 +16,10 @@ export const allOperations = () => [...following, ...navigation, ...boxes, ...ve
  * @param {import('../page-types.js').App} app
  * @param {import('../page-types.js').Operation} operation
  * @param {(reason: string) => void} [refuse]   told why not
+ * @param {string} [key]   that was pressed, as in its `keys`
  * @returns {boolean} whether it ran
  */
-export function runOperation(app, operation, refuse) {
+export function runOperation(app, operation, refuse, key) {
   const state = app.store.get();
   if (!operation.available(state)) return false;
   const reason = operation.disabled(state);
@@ -26,6 +27,6 @@ export function runOperation(app, operation, refuse) {
     refuse?.(reason);
     return false;
   }
-  operation.run(app);
+  operation.run(app, key);
   return true;
 }

@@ -1,7 +1,7 @@
 // @ts-check
 /** The confusion matrix: a table that is also a heat map; right cells are on the diagonal. */
 
-import {className} from '../model/label_words.js';
+import {className, labelFor} from '../model/labels.js';
 import {h} from './dom.js';
 import {count, plural} from './format.js';
 
@@ -49,14 +49,14 @@ export function createConfusion(found, labels, show) {
   const {rows, columns, cell, most} = arrangeConfusion(found.confusion);
   /** @param {number|null} id @param {string} none */
   const head = (id, none) => {
-    const label = labels.find((other) => other.id === id);
+    const picture = labelFor(labels, id)?.picture;
     const words = id === null ? none : className(labels, id);
-    return h('span', {class: 'matrix-head', title: words}, label && h('img', {src: label.picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, words));
+    return h('span', {class: 'matrix-head', title: words}, picture && h('img', {src: picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, words));
   };
   /** @param {Cell} entry */
   const tone = (entry) => entry.reference === entry.candidate ? 'right' : 'wrong';
   return h('section', {class: 'compare-confusion', 'aria-labelledby': 'confusion-title'},
-    h('h2', {id: 'confusion-title'}, 'Confusion of classes'),
+    h('h2', {id: 'confusion-title'}, 'Confusion of labels'),
     rows.length === 0 ? h('p', {class: 'muted'}, 'No boxes to compare in these frames.') : h('div', {class: 'matrix-frame', role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0},
       h('table', {class: 'matrix'},
         h('caption', {class: 'muted small'}, 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),

@@ -1,6 +1,7 @@
 // @ts-check
 /** What a what-if changed: tracks gained, lost, switched, relabelled; each opens its frame. */
 
+import {className} from '../model/labels.js';
 import {formatRoute} from '../model/route.js';
 import {h} from './dom.js';
 import {openOver} from './open-over.js';
@@ -29,7 +30,7 @@ export function changesOf(run, kind, labels) {
   /** @type {Record<string, any>[]} */
   const entries = run.summary.difference?.[kind] ?? [];
   /** @param {number|null} id */
-  const name = (id) => id === null ? 'no class' : labels.find((label) => label.id === id)?.name ?? `class ${id}`;
+  const name = (id) => className(labels, id);
   return entries.map((entry, at) => {
     const text = kind === 'switched' ? `into ${entry.parts.length} parts at frame ${count(entry.frame)}`
       : kind === 'relabelled' ? `${name(entry.before)} → ${name(entry.after)}`

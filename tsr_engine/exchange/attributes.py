@@ -1,0 +1,138 @@
+"""Attributes of labels in other tools' files: their names beside our own, and their values as text and as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+from tsr_engine.exchange.checks import refuse
+from tsr_engine.exchange.dataset import Dataset, Skipped, Track
+from tsr_engine.labels.model import AttributeValue
+
+__all__ = [
+    "as_text",
+    "at_row",
+    "attributes_in",
+    "attributes_text",
+    "inner",
+    "ours_in",
+    "restored",
+    "said_in",
+    "without",
+    "written",
+]
+
+PREFIX: Final = "attribute:"
+"""Stands before the name of a label's attribute that a format needs for something else."""
+_OURS: Final = frozenset(
+    {"uid", "state", "source", "note", "score", "ignore", "frame_label", "track_id", "keyframe", "outside", "occluded"}
+    | {"rotation"}
+)
+"""What the tool, or CVAT, says of a box by an attribute."""
+_COMMON: Final = frozenset({"state", "source", "note"})
+"""Names of ours that other people give their attributes too: they are ours only beside a ``uid``."""
+
+
+def written(name: str) -> str:
+    """The name under which an attribute of a label goes out."""
+    return f"{PREFIX}{name}" if name in _OURS or name.startswith(PREFIX) else name
+
+
+def restored(name: str) -> str:
+    """The inverse of ``written``."""
+    return name.removeprefix(PREFIX)
+
+
+def ours_in(said: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What is the tool's own of what stands beside a box."""
+    return said if said.get("uid") else {name: value for name, value in said.items() if name not in _COMMON}
+
+
+def said_in(said: Mapping[str, Any], own: frozenset[str]) -> dict[str, Any]:
+    """What is an attribute of the label of what stands beside a box; empty texts say nothing.
+
+    Args:
+        said: by name.
+        own: names that the format needs for something else.
+    """
+    if not said.keys() - own and not said.keys() & _COMMON:
+        return {}
+    ours = own if said.get("uid") else own - _COMMON
+    return {restored(name): value for name, value in said.items() if name not in ours and value not in ("", None)}
+
+
+def as_text(value: AttributeValue) -> str:
+    """A value as XML and CSV have it: ``true``, ``12.5``, or the text."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:.12g}" if isinstance(value, float | int) else value
+
+
+def attributes_text(values: Mapping[str, AttributeValue]) -> str:
+    """Attributes as one cell of a table: a JSON object; empty where there are none."""
+    return json.dumps(dict(values), ensure_ascii=False, separators=(",", ":")) if values else ""
+
+
+def attributes_in(value: Any, file: str, where: int | str | None) -> dict[str, AttributeValue]:
+    """Attributes of a JSON object, or of a cell that holds one.
+
+    Raises:
+        ImportFormatError: it is none, or holds other values than true, false, numbers and texts.
+    """
+    if value is None or value == "":
+        return {}
+    found = value
+    if isinstance(value, str):
+        try:
+            found = json.loads(value)
+        except (ValueError, RecursionError):
+            found = None
+    if not isinstance(found, dict):
+        raise refuse(file, where, f"attributes must be a JSON object. Got {str(value)[:40]!r}. Correct it.")
+    out: dict[str, AttributeValue] = {}
+    for name, each in found.items():
+        if each is None or each == "":
+            continue
+        if not isinstance(each, bool | int | float | str) or (isinstance(each, float) and not math.isfinite(each)):
+            rule = f"attribute {name[:40]!r} must be true, false, a number or a text. Got {str(each)[:40]!r}."
+            raise refuse(file, where, rule)
+        out[name] = each
+    return out
+
+
+def without(dataset: Dataset, *, all_of_them: bool, title: str) -> list[Skipped]:
+    """What a format loses of the attributes of a data set.
+
+    Args:
+        dataset: one pass over its tracks.
+        all_of_them: the format has none; else it has those of whole tracks.
+        title: of the format.
+    """
+    whole = changing = 0
+    for video in dataset.videos:
+        for track in video.tracks():
+            whole += len(track.attributes)
+            changing += len(track.changing)
+    found = []
+    if all_of_them and whole:
+        found.append(Skipped(f"{_count(whole, 'attribute')} of tracks", f"{title} has no place for them."))
+    if changing:
+        what = f"{_count(changing, 'attribute')} that change from frame to frame"
+        found.append(Skipped(what, f"{title} has no place for them."))
+    return found
+
+
+def _count(number: int, word: str) -> str:
+    return f"{number} {word}{'s' * (number != 1)}"
+
+
+def inner(values: Mapping[str, AttributeValue]) -> str:
+    """Attributes as members of a JSON object that go on: with a comma behind; empty where there are none."""
+    return f"{json.dumps(dict(values), separators=(',', ':'))[1:-1]}," if values else ""
+
+
+def at_row(track: Track, k: int) -> dict[str, AttributeValue]:
+    """What a track's attributes that change say in its k-th frame."""
+    return {name: values[k] for name, values in track.changing.items() if values[k] is not None}

@@ -1,0 +1,107 @@
+"""Tracks under other numbers: after labels were merged, and where videos of several label sets go out as one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from pydantic import ValidationError
+
+from tsr_engine.errors import ExportError
+from tsr_engine.exchange.dataset import NONE, Dataset, DatasetVideo, Track
+from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.labels.wording import comparable
+
+__all__ = ["merged_resolved", "relabelled", "united"]
+
+
+def relabelled(track: Track, numbers: Mapping[int, int]) -> Track:
+    """A track whose labels have other numbers; labels that ``numbers`` does not name keep theirs."""
+    label = numbers.get(track.label, track.label)
+    if track.labels is None:
+        return track if label == track.label else replace(track, label=label)
+    labels = np.array([numbers.get(each, each) for each in track.labels.tolist()], np.int64)
+    return replace(track, label=label, labels=None if (labels == label).all() else labels)
+
+
+def with_numbers(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVideo:
+    """The video with its tracks under other numbers, in each pass anew."""
+    tracks = video.tracks
+
+    def once() -> Iterator[Track]:
+        return (relabelled(track, numbers) for track in tracks())
+
+    passes: Callable[[], Iterator[Track]] = once
+    return replace(video, tracks=passes)
+
+
+def merged_resolved(dataset: Dataset) -> Dataset:
+    """The data set with the labels that stand for those that were merged into them."""
+    numbers = {label.id: dataset.labels.resolved(label.id) for label in dataset.labels if label.merged_into is not None}
+    if not numbers:
+        return dataset
+    return replace(dataset, videos=tuple(with_numbers(video, numbers) for video in dataset.videos))
+
+
+def united(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[LabelSet, tuple[DatasetVideo, ...]]:
+    """Videos under one set that has the labels of all of theirs: one label for each key.
+
+    Args:
+        parts: videos with their sets; the first set keeps its numbers.
+
+    Raises:
+        ExportError: two sets have labels of one key that share no name, or names that claim each other's.
+    """
+    first = parts[0][0]
+    newest = {labels.key: labels for labels, _ in sorted(parts, key=lambda part: part[0].version)}
+    if len(newest) == 1:
+        return newest[first.key], tuple(video for _, video in parts)
+    whole = list(newest[first.key].labels)
+    numbers: dict[str, dict[int, int]] = {first.key: {}}
+    for key, labels in newest.items():
+        if key != first.key:
+            numbers[key] = _taken_in(labels, whole, newest[first.key])
+    try:
+        result = LabelSet(
+            key=first.key,
+            name=" + ".join(labels.name for labels in newest.values())[:200],
+            next_id=max((label.id for label in whole), default=NONE) + 1,
+            labels=tuple(whole),
+        )
+    except ValidationError as error:
+        rule = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
+        raise ExportError(f"The videos have label sets that do not go together: {rule}. Export them apart.") from None
+    return result, tuple(with_numbers(video, numbers[labels.key]) for labels, video in parts)
+
+
+def _taken_in(labels: LabelSet, whole: list[Label], first: LabelSet) -> dict[int, int]:
+    """Take the labels of a set into another list; gives the numbers that they have there."""
+    known = {label.key.casefold(): label for label in whole}
+    numbers: dict[int, int] = {}
+    free = max((label.id for label in whole), default=NONE) + 1
+    for label in labels:
+        if label.merged_into is not None:
+            continue
+        same = known.get(label.key.casefold())
+        if same is None:
+            whole.append(label.model_copy(update={"id": free, "pinned": None}))
+            numbers[label.id], free = free, free + 1
+            continue
+        if not _words(same) & _words(label):
+            raise ExportError(
+                f"The key {label.key!r} is {same.name!r} in {first.name} and {label.name!r} in {labels.name}. Export "
+                "these videos apart, or rename one of the two."
+            )
+        numbers[label.id] = same.id
+        at = whole.index(same)
+        more = tuple(each for each in label.attributes if same.attribute(each.name) is None)
+        whole[at] = known[label.key.casefold()] = same.model_copy(update={"attributes": (*same.attributes, *more)})
+    for label in labels:
+        if label.merged_into is not None:
+            numbers[label.id] = numbers[labels.resolved(label.id)]
+    return numbers
+
+
+def _words(label: Label) -> set[str]:
+    return {comparable(word) for word in (label.name, *label.aliases)}
