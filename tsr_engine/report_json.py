@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def report_as_json(report: RunReport, request: RunRequest) -> dict[str, Any]:
         "csv": None if request.csv is None else str(request.csv),
         "evidence": None if request.evidence is None else str(request.evidence),
         "annotated": None if request.annotated is None else str(request.annotated),
-        "tracks": [track_as_json(track) for track in report.tracks],
+        "tracks": [track_as_json(track, report.class_names) for track in report.tracks],
         "events": dict(sorted(report.events.items())),
         "timing_ms": {
             stage: {"frames": count, "median": round(median, 3), "p95": round(p95, 3)}
@@ -39,12 +40,12 @@ def report_as_json(report: RunReport, request: RunRequest) -> dict[str, Any]:
     }
 
 
-def track_as_json(track: TrackSummary) -> dict[str, Any]:
-    """One track's summary in JSON's own types."""
+def track_as_json(track: TrackSummary, names: Sequence[str]) -> dict[str, Any]:
+    """One track's summary in JSON's own types; ``names`` are those of the classes."""
     return {
         "track_id": track.track_id,
         "class_id": track.class_id,
-        "class_name": class_name(track.class_id),
+        "class_name": class_name(track.class_id, names),
         "share": round(track.share, 4),
         "first_frame": track.first_frame,
         "last_frame": track.last_frame,
@@ -54,8 +55,6 @@ def track_as_json(track: TrackSummary) -> dict[str, Any]:
     }
 
 
-def class_name(class_id: int) -> str:
+def class_name(class_id: int, names: Sequence[str]) -> str:
     """The class's name; ``unknown`` for -1."""
-    from tsr_engine.recognition.catalogue import CATALOGUE
-
-    return CATALOGUE[class_id].name if 0 <= class_id < len(CATALOGUE) else "unknown"
+    return names[class_id] if 0 <= class_id < len(names) else "unknown"

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -149,13 +150,13 @@ def print_report(report: RunReport, timing: bool) -> None:
             soft_wrap=True,
         )
     if report.tracks:
-        console.print(track_table(report.tracks))
+        console.print(track_table(report.tracks, report.class_names))
     if timing:
         console.print(stage_table(report))
 
 
-def track_table(tracks: list[Any]) -> Any:
-    """A table with one row a track."""
+def track_table(tracks: list[Any], names: Sequence[str]) -> Any:
+    """A table with one row a track; ``names`` are those of the classes."""
     from rich.table import Table
 
     from tsr_engine.report_json import class_name
@@ -169,7 +170,7 @@ def track_table(tracks: list[Any]) -> Any:
         table.add_row(
             str(t.track_id),
             "" if t.class_id < 0 else str(t.class_id),
-            class_name(t.class_id),
+            class_name(t.class_id, names),
             f"{t.first_frame}-{t.last_frame}",
             *(str(t.frames[source]) for source in ("detected", "predicted", "relocalised")),
             f"{t.largest_side:.0f}",

@@ -6,7 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./join.js').Span} Span
  */
-import { NO_CLASS } from './documents.js';
+import { NO_CLASS, verdictOf } from './documents.js';
 import { labelOf } from './effective.js';
 import { framesIn, shownRuns } from './shown_runs.js';
 
@@ -119,27 +119,9 @@ export function countOut(tracks, docs, { states, classes, first, last }) {
   });
   for (const doc of docs) {
     const runs = shownRuns(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
-    add(doc.not_a_sign ? 'rejected' : doc.review, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
+    add(verdictOf(doc), labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
   }
   return total;
-}
-
-/**
- * Class names of another tool, one a line: `stop sign = 14`.
- *
- * @param {string} text
- * @returns {{map: Record<string, number>}|{error: string}}
- */
-export function parseLabelMap(text) {
-  /** @type {Record<string, number>} */
-  const map = {};
-  for (const [at, line] of text.split('\n').entries()) {
-    if (line.trim() === '') continue;
-    const match = /^\s*(.+?)\s*=\s*(\d{1,2})\s*$/.exec(line);
-    if (!match || Number(match[2]) > 42) return { error: `Line ${at + 1}: write a name, “=”, and a class number from 0 to 42. Got “${line.trim().slice(0, 40)}”.` };
-    map[match[1]] = Number(match[2]);
-  }
-  return { map };
 }
 
 const ENDINGS = ['mp4', 'm4v', 'mov', '3gp', 'mkv', 'webm', 'avi', 'ts', 'm2ts', 'mts', 'm2t', 'mpg', 'mpeg', 'vob', 'flv', 'wmv', 'asf', 'h264', '264', 'avc', 'h265', '265', 'hevc', 'gif', 'apng', 'webp'];

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { countOut, DEFAULT_STATES, FIRST_CHOICE, isVideoFile, NO_CLASS, numberIn, parseLabelMap, restoreChoice } from '../../../static/js/model/exchange.js';
+import { countOut, DEFAULT_STATES, FIRST_CHOICE, isVideoFile, NO_CLASS, numberIn, restoreChoice } from '../../../static/js/model/exchange.js';
 
 const tracks = /** @type {any} */ ({ id: [1, 2, 3], first: [0, 50, 90], last: [19, 99, 99], frames: [20, 25, 10], class_id: [14, 2, null] });
 /** @param {object} [more] */
@@ -44,14 +44,6 @@ test('typed numbers are numbers in their range', () => {
   for (const text of ['11', '-1', 'x', '1e3', '0x1', 'NaN']) assert.ok('error' in numberIn(text, side), text);
   assert.ok('error' in numberIn('', { name: 'The seed', low: 0, high: 5, whole: true }));
   assert.ok('error' in numberIn('1.5', { name: 'The seed', low: 0, high: 5, whole: true }));
-});
-
-test('class names are read line by line, and a wrong line is named', () => {
-  assert.deepEqual(parseLabelMap('stop sign = 14\n\n a = b=3 '), { map: { 'stop sign': 14, 'a = b': 3 } });
-  for (const text of ['x', 'x = 43', 'x = -1', '= 4']) {
-    const found = parseLabelMap(`a = 1\n${text}`);
-    assert.ok('error' in found && found.error.includes('Line 2'), text);
-  }
 });
 
 test('videos are told from annotations by name', () => {
