@@ -28,6 +28,8 @@ from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.labels.files import DEFAULT, shipped_set
 
 __all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "source_of", "times_of"]
 
@@ -89,6 +91,7 @@ class Source:
         stop: frame after the last.
         origin: ``engine`` or ``imported``.
         provenance: for the manifest.
+        classes: what the class numbers of its evidence mean in the label set of its video.
     """
 
     folder: Path
@@ -98,6 +101,7 @@ class Source:
     stop: int
     origin: str
     provenance: Mapping[str, Any]
+    classes: RunClasses
 
     @property
     def run_id(self) -> str | None:
@@ -217,6 +221,7 @@ def source_of(
     facts: VideoFacts,
     revision: int,
     about: Mapping[str, Any],
+    classes: RunClasses | None = None,
 ) -> Source:
     """A run from its evidence and what is known besides.
 
@@ -226,6 +231,7 @@ def source_of(
         facts: of the video.
         revision: number of the newest edit.
         about: what the manifest says of the run; ``name`` and ``kind`` at least.
+        classes: what the class numbers of its evidence mean; unset: what they mean in ``gtsrb-43``.
 
     Raises:
         EvidenceError: the evidence belongs to another video.
@@ -247,7 +253,9 @@ def source_of(
         "video_sha256": header.video.sha256,
     }
     origin = "imported" if about["kind"] == "imported" else "engine"
-    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance)
+    if classes is None:
+        classes = classes_of_keys(header.labels, shipped_set(DEFAULT))
+    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance, classes)
 
 
 def times_of(table: FrameTable) -> FloatColumn:

@@ -1,6 +1,7 @@
 // @ts-check
 /** Everything a person can do: the one source of toolbar, keyboard and help. */
 
+import { attributes } from './attributes.js';
 import { boxes } from './boxes.js';
 import { exchange } from './exchange.js';
 import { following } from './follow.js';
@@ -9,7 +10,7 @@ import { verdicts } from './verdicts.js';
 import { view } from './view.js';
 
 /** Those of proposals come first: while there are any, Enter and Escape are about them. @returns {import('../page-types.js').Operation[]} */
-export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...exchange, ...view];
+export const allOperations = () => [...following, ...navigation, ...boxes, ...verdicts, ...attributes, ...exchange, ...view];
 
 /**
  * Run an operation if it can be run now.
