@@ -230,7 +230,8 @@ test('what a merge means is said with the number of tracks', () => {
   const [a, b] = named(['bus', 'bus stop']);
   assert.match(mergeWords(a, b, {tracks: 1, videos: 1}), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
   assert.match(mergeWords(a, b, {tracks: 1200, videos: 3}), /^1,?200 tracks in 3 videos are/);
-  assert.match(mergeWords(a, b, null), /^No track is 'bus' yet/);
+  assert.match(mergeWords(a, b, {tracks: 0, videos: 0}), /^No track is 'bus' yet/);
+  assert.match(mergeWords(a, b, null), /^Its names will lead to 'bus stop'/);
 });
 
 test('what a replay changed is said in words, with the frame to open', () => {

@@ -15,11 +15,11 @@ import {createLabelChoice} from './label-choice.js';
  * What a merge means, in a sentence.
  * @param {Label} label
  * @param {Label} into
- * @param {{tracks: number, videos: number}|null} usage
+ * @param {{tracks: number, videos: number}|null} usage   null: not known
  */
 export function mergeWords(label, into, usage) {
-  const tracks = usage?.tracks ? `${plural(usage.tracks, 'track')} in ${plural(usage.videos, 'video')} ${usage.tracks === 1 ? 'is' : 'are'} '${label.name}' and will count as '${into.name}'.` : `No track is '${label.name}' yet.`;
-  return `${tracks} Its names will lead to '${into.name}'. The history takes this back, and nothing stored is rewritten.`;
+  const tracks = usage?.tracks ? `${plural(usage.tracks, 'track')} in ${plural(usage.videos, 'video')} ${usage.tracks === 1 ? 'is' : 'are'} '${label.name}' and will count as '${into.name}'.` : usage ? `No track is '${label.name}' yet.` : '';
+  return `${tracks} Its names will lead to '${into.name}'. The history takes this back, and nothing stored is rewritten.`.trim();
 }
 
 /**

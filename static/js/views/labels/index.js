@@ -40,7 +40,7 @@ export function createLabels(app) {
   const edit = h('button', { class: 'btn', type: 'button', title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
   const merge = h('button', { class: 'btn', type: 'button', title: 'Make the selected label another one; tracks that have it then count as that', onclick: () => {
     const label = current();
-    if (label && shown) dialog('label-merge', { label, usage: shown.usage?.[String(label.id)] ?? null });
+    if (label && shown) dialog('label-merge', { label, usage: shown.usage && (shown.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) });
   } }, icon('merge'), 'Merge into …');
   const hide = h('button', { class: 'btn', type: 'button', onclick: () => void toggleHidden() });
   const table = createTable({ signal, choose: (label) => {
