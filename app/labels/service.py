@@ -159,6 +159,25 @@ class LabelService:
             return changed.labels, changed
         raise Busy(f"Too many people change the label set {key!r} at once. The request can be repeated.")
 
+    def begin(self, key: str, make: Callable[[Session], LabelSet | None]) -> LabelSet | None:
+        """Store the first version of a set; called again where somebody was faster.
+
+        Args:
+            key: of the set.
+            make: stores it and answers it; None: there is nothing to begin.
+        """
+        for _ in range(_TRIES):
+            try:
+                with self._database.write() as session:
+                    made = make(session)
+                    session.flush()
+                    if made is not None:
+                        self._events.publish(session, "labels", key, {"version": made.version})
+            except IntegrityError:
+                continue
+            return made
+        raise Busy(f"Too many people make the label set {key!r} at once. The request can be repeated.")
+
     def use_as_default(self, key: str) -> LabelSetView:
         """Let videos that name no set use this one.
 
