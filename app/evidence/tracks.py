@@ -36,6 +36,7 @@ class TrackColumns(Model):
     """What the engine calls it, where the set lacks that."""
     share: list[float | None]
     runner_up: list[int | None]
+    runner_up_word: list[str | None]
     runner_up_share: list[float | None]
     score: list[float]
     side: list[float]
@@ -133,6 +134,7 @@ class Words:
     runner_up: list[str | None]
     unmapped: list[str | None]
     """The engine's own word, where the set has no such label."""
+    runner_up_unmapped: list[str | None]
 
 
 def labelled_facts(facts: TrackFacts, classes: RunClasses) -> tuple[TrackFacts, Words]:
@@ -151,6 +153,7 @@ def labelled_facts(facts: TrackFacts, classes: RunClasses) -> tuple[TrackFacts, 
         own=[None if n < 0 else classes.shown(n) for n in numbers],
         runner_up=[None if n < 0 else classes.shown(n) for n in seconds],
         unmapped=[classes.name(n) if classes.is_unmapped(n) else None for n in numbers],
+        runner_up_unmapped=[classes.name(n) if classes.is_unmapped(n) else None for n in seconds],
     )
     labelled = replace(
         facts,
@@ -209,6 +212,7 @@ def track_columns(
         word=words.unmapped,
         share=_optional(facts.share),
         runner_up=[None if w is None else c for c, w in zip(facts.runner_up.tolist(), words.runner_up, strict=True)],
+        runner_up_word=words.runner_up_unmapped,
         runner_up_share=_optional(facts.runner_up_share),
         score=np.round(np.nan_to_num(facts.score, neginf=0.0), 3).tolist(),
         side=np.round(np.nan_to_num(facts.side), 1).tolist(),

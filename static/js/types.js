@@ -146,9 +146,11 @@
  * @property {(Box|null)[]} [first_box]   box in the first frame; servers before 0.2 do not send it
  * @property {(Box|null)[]} [last_box]    and in the last
  * @property {number[]} clearest       frame of the last detection, where a sign that a camera nears is largest
- * @property {(number|null)[]} class_id
+ * @property {(number|null)[]} class_id   label of the video's set; -1: the set lacks what the engine calls it
+ * @property {(string|null)[]} [word]   what the engine calls it, where the set lacks that
  * @property {(number|null)[]} share   of the fused class in all votes
  * @property {(number|null)[]} runner_up
+ * @property {(string|null)[]} [runner_up_word]
  * @property {(number|null)[]} runner_up_share
  * @property {number[]} score          best final score
  * @property {number[]} side           longest side, px
@@ -190,10 +192,12 @@
  * @property {(number|null)[]} probability
  * @property {(number|null)[]} scale             s_t, px
  * @property {(number|null)[]} weight            w_t
- * @property {number[]} classes                  classes that the columns of `votes` and `probabilities` are for (the leading ones)
+ * @property {number[]} classes                  labels that the columns of `votes` and `probabilities` are for (the leading ones); -1: the set lacks it
+ * @property {(string|null)[]} [words]           what the engine calls each of them, where the set lacks that
  * @property {(number[]|null)[]} votes           fused share of each of `classes`, 0..1
  * @property {(number[]|null)[]} probabilities   P(c | x_t) of each of `classes`
  * @property {(number|null)[]} top               argmax of P(c | x_t)
+ * @property {(string|null)[]} [top_word]        what the engine calls it, where the set lacks that
  * @property {(number|null)[]} top_probability
  * @property {number[]} learned                  samples learned
  * @property {number[]} unlearned
@@ -217,6 +221,7 @@
  * @property {0|1|2} source
  * @property {Box} box
  * @property {number|null} class_id
+ * @property {string|null} [word]      what the engine calls it, where the set lacks that
  * @property {number|null} share
  * @property {{box: Box, sigma: [number, number, number, number]}|null} prediction   sigma of cx, cy, w, h, px
  * @property {{l_positive: number, confident: boolean}|null} gate
@@ -402,10 +407,10 @@
  * `gained` and `relabelled` name tracks of the what-if; `lost` and `switched` tracks of the run that it replays.
  * @typedef {object} Difference
  * @property {{gained: number, lost: number, switched: number, relabelled: number}} counts
- * @property {{track: number, frame: number, last: number, class_id: number|null}[]} gained
- * @property {{track: number, frame: number, last: number, class_id: number|null}[]} lost
+ * @property {{track: number, frame: number, last: number, class_id: number|null, word?: string|null}[]} gained
+ * @property {{track: number, frame: number, last: number, class_id: number|null, word?: string|null}[]} lost
  * @property {{track: number, parts: number[], frame: number}[]} switched
- * @property {{track: number, before: number|null, after: number|null, frame: number}[]} relabelled
+ * @property {{track: number, before: number|null, after: number|null, words?: (string|null)[], frame: number}[]} relabelled
  */
 
 /**

@@ -62,3 +62,11 @@ export function className(labels, id) {
   if (id === NO_CLASS) return 'not in the set';
   return labelFor(labels, id)?.name ?? (id === null || id === undefined ? 'no label' : `label ${id}`);
 }
+
+/**
+ * The same for what the engine reads, which may be a sign that the set has no label for.
+ * @param {readonly Label[]} labels
+ * @param {number|null|undefined} id
+ * @param {string|null|undefined} word   what the engine calls it, where the set lacks that
+ */
+export const engineName = (labels, id, word) => (word && id === NO_CLASS ? `${word} (not in the set)` : className(labels, id));

@@ -16,7 +16,7 @@
  * @property {number} left        open and needs work: what a person still has to decide
  */
 import { NO_CLASS } from './documents.js';
-import { className, labelFor, resolved } from './labels.js';
+import { engineName, labelFor, resolved } from './labels.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
@@ -145,7 +145,7 @@ function mentions(entry, word, labels) {
   if (entry.track === null && entry.name.includes(word)) return true;
   const label = labelFor(labels, entry.class_id);
   if (label && [label.name, label.key, ...label.aliases].some((text) => text.toLowerCase().includes(word))) return true;
-  if (entry.class_id === NO_CLASS && className(labels, NO_CLASS).includes(word)) return true;
+  if (entry.class_id === NO_CLASS && engineName(labels, NO_CLASS, entry.word).toLowerCase().includes(word)) return true;
   return [...entry.reasons, ...entry.notes].some((text) => text.toLowerCase().includes(word));
 }
 

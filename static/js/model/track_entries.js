@@ -20,6 +20,7 @@
  * @property {number} doubt           0..1
  * @property {number} rank            the queue's order; as of when the columns were asked for, whatever people do since
  * @property {number} score           best final score; NaN: no detection
+ * @property {string|null} word         what the engine calls it, where that is its label and the set lacks it
  * @property {string[]} reasons       plain sentences
  * @property {TrackDoc['review']} review   also `rejected` where an older version has marked it as no sign
  * @property {boolean} ignore         neither a sign nor background
@@ -89,6 +90,7 @@ function machineEntry(tracks, i, key) {
     last: tracks.last[i],
     runs: [[tracks.first[i], tracks.last[i]]],
     class_id: tracks.class_id[i],
+    word: tracks.word?.[i] ?? null,
     relabelled: false,
     doubt: tracks.doubt[i],
     rank: tracks.rank[i],
@@ -128,6 +130,7 @@ function documentEntry(tracks, columnOf, doc, column) {
     last: span?.last ?? first,
     runs,
     class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
+    word: known && doc.class_id === null ? (tracks.word?.[column] ?? null) : null,
     relabelled: doc.class_id !== null,
     doubt: known ? doubtOf(tracks, column, doc) : 0,
     rank: known ? tracks.rank[column] : 0,

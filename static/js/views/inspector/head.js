@@ -1,7 +1,7 @@
 // @ts-check
 /** Label, probability, runner-up and review state of the selected track. */
 
-import { className, labelFor } from '../../model/labels.js';
+import { className, engineName, labelFor } from '../../model/labels.js';
 import { whoseLabel } from '../../model/persons_words.js';
 import { framesIn } from '../../model/shown_runs.js';
 import { giveVerdict } from '../../operations/verdicts.js';
@@ -49,11 +49,11 @@ export function createHead(app, signal) {
       const address = labelFor(state.labels, entry.class_id)?.picture ?? null;
       picture.hidden = address === null;
       setAttribute(picture, 'src', address);
-      setText(name, nameOf(entry.class_id));
+      setText(name, engineName(state.labels, entry.class_id, entry.word));
       setText(sub, `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`);
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
-      const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf);
+      const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
       human.hidden = whose === null && entry.track !== null;
       setText(human, whose ?? (tracks ? 'Made by a person out of the engine’s tracks.' : 'Drawn by a person.'));
       const read = entry.whole ? readingOf(tracks, i) : found?.reading ?? null;
@@ -61,9 +61,10 @@ export function createHead(app, signal) {
       own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
       other.style.setProperty('width', `${(read?.runner_up_share ?? 0) * 100}%`);
       if (read) {
-        const runner = read.runner_up === null ? '' : `; runner-up ${nameOf(read.runner_up)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
+        const called = engineName(state.labels, read.class_id, read.word);
+        const runner = read.runner_up === null ? '' : `; runner-up ${engineName(state.labels, read.runner_up, read.runner_up_word)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
         // of a part the engine has no answer of its own: its frames' votes are counted, and may name another class
-        const asked = !entry.whole ? `These frames alone: ${nameOf(read.class_id)}, fused probability` : entry.relabelled ? `The engine’s ${nameOf(read.class_id)}: fused probability` : 'Fused probability';
+        const asked = !entry.whole ? `These frames alone: ${called}, fused probability` : entry.relabelled ? `The engine’s ${called}: fused probability` : 'Fused probability';
         setText(votes, `${asked} ${percent(read.share)}${runner}`);
       }
       setAttribute(margin, 'aria-label', votes.textContent);
@@ -81,5 +82,5 @@ function readingOf(tracks, i) {
   const class_id = tracks?.class_id[i] ?? null;
   const share = tracks?.share[i] ?? null;
   if (!tracks || class_id === null || share === null) return null;
-  return { class_id, share, runner_up: tracks.runner_up[i], runner_up_share: tracks.runner_up_share[i] ?? 0 };
+  return { class_id, word: tracks.word?.[i] ?? null, share, runner_up: tracks.runner_up[i], runner_up_word: tracks.runner_up_word?.[i] ?? null, runner_up_share: tracks.runner_up_share[i] ?? 0 };
 }

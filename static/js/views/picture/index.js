@@ -173,7 +173,7 @@ export function createPicture(app) {
     }
     setText(hint, text);
     if (hint.title !== text) hint.title = text;
-    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.class_id === null ? 'no label' : names.get(shown.class_id)}` : absent ? ', no box here' : ''}` : ''}`;
+    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.word ?? (shown.class_id === null ? 'no label' : names.get(shown.class_id))}` : absent ? ', no box here' : ''}` : ''}`;
     if (words !== said) setText(spoken, (said = words));
   }
 

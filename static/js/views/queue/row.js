@@ -48,7 +48,8 @@ export function createRow(key) {
       setAttribute(element, 'aria-setsize', view.size);
       picture.classList.toggle('queue-no-picture', address === null);
       setAttribute(picture, 'src', address);
-      setText(name, label?.name ?? (entry.class_id === NO_CLASS ? 'Not in the set' : 'No label yet'));
+      setText(name, label?.name ?? entry.word ?? (entry.class_id === NO_CLASS ? 'Not in the set' : 'No label yet'));
+      setAttribute(name, 'title', entry.word === null ? null : `What the engine calls it; the label set has no such label`);
       setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.ignore ? ' · ignored' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
