@@ -147,7 +147,7 @@ function createRow(id) {
       const used = usage?.[String(label.id)];
       const texts = [
         label.key, label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (gone && ` · ${gone}`), label.short, label.aliases.join(', '), label.shape, label.category,
-        label.attributes.map(({ name }) => name).join(', '), { sign: 'sign', background: 'background', ignore: 'nothing' }[label.teach], usage === null ? '…' : count(used?.tracks ?? 0),
+        label.attributes.map(({ name }) => name).join(', '), { sign: 'sign', background: 'background', ignore: 'nothing' }[label.teach], usage === null ? '–' : count(used?.tracks ?? 0),
       ];
       cells.forEach((cell, at) => {
         setText(cell, texts[at]);
