@@ -33,7 +33,7 @@ class Place:
         frame: the one in which it is largest.
         box: there, px.
         weight: how bad: the larger, the worse among its kind.
-        class_id, got: class by truth, and by the results; None: there is none.
+        class_id, got: label by truth, and by the results; None: there is none.
     """
 
     drive: int

@@ -18,8 +18,8 @@ from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, Expe
 from tsr_engine.errors import TsrError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.io.video import open_video
+from tsr_engine.labels.model import LabelSet
 from tsr_engine.records import Picture
-from tsr_engine.report_json import class_name
 
 __all__ = ["CHECK_HTML", "CHECK_JSON", "as_json", "sentence_of", "write_bundles", "write_report"]
 
@@ -43,10 +43,11 @@ img { display: block; width: 96px; height: 96px; object-fit: cover }
 
 def sentence_of(place: Place, drives: Sequence[CheckedDrive]) -> str:
     """What got worse at a place."""
-    drive = drives[place.drive].reviewed.source.video.name
+    source = drives[place.drive].reviewed.source
+    drive, labels = source.video.name, source.classes.labels
     frames = f"frames {place.first} to {place.last}"
-    sign = "a sign" if place.class_id is None else class_name(place.class_id)
-    read = "no class" if place.got is None else class_name(place.got)
+    sign = "a sign" if place.class_id is None else _name(labels, place.class_id)
+    read = "no class" if place.got is None else _name(labels, place.got)
     if place.kind == "lost":
         return f"{drive}: {sign} is not found any more ({frames})."
     if place.kind == "misread":
@@ -54,6 +55,11 @@ def sentence_of(place: Place, drives: Sequence[CheckedDrive]) -> str:
     if place.kind == "false":
         return f"{drive}: a new false track, read as {read} ({frames})."
     return f"{drive}: {sign} is covered in {place.weight:.0%} fewer of its frames ({frames})."
+
+
+def _name(labels: LabelSet, label_id: int) -> str:
+    label = labels.get(labels.resolved(label_id))
+    return f"label {label_id}" if label is None else label.name
 
 
 def as_json(report: CheckReport) -> dict[str, Any]:
@@ -157,8 +163,9 @@ def _expectation(place: Place, drive: CheckedDrive, first: int, stop: int) -> Ex
     boxes = [(x1, y1, x2, y2) for x1, y1, x2, y2 in truth.boxes[rows].tolist()]
     sign = ExpectedSign(frames=truth.frame[rows].tolist(), boxes=boxes)
     wanted = [Expected(id="found", kind="found", sign="s")]
-    if place.kind == "misread" and place.class_id is not None:
-        wanted.append(Expected(id="label", kind="label", sign="s", class_id=place.class_id))
+    class_id = None if place.class_id is None else drive.classes.to_class(place.class_id)
+    if place.kind == "misread" and class_id is not None:
+        wanted.append(Expected(id="label", kind="label", sign="s", class_id=class_id))
     return Expectation(bounds=Bounds(), signs={"s": sign}, expected=wanted)
 
 

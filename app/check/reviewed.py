@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +21,7 @@ class ReviewedDrive:
     Attributes:
         source: the run with its corrections.
         truth: signs that people have accepted or drawn count; tracks that nobody has decided on are ignored.
-        results: what the run itself shows, without the corrections.
+        results: what the run itself shows, without the corrections; classes are labels of the video's set.
         decided: tracks that people have accepted, drawn or rejected.
     """
 
@@ -52,7 +52,9 @@ def reviewed_drive(source: Source) -> ReviewedDrive | None:
             for row in reader.result_rows()
             if source.first <= row.frame < source.stop
         ]
-    return ReviewedDrive(source, _truth(signs, counted), Results.of(rows), decided)
+    results = Results.of(rows)
+    results = replace(results, class_id=source.classes.to_labels(results.class_id))
+    return ReviewedDrive(source, _truth(signs, counted), results, decided)
 
 
 def _counts(track: Track) -> bool:

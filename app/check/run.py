@@ -14,7 +14,9 @@ from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
 from tsr_engine.errors import InputError
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
 from tsr_engine.evaluation.tracking_rows import Results, read_results
+from tsr_engine.evidence import read_header
 from tsr_engine.io.opened_file import named
+from tsr_engine.labels.classes import RunClasses, classes_of_keys
 
 __all__ = ["CheckReport", "CheckedDrive", "check"]
 
@@ -27,12 +29,14 @@ class CheckedDrive:
         reviewed: what people have decided.
         path: of the video.
         folder: of the new results.
+        classes: what the class numbers of the new results mean in the video's label set.
         before, after: the run's own results and the new ones, measured.
     """
 
     reviewed: ReviewedDrive
     path: Path
     folder: Path
+    classes: RunClasses
     before: VideoReport
     after: VideoReport
 
@@ -116,10 +120,17 @@ def _measured(
             failures.append((str(path), state.error))
             continue
         folder = out / state.folder
-        rows = read_results(folder / "tracks.csv")
-        checked.append(CheckedDrive(drive, path, folder, _report(drive, drive.results), _report(drive, rows)))
+        rows, classes = _new_results(drive, folder)
+        checked.append(CheckedDrive(drive, path, folder, classes, _report(drive, drive.results), _report(drive, rows)))
         results.append(rows)
     return checked, results, failures
+
+
+def _new_results(drive: ReviewedDrive, folder: Path) -> tuple[Results, RunClasses]:
+    """The rows of a drive with labels of its video's set as classes, and what the model's class numbers mean there."""
+    rows = read_results(folder / "tracks.csv")
+    classes = classes_of_keys(read_header(folder / "evidence").labels, drive.source.classes.labels)
+    return replace(rows, class_id=classes.to_labels(rows.class_id)), classes
 
 
 def _report(drive: ReviewedDrive, results: Results) -> VideoReport:
