@@ -8,7 +8,6 @@ files. pip needs a package index.
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import subprocess
 import sys
@@ -72,8 +71,7 @@ def check_base(folder: Path, wheel: Path) -> None:
     _expect("pip install 'tsr[review]'" in doctor, f"tsr doctor does not name the extras:\n{doctor}")
     sample = base.run("python", "-c", SAMPLE).strip()
     _expect(str(folder) in sample, f"the sample drive is not that of the wheel: {sample}")
-    tracks = json.loads(base.run("tsr", "track", sample, "--csv", "rows.csv", "--json").splitlines()[-1])
-    _expect(bool(tracks), "tsr track gives nothing")
+    base.run("tsr", "track", sample, "--csv", "rows.csv")
     _expect(len((folder / "rows.csv").read_text().splitlines()) > 100, "tsr track has found too little")
     refused = base.run("tsr", "review", code=2)
     _expect("pip install 'tsr[review]'" in refused, f"tsr review without its extra says: {refused}")
