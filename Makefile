@@ -18,7 +18,7 @@ TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
 NODE := $(BIN)/node
 
 .DEFAULT_GOAL := help
-.PHONY: help install review test test-quick attack oracles lint screenshots sample bench bench-speed clean
+.PHONY: help install review test test-quick attack oracles lint lint-ruff lint-types lint-js wheel wheel-check screenshots sample bench bench-speed clean
 
 help: ## print this help
 	@echo "Usage: make TARGET"
@@ -70,14 +70,26 @@ $(ORACLES)/label-studio/.installed: tests/oracles/requirements-label-studio.txt 
 oracles: $(VENV)/.installed $(ORACLES)/.installed $(ORACLES)/label-studio/.installed ## let other libraries judge exports and imports (ORACLES, default .oracles)
 	TSR_ORACLES=$(abspath $(ORACLES))/bin/python $(BIN)/python -m pytest tests/oracles
 
-lint: $(VENV)/.installed $(VENV)/.tools ## style, types, layers
+lint: lint-ruff lint-types lint-js ## style, types, layers
+
+lint-ruff: $(VENV)/.installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+lint-types: $(VENV)/.installed
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+lint-js: $(VENV)/.installed $(VENV)/.tools
 	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.json
 	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.pure.json
 	$(NODE) node_modules/typescript/bin/tsc -p tsconfig.tests.json
+
+wheel: $(VENV)/.installed ## wheel and source archive into ./dist
+	$(BIN)/python -m build --outdir dist
+
+wheel-check: wheel ## the wheel in empty environments: tsr track with the base, tsr review with [all]
+	$(BIN)/python -m tests.packaging.wheel_check dist
 
 screenshots: $(VENV)/.installed ## pictures of every screen into ./out/screenshots (needs Chromium)
 	$(BIN)/python -m tests.e2e.screenshots --out out/screenshots

@@ -20,6 +20,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from app.errors import ApiError, Busy, error_body
 from app.storage.database import storage_failure
 from tsr_engine.errors import StorageError, TsrError
+from tsr_engine.extras import MissingExtra, missing_extra
 
 __all__ = ["Shaped", "handle_failures"]
 
@@ -110,10 +111,23 @@ def handle_failures(app: FastAPI) -> None:
     async def _pool(_: Request, __: PoolTimeout) -> Response:
         return _told(Busy("Too many requests wait for the database. This one can be repeated.", code="database_busy"))
 
+    @app.exception_handler(ModuleNotFoundError)
+    async def _module(request: Request, error: ModuleNotFoundError) -> Response:
+        known = missing_extra(error)
+        return _unexpected(request, error) if known is None else _lacking(known)
+
+    @app.exception_handler(MissingExtra)
+    async def _extra(_: Request, error: MissingExtra) -> Response:
+        return _lacking(error)
+
     @app.exception_handler(TsrError)
     async def _engine(_: Request, error: TsrError) -> Response:
         status, code = (507, "storage_full") if isinstance(error, StorageError) else (422, "invalid")
         return JSONResponse(error_body(code, str(error)), status_code=status)
+
+
+def _lacking(error: MissingExtra) -> Response:
+    return JSONResponse(error_body("missing_extra", str(error)), status_code=501)
 
 
 def _told(error: ApiError) -> Response:

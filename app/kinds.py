@@ -5,6 +5,7 @@ A new kind is an entry here; the queue (``app.jobs``) knows none of them.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 from app.artefacts.folders import clear_folder
@@ -57,9 +58,10 @@ def _follower() -> None:
 
 
 def _import() -> Task:
+    from app.runs.start import queue_first_runs
     from app.videos.importing import import_video
 
-    return import_video
+    return partial(import_video, sample_ready=queue_first_runs)
 
 
 def _export() -> Task:

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from benchmarks.experiment import Experiment, Result
+from benchmarks.summary import summary
 
 __all__ = ["write_report"]
 
@@ -40,7 +41,7 @@ def write_report(
         KeyError: an experiment does not understand its own fresh result.
     """
     figures.mkdir(parents=True, exist_ok=True)
-    parts = [HEAD]
+    parts = [HEAD, summary(results)]
     for experiment in experiments:
         parts.append(f"## {experiment.title}\n\n{experiment.question}\n\n")
         path = results / f"{experiment.name}.json"

@@ -10,11 +10,11 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.exchange.named import RUN_ID
-from app.runs.latest import latest_last
 from app.settings import DATABASE_FILE, Settings, load_settings, no_home
 from app.storage.database import Database
 from app.storage.identity import server_of
+from app.storage.ids import RUN_ID
+from app.storage.latest import latest_last
 from app.storage.models import Run, TrackDocument, Video
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_probe import video_sha256

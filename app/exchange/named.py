@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from app.errors import ApiError, Invalid, StorageFull
 from app.exchange.dataset import Source, evidence_source
+from app.storage.ids import RUN_ID
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["RUN_ID", "as_command_error", "named_sources", "track_key"]
-
-RUN_ID = re.compile("[0-9a-f]{32}")
-"""A run's name in the data folder."""
+__all__ = ["as_command_error", "named_sources", "track_key"]
 
 
 @contextmanager

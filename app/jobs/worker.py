@@ -34,6 +34,7 @@ from app.storage.database import Database, storage_failure
 from app.storage.identity import place_of, server_of
 from app.trouble import Trouble
 from tsr_engine.errors import TsrError
+from tsr_engine.extras import explained
 
 __all__ = ["main"]
 
@@ -164,7 +165,8 @@ def _one_job(
 def _execute(task: TaskContext) -> None:
     job = task.job
     try:
-        task.jobs.kinds.task(job.kind)(task)
+        with explained():
+            task.jobs.kinds.task(job.kind)(task)
         with task.database.write() as session:
             task.jobs.finish(session, job.id, job.token, "done")
     except Fenced:

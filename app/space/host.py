@@ -18,6 +18,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from tsr_engine.errors import StorageError
+from tsr_engine.extras import explained
 
 if TYPE_CHECKING:
     import viser
@@ -33,11 +34,13 @@ class Host:
     """One viser server on a free port of loopback.
 
     Raises:
+        MissingExtra: viser is not installed.
         StorageError: it cannot be started, or does not refuse strangers.
     """
 
     def __init__(self, label: str) -> None:
-        import viser
+        with explained():
+            import viser
 
         self.secret = secrets.token_urlsafe(24)
         with _STARTING, _silent(), _checked(self.secret):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import cv2
+from sqlalchemy.orm import Session
 
+from app.events import EventBus
 from app.jobs.context import Stopped, TaskContext
+from app.jobs.queue import JobQueue
 from app.jobs.watchdog import watched
-from app.runs.start import queue_first_runs
 from app.storage.models import Video
 from app.videos.glance import glance_path
 from app.videos.glancing import decode_all
@@ -29,8 +32,13 @@ MOST_COMPUTING = 300.0
 _TELL = 0.5
 
 
-def import_video(task: TaskContext) -> None:
-    """Decode to the end, so that frame k is known to be there before anybody asks for it."""
+def import_video(task: TaskContext, sample_ready: Callable[[Session, EventBus, JobQueue], None]) -> None:
+    """Decode to the end, so that frame k is known to be there before anybody asks for it.
+
+    Args:
+        task: the job.
+        sample_ready: called in the transaction that makes a sample drive ready.
+    """
     with task.database.read() as session:
         video = session.get_one(Video, task.job.subject)
     told, done = 0.0, 0
@@ -95,5 +103,5 @@ def import_video(task: TaskContext) -> None:
         row.stamp = list(after)
         if row.sample:
             session.flush()
-            queue_first_runs(session, task.events, task.jobs)
+            sample_ready(session, task.events, task.jobs)
         publish_video(session, task.events, row)

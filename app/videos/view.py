@@ -10,8 +10,8 @@ from sqlalchemy import and_, case, func, not_, select
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
-from app.runs.latest import latest_last
 from app.shapes import Model
+from app.storage.latest import latest_last
 from app.storage.models import Run, TrackDocument, Video
 from app.storage.places import here_of
 

@@ -1,8 +1,8 @@
-"""README and docs name what the command line offers."""
+"""The pages for users name what the command line offers, and their links lead somewhere."""
 
 from __future__ import annotations
 
-import itertools
+import re
 from pathlib import Path
 
 import pytest
@@ -13,6 +13,14 @@ from tsr_engine.cli.main import app
 
 register()
 ROOT = Path(__file__).resolve().parents[2]
+COMMANDS = (ROOT / "docs" / "cli.md").read_text(encoding="utf-8")
+PAGES = [
+    *sorted(ROOT.glob("*.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+    *sorted((ROOT / "benchmarks").rglob("*.md")),
+    *sorted((ROOT / ".github").rglob("*.md")),
+]
+LINK = re.compile(r"\[[^]]*\]\(([^)\s]+)\)")
 
 
 def commands() -> list[str]:
@@ -24,21 +32,39 @@ def commands() -> list[str]:
     return sorted(names)
 
 
-def test_the_readme_names_every_command_group() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    missing = sorted({name.split()[0] for name in commands()} - _after_tsr(text))
-    assert not missing, f"README.md does not show `tsr {missing[0]}`"
-
-
 @pytest.mark.parametrize("name", commands())
-def test_readme_and_docs_together_name_every_command(name: str) -> None:
-    texts = [path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))]
-    group, _, leaf = name.partition(" ")
-    lines = [line for text in texts for line in text.splitlines() if f"tsr {group}" in line]
-    assert any(not leaf or leaf in line for line in lines), f"neither README.md nor docs/ show `tsr {name}`"
+def test_docs_have_an_example_of_every_command(name: str) -> None:
+    examples = [line for line in COMMANDS.splitlines() if line.startswith(f"    tsr {name}")]
+    assert examples, f"docs/cli.md has no example of `tsr {name}`"
 
 
-def _after_tsr(text: str) -> set[str]:
-    """The words that follow ``tsr`` anywhere."""
-    words = text.replace("`", " ").split()
-    return {after for word, after in itertools.pairwise(words) if word == "tsr"}
+def anchors(page: Path) -> set[str]:
+    """The anchors that a forge makes of the headings of a page."""
+    headings = [line.lstrip("#").strip() for line in page.read_text(encoding="utf-8").splitlines() if line[:1] == "#"]
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in LINK.findall(page.read_text(encoding="utf-8")):
+        if target.startswith(("http://", "https://", "mailto:")):
+            continue
+        name, _, anchor = target.partition("#")
+        found = (page.parent / name).resolve() if name else page
+        assert found.exists(), f"{page.relative_to(ROOT)} links to {target}, which is not there"
+        if anchor:
+            assert anchor in anchors(found), f"{page.relative_to(ROOT)} links to {target}, which has no such heading"
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/releasing.md"])
+def test_named_files_are_there(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    places = re.findall(r"`((?:app|benchmarks|docs|static|tests|tsr_engine)/[\w./-]+)`", text)
+    assert places
+    assert [place for place in places if not (ROOT / place).exists()] == []
+
+
+def test_the_moving_picture_stays_small() -> None:
+    picture = ROOT / "docs" / "pictures" / "review.webp"
+    assert picture.read_bytes()[8:12] == b"WEBP"
+    assert picture.stat().st_size < 1_500_000

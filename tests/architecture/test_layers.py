@@ -52,17 +52,31 @@ def test_import_linter_contracts_hold() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
-def test_every_public_thing_says_what_it_is(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert ast.get_docstring(tree), f"{name_of(path)} has no module docstring"
-    silent = [node.name for node in public_definitions(tree) if not ast.get_docstring(node)]
-    assert not silent, f"{name_of(path)}: no docstring on {', '.join(silent)}"
+@pytest.fixture(scope="module")
+def trees() -> dict[Path, ast.Module]:
+    """Every module of the packages, parsed."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=name_of)
-def test_dunder_all_names_exist(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def test_every_public_thing_says_what_it_is(trees: dict[Path, ast.Module]) -> None:
+    silent = [name_of(path) for path, tree in trees.items() if not ast.get_docstring(tree)]
+    for path, tree in trees.items():
+        silent += [f"{name_of(path)}: {n.name}" for n in public_definitions(tree) if not ast.get_docstring(n)]
+    assert silent == []
+
+
+def test_dunder_all_names_exist(trees: dict[Path, ast.Module]) -> None:
+    wrong = []
+    for path, tree in trees.items():
+        exported, defined = names_of(path, tree)
+        twice = len(exported) - len(set(exported))
+        if twice or not set(exported) <= defined:
+            wrong.append(f"{name_of(path)}: {twice} twice, not there: {sorted(set(exported) - defined)}")
+    assert wrong == []
+
+
+def names_of(path: Path, tree: ast.Module) -> tuple[list[str], set[str]]:
+    """What ``__all__`` of a module names, and what the module defines."""
     exported: list[str] = []
     defined: set[str] = set()
     for node in tree.body:
@@ -78,18 +92,24 @@ def test_dunder_all_names_exist(path: Path) -> None:
                         exported = ast.literal_eval(node.value)
         elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             defined.add(node.target.id)
-    assert len(exported) == len(set(exported)), f"{name_of(path)}: __all__ names something twice"
     if "__getattr__" in defined:  # names that are imported when they are first asked for
         module = importlib.import_module(
             ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
         )
         defined |= {name for name in exported if hasattr(module, name)}
-    assert not set(exported) - defined, f"{name_of(path)}: __all__ names {set(exported) - defined}, which is not there"
+    return exported, defined
 
 
-@pytest.mark.parametrize("path", [p for p in SOURCES if p.relative_to(ROOT).parts[1] in NUMERIC], ids=name_of)
-def test_numeric_modules_hold_no_state(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def test_numeric_modules_hold_no_state(trees: dict[Path, ast.Module]) -> None:
+    held = []
+    for path, tree in trees.items():
+        if path.relative_to(ROOT).parts[1] in NUMERIC:
+            held += [f"{name_of(path)}: {name}" for name in state_of(tree)]
+    assert held == []
+
+
+def state_of(tree: ast.Module) -> list[str]:
+    """Names of a module that can change while the program runs."""
     held = []
     for node in tree.body:
         targets = (
@@ -99,9 +119,16 @@ def test_numeric_modules_hold_no_state(path: Path) -> None:
         # A constant table is spelt in capitals and never written to; anything else that can change is state.
         if names and is_mutable(node.value) and not all(n.strip("_").isupper() for n in names):  # type: ignore[union-attr]
             held += names
-    assert not held, f"{name_of(path)}: module-level state {held}"
-    globals_used = [n for node in ast.walk(tree) if isinstance(node, ast.Global) for n in node.names]
-    assert not globals_used, f"{name_of(path)}: global statement for {globals_used}"
+    return held + [name for node in ast.walk(tree) if isinstance(node, ast.Global) for name in node.names]
+
+
+def test_lints_see_what_is_wrong() -> None:
+    tree = ast.parse("__all__ = ['gone', 'gone']\nseen = []\nTABLE = {}\ndef told(): ...\n")
+    exported, defined = names_of(ROOT / "app" / "none.py", tree)
+    assert exported == ["gone", "gone"]
+    assert defined == {"__all__", "seen", "TABLE", "told"}
+    assert state_of(tree) == ["seen"]
+    assert [one.name for one in public_definitions(tree)] == ["told"]
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "app" / "api").glob("*.py")), ids=name_of)

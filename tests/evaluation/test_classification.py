@@ -7,9 +7,9 @@ import pytest
 from tsr_engine.evaluation.classification import (
     crop_of,
     evaluate_classification,
-    plot_confusion,
     predict_items,
 )
+from tsr_engine.evaluation.plots import plot_confusion
 from tsr_engine.io.gtsrb import CropItem
 
 

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tsr_engine.evaluation.fusion import TrackVotes, evaluate_fusion, plot_fusion, track_votes
+from tsr_engine.evaluation.fusion import TrackVotes, evaluate_fusion, track_votes
+from tsr_engine.evaluation.plots import plot_fusion
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.params import FusionParams
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tsr_engine.errors import InputError
-from tsr_engine.evaluation.tracking import BINS, evaluate_video, plot_errors, summarise
+from tsr_engine.evaluation.plots import plot_errors
+from tsr_engine.evaluation.tracking import BINS, evaluate_video, summarise
 from tsr_engine.evaluation.tracking_rows import (
     Results,
     Truth,

@@ -13,6 +13,7 @@ from typing import Any
 from tsr_engine.batch.order import Order, Outcome
 from tsr_engine.batch.process import TRIES, run_order
 from tsr_engine.errors import UsageError
+from tsr_engine.extras import explained
 
 __all__ = ["At", "on_ray", "on_this_machine"]
 
@@ -125,10 +126,8 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
 
 
 def _connected(address: str | None) -> Any:
-    try:
+    with explained():
         import ray
-    except ImportError:
-        raise UsageError("Ray is not installed here. Install it: pip install 'tsr[cluster]'.") from None
     options = {"log_to_driver": False, "logging_level": "ERROR", "include_dashboard": False}
     try:
         if address is not None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from tsr_engine.errors import ModelError
+from tsr_engine.extras import EXTRAS
 from tsr_engine.io.cores import usable_cores
 from tsr_engine.io.models import SHIPPED, load_component, read_manifest
 from tsr_engine.labels.classes import classes_of_keys
@@ -77,14 +78,17 @@ def _python() -> Check:
 
 
 def _packages() -> Iterator[Check]:
-    """Every runtime dependency that the package's own metadata names, against its lower bound."""
+    """Every dependency that the package's own metadata names, against its lower bound; then the extras as a whole."""
     try:
         requirements = importlib.metadata.requires("tsr") or []
     except importlib.metadata.PackageNotFoundError:
         yield Check("packages", "warning", "tsr is not installed, only on the path", "pip install .")
         return
-    for requirement in requirements:
-        if ";" in requirement:  # extras, for development
+    lacking: dict[str, list[str]] = {extra: [] for extra in EXTRAS}
+    for line in requirements:
+        requirement, _, marker = (part.strip() for part in line.partition(";"))
+        extra = match[1] if (match := re.search(r"extra == ['\"]([\w-]+)['\"]", marker)) else None
+        if marker and extra not in lacking:  # for development, or another system
             continue
         # "name>=1.2,<2" or, as written into some metadata, "name<2,>=1.2"
         name = re.split(r"[<>=!~\[ ]", requirement, maxsplit=1)[0]
@@ -93,12 +97,21 @@ def _packages() -> Iterator[Check]:
         try:
             found = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            yield Check(name, "missing", "not installed", f'pip install "{requirement}"')
+            if extra is None:
+                yield Check(name, "missing", "not installed", f'pip install "{requirement}"')
+            else:
+                lacking[extra].append(name)
             continue
         if _numbers(found) < _numbers(bound):
             yield Check(name, "missing", f"{found}, older than {bound}", f'pip install "{requirement}"')
         else:
             yield Check(name, "ok", found)
+    for extra, names in lacking.items():
+        if names:
+            found = f"without {', '.join(names)}"
+            yield Check(f"extra {extra}", "warning", found, f"pip install 'tsr[{extra}]'")
+        else:
+            yield Check(f"extra {extra}", "ok", "installed")
 
 
 def _numbers(version: str) -> tuple[int, ...]:

@@ -7,9 +7,8 @@ from dataclasses import asdict
 import typer
 
 from tsr_engine.cli.common import JsonOption, ModelsOption, out_console, print_json
-from tsr_engine.cli.diagnosis import Check, diagnose
 
-__all__ = ["Check", "diagnose", "doctor"]
+__all__ = ["doctor"]
 
 _MARKS = {"ok": "[green]ok[/green]", "warning": "[yellow]warning[/yellow]", "missing": "[red]missing[/red]"}
 
@@ -21,6 +20,8 @@ def doctor(models: ModelsOption = None, as_json: JsonOption = False) -> None:
 
     Example: tsr doctor --json
     """
+    from tsr_engine.cli.diagnosis import diagnose
+
     checks = diagnose(models)
     if as_json:
         print_json([asdict(check) for check in checks])

@@ -75,7 +75,7 @@ def tracking(
     tells = {"--kf-alone": kf_alone, "--preset": preset != "default", "--set": settings, "--models": models}
     if results is not None and (useless := [option for option, given in tells.items() if given]):
         raise UsageError(f"{useless[0]} says how to track, and --results has it done. Leave one of them out.")
-    from tsr_engine.evaluation.tracking import evaluate_video, plot_errors, summarise
+    from tsr_engine.evaluation.tracking import evaluate_video, summarise
     from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 
     _check_out(out)
@@ -104,6 +104,8 @@ def tracking(
     content = {name: summary.as_dict() | {"by_video": details[name]} for name, summary in summaries.items()}
     _write(out, "tracking.json", content)
     if out is not None:
+        from tsr_engine.evaluation.plots import plot_errors
+
         plot_errors(summaries, out / "tracking_error.png")
     if json:
         print_json(content)
@@ -139,7 +141,7 @@ def classification(
       tsr eval classification --gtsrb Final_Training/Images --held-out 0.25
     """
     from tsr_engine.cli.progress import progress_bar
-    from tsr_engine.evaluation.classification import evaluate_classification, plot_confusion, predict_items
+    from tsr_engine.evaluation.classification import evaluate_classification, predict_items
     from tsr_engine.pipeline import load_classifier
 
     _check_out(out)
@@ -162,6 +164,8 @@ def classification(
     }
     _write(out, "classification.json", content)
     if out is not None:
+        from tsr_engine.evaluation.plots import plot_confusion
+
         plot_confusion(report, out / "confusion.png")
     if json:
         print_json(content)
@@ -196,7 +200,7 @@ def fusion(
     """
     params = make_params("default", settings)
     from tsr_engine.cli.progress import progress_bar
-    from tsr_engine.evaluation.fusion import evaluate_fusion, plot_fusion, track_votes
+    from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
     from tsr_engine.pipeline import load_classifier
 
     _check_out(out)
@@ -207,6 +211,8 @@ def fusion(
     content = report.as_dict()
     _write(out, "fusion.json", content)
     if out is not None:
+        from tsr_engine.evaluation.plots import plot_fusion
+
         plot_fusion(report, out / "fusion.png")
     if json:
         print_json(content)
@@ -245,7 +251,6 @@ def detection(
     params = make_params(preset, settings)
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.evaluation.detection import score_detections
-    from tsr_engine.evaluation.detection_plot import plot_curves
     from tsr_engine.io.gtsdb import read_gtsdb
     from tsr_engine.io.pictures import read_picture
     from tsr_engine.pipeline import load_detector
@@ -273,6 +278,8 @@ def detection(
     }
     _write(out, "detection.json", content)
     if out is not None:
+        from tsr_engine.evaluation.plots import plot_curves
+
         plot_curves(curves, out / "precision_recall.png")
     if json:
         print_json(content)
@@ -337,9 +344,10 @@ def _track(video: Path, params: Any, models: Path | None, title: str) -> tuple[i
 
 
 def _check_out(out: Path | None) -> None:
-    """Refuse a folder for figures that cannot be written, before they are computed."""
+    """Refuse a folder for figures that cannot be written or plots that cannot be drawn, before they are computed."""
     if out is None:
         return
+    import tsr_engine.evaluation.plots  # noqa: F401 - a missing extra is told now
     from tsr_engine.io.atomic import refuse_unwritable
 
     refuse_unwritable(out)

@@ -28,6 +28,7 @@ from tsr_engine.cli import (
 from tsr_engine.cli.common import ParameterCommand, say
 from tsr_engine.cli.interrupt import EXIT_INTERRUPTED, leave_interrupted
 from tsr_engine.errors import StorageError, TsrError, UsageError
+from tsr_engine.extras import explained
 from tsr_engine.version import __version__
 
 __all__ = ["app", "run"]
@@ -106,7 +107,8 @@ def run(arguments: list[str] | None = None) -> int:
     _stand_in_for_closed_streams()
     try:
         refuse_empty_words(sys.argv[1:] if arguments is None else arguments)
-        result = app(args=arguments, standalone_mode=False)
+        with explained():
+            result = app(args=arguments, standalone_mode=False)
         sys.stdout.flush()
     except TsrError as error:
         return _failed(str(error), error.exit_code)

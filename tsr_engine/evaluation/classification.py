@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tsr_engine.io.gtsrb import CropItem, read_picture
@@ -134,26 +131,3 @@ def evaluate_classification(true: Sequence[int], predicted: Sequence[int]) -> Cl
     matrix = np.zeros((CLASS_COUNT, CLASS_COUNT), dtype=np.int64)
     np.add.at(matrix, (t, p), 1)
     return ClassificationReport(matrix)
-
-
-def plot_confusion(report: ClassificationReport, path: Path) -> None:
-    """Write the confusion matrix, rows normalised to shares, as PNG.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    shares = report.matrix / np.maximum(report.matrix.sum(1, keepdims=True), 1)
-    figure = Figure(figsize=(13, 12), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    picture = axes.imshow(np.sqrt(shares), cmap="magma_r", vmin=0, vmax=1)
-    ticks = range(CLASS_COUNT)
-    axes.set_xticks(ticks, [c.short for c in CATALOGUE], rotation=90, fontsize=7)
-    axes.set_yticks(ticks, [f"{c.short}  {c.id}" for c in CATALOGUE], fontsize=7)
-    for row, column in zip(*np.nonzero(report.matrix - np.diag(np.diag(report.matrix))), strict=True):
-        axes.text(column, row, str(report.matrix[row, column]), ha="center", va="center", fontsize=5)
-    axes.set(xlabel="predicted", ylabel="true")
-    axes.set_title(f"{report.accuracy:.4f} of {report.pictures} pictures right; numbers: pictures confused")
-    bar = figure.colorbar(picture, ax=axes, shrink=0.7, ticks=[0, 0.5, 1], label="share of the true class")
-    bar.ax.set_yticklabels(["0", "0.25", "1"])
-    figure.savefig(path, format="png", dpi=110)

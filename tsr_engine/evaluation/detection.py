@@ -81,6 +81,9 @@ def score_detections(
 ) -> DetectionScore:
     """Score many pictures.
 
+    scikit-learn's ``precision_recall_curve`` knows no signs without any detection, which lower the recall here, and
+    ``average_precision_score`` has no envelope, which papers on detection take.
+
     Args:
         results: per picture the detected boxes (n, 4), their scores (n,) and the annotated boxes (m, 4).
         least_iou: overlap from which a detection counts.

@@ -7,12 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tsr_engine.io.gtsrb import CropItem, read_picture, tracks_of
@@ -132,25 +129,3 @@ def _right(track: TrackVotes, params: FusionParams, longest: int) -> NDArray[np.
         elif i:
             right[i] = right[i - 1]
     return right
-
-
-def plot_fusion(report: FusionReport, path: Path) -> None:
-    """Write the rates against the number of frames as PNG (compare Fig. 13).
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    figure = Figure(figsize=(7, 4.5), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    marks = {"scale": "o", "equal": "s", "clamped": "^"}
-    for mode, rates in report.rates.items():
-        axes.plot(report.frames, rates, marker=marks.get(mode, "."), markersize=4, label=mode)
-    axes.set(
-        xlabel="fused frames, far to near",
-        ylabel="correctly classified signs",
-        title=f"{report.tracks} tracks, delta {report.delta:g} px, s_c {report.scale:g} px",
-    )
-    axes.grid(alpha=0.3)
-    axes.legend()
-    figure.savefig(path, format="png", dpi=120)

@@ -6,11 +6,9 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.optimize import linear_sum_assignment
 
 from tsr_engine.evaluation.tracking_rows import Results, Truth, in_view
@@ -257,22 +255,6 @@ def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -
         only_theirs += len(other.keys() - mine)
     means = np.mean(sorted(pairs), axis=0).tolist() if pairs else (None, None)
     return {"n": len(pairs), "ours": means[0], "theirs": means[1], "only_ours": only_ours, "only_theirs": only_theirs}
-
-
-def plot_errors(summaries: dict[str, TrackingSummary], path: Path) -> None:
-    """Writes the distribution of Eq. 7 (Fig. 11) of one or more named runs as a PNG."""
-    figure = Figure(figsize=(6.4, 3.6), layout="constrained")
-    axes = figure.subplots()
-    edges = np.linspace(0.0, 1.0, BINS + 1)
-    for name, summary in summaries.items():
-        counts = np.array(summary.histogram, dtype=np.float64)
-        label = f"{name} (mean {summary.mean_error:.3f})" if summary.mean_error is not None else f"{name} (no match)"
-        axes.stairs(counts / max(counts.sum(), 1.0), edges, label=label, fill=len(summaries) == 1)
-    axes.set_xlabel("normalised non-overlapping area (Eq. 7)")
-    axes.set_ylabel("share of matched frames")
-    axes.set_xlim(0.0, 1.0)
-    axes.legend()
-    figure.savefig(path, format="png", dpi=120)
 
 
 def _match_frame(

@@ -212,6 +212,8 @@ def split_by_track(items: Sequence[CropItem], share: float, seed: int) -> tuple[
     """Split into training and held-out items so that no track is on both sides.
 
     Stratified by class: of each class with at least two tracks, at least one track is held out and one kept.
+    scikit-learn's ``StratifiedGroupKFold`` promises neither, and would draw other tracks than those that the shipped
+    models were judged on.
 
     Args:
         items: items with a known track.

@@ -7,7 +7,6 @@ processor (see :mod:`tsr_engine.products`). A test holds them against filterpy's
 from __future__ import annotations
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
 
 from tsr_engine.products import product
 from tsr_engine.protocols import DETECTION, MotionState, Sight
@@ -31,8 +30,11 @@ class ConstantVelocityMotion:
     name = "constant_velocity"
 
     def __init__(self, noise: MeasurementNoise, process: float = 0.01) -> None:
+        from filterpy.common import Q_discrete_white_noise  # brings scipy.stats: half a second that others save
+
         self._noise = noise
         self._process = process
+        self._white_noise = Q_discrete_white_noise
 
     def initiate(self, measurement: FloatArray, width: int, height: int) -> MotionState:
         """State at rest, with a velocity uncertainty of a tenth of the size per frame."""
@@ -50,7 +52,7 @@ class ConstantVelocityMotion:
         F = np.eye(8)
         F[:4, 4:] = dt * np.eye(4)
         w, h = state.mean[2:4]
-        block = Q_discrete_white_noise(dim=2, dt=dt, var=1.0)
+        block = self._white_noise(dim=2, dt=dt, var=1.0)
         Q = np.kron(block, np.diag((self._process * np.array([w, h, w, h])) ** 2))
         x = state.mean.copy()
         x[:4] += dt * x[4:]

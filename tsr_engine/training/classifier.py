@@ -314,6 +314,9 @@ def held_out_figures(
 def fit_temperature(margins: NDArray[Any], labels: NDArray[np.int64]) -> float:
     """The temperature in [0.01, 100] that makes the labels most likely under the softmax.
 
+    scikit-learn fits temperatures only inside of a classifier that it calibrates (``CalibratedClassifierCV``), and its
+    own classes do not give the temperature away.
+
     Args:
         margins: shape (n, c), of pictures that the weights have not seen.
         labels: shape (n,).

@@ -84,6 +84,9 @@ def refine_classifier(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """New hyperplanes.
 
+    Not scikit-learn's ``LinearSVC``: that pulls hyperplanes towards zero, this one towards the earlier ones, by the
+    moment of their data.
+
     Args:
         classifier: the earlier one.
         crops: of corrected signs.

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from sklearn.linear_model import Ridge
 
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
@@ -210,9 +210,8 @@ def _pulled(
         rows.append(old * np.sqrt(settings.box_memory))
         answers.append(np.zeros((len(old), 4)))
     x, y = np.concatenate(rows), np.concatenate(answers)
-    gram = x.T @ x
-    gram[np.diag_indices_from(gram)] += settings.box_ridge * float((x * x).sum()) / len(x)
-    change = cho_solve(cho_factor(gram, overwrite_a=True), x.T @ y)
+    resistance = settings.box_ridge * float((x * x).sum()) / len(x)
+    change = Ridge(resistance, fit_intercept=False, solver="cholesky").fit(x, y).coef_.T
     weights = (outline.weights + change[:-1]).astype(np.float16).astype(np.float32)
     return replace(outline, weights=weights, bias=(outline.bias + change[-1]).astype(np.float32))
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from sklearn.linear_model import Ridge
 
 from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.boosting import BoostingPlan, boost
@@ -115,12 +115,8 @@ def ridge(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Weights (features, outputs) and biases (outputs,) of a ridge regression on ``features / 255``."""
     x = features.astype(np.float32) / np.float32(255.0)
-    mean_x, mean_y = x.mean(axis=0), wanted.mean(axis=0)
-    x -= mean_x
-    gram = x.T @ x
-    gram[np.diag_indices_from(gram)] += np.float32(strength * len(x))
-    weights = cho_solve(cho_factor(gram, overwrite_a=True), x.T @ (wanted - mean_y).astype(np.float32))
-    return weights.astype(np.float32), (mean_y - mean_x @ weights).astype(np.float32)
+    fitted = Ridge(strength * len(x), solver="cholesky", copy_X=False).fit(x, wanted.astype(np.float32))
+    return fitted.coef_.T.astype(np.float32), fitted.intercept_.astype(np.float32)
 
 
 def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generator, tick: Tick) -> list[_View]:

@@ -1,0 +1,103 @@
+"""Which room imports which: ``python -m tests.architecture.import_graph --out docs/import-graph.md``.
+
+A room is a folder or module directly below a package. Imports inside functions count; those for type checkers alone do
+not.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Set
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import grimp
+
+__all__ = ["circle", "modules", "page", "reduced", "rooms"]
+
+PACKAGES = ("tsr_engine", "app")
+PAGE = """# Import graph
+
+`python -m tests.architecture.import_graph --out docs/import-graph.md` writes this page. A test holds that it is up to
+date, and that neither rooms nor modules import each other in a circle. An arrow leads from a room to one that it
+imports. Arrows that follow from others are left out: A imports C is not drawn if A imports B and B imports C.
+
+"""
+
+Graph = Mapping[str, Set[str]]
+"""Name -> names that it imports."""
+
+
+@cache
+def modules() -> Graph:
+    """Every module of the packages with the modules that it imports."""
+    graph = grimp.build_graph(*PACKAGES, "sample_videos", exclude_type_checking_imports=True, cache_dir=None)
+    return {module: graph.find_modules_directly_imported_by(module) for module in sorted(graph.modules)}
+
+
+def rooms() -> Graph:
+    """Every room with the other rooms that it imports; ``sample_videos`` is one."""
+    found: dict[str, set[str]] = {}
+    for module, imported in modules().items():
+        room = _room(module)
+        found.setdefault(room, set()).update({_room(one) for one in imported} - {room, *PACKAGES})
+    return {room: imported for room, imported in found.items() if room not in PACKAGES}
+
+
+def circle(graph: Graph) -> list[str]:
+    """Names that import each other in a circle; empty if there is none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        found: list[str] = error.args[1]
+        return found[::-1]
+    return []
+
+
+def reduced(graph: Graph) -> Graph:
+    """A graph without circles, without the arrows that follow from others."""
+    order = [*TopologicalSorter(graph).static_order()]  # what is imported comes first
+    reached: dict[str, set[str]] = {}
+    for name in order:
+        reached[name] = set(graph.get(name, ())).union(*(reached[one] for one in graph.get(name, ())))
+    return {name: {one for one in graph[name] if not any(one in reached[two] for two in graph[name])} for name in graph}
+
+
+def page() -> str:
+    """The page in Markdown, with one Mermaid picture for each package."""
+    parts = [PAGE]
+    for package in PACKAGES:
+        inner = {
+            room: {one for one in imported if one.startswith(f"{package}.")}
+            for room, imported in rooms().items()
+            if room.startswith(f"{package}.")
+        }
+        arrows = sorted((room, one) for room, imported in reduced(inner).items() for one in imported)
+        lines = [f"    {_node(room)} --> {_node(one)}" for room, one in arrows]
+        alone = sorted(inner.keys() - {name for arrow in arrows for name in arrow})
+        lines += [f"    {_node(room)}" for room in alone]
+        parts.append(f"## `{package}`\n\n```mermaid\nflowchart TD\n" + "\n".join(lines) + "\n```\n\n")
+    return "".join(parts).rstrip() + "\n"
+
+
+def _room(module: str) -> str:
+    package, *inner = module.split(".")
+    return ".".join([package, *inner[:1]]) if package in PACKAGES else package
+
+
+def _node(room: str) -> str:
+    name = room.split(".")[1]
+    return f"{name}_[{name}]"  # a name of its own: `end` and the like mean something to Mermaid
+
+
+def main() -> None:
+    """Write the page."""
+    parser = argparse.ArgumentParser(prog="python -m tests.architecture.import_graph", description=__doc__)
+    parser.add_argument("--out", type=Path, required=True, help="the Markdown file")
+    chosen = parser.parse_args()
+    chosen.out.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

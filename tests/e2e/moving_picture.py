@@ -1,0 +1,171 @@
+"""The moving picture of README: ``python -m tests.e2e.moving_picture --out docs/pictures/review.webp``.
+
+A server tracks the sample drive, and it is worked on in a real browser: the drive plays, the most uncertain track turns
+out to be no sign and is rejected, the next one gets a label from the dialog, and a sign is followed from one box.
+Each step waits until the page shows what it should, so that no picture is half drawn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from PIL import Image
+from playwright.sync_api import Page, sync_playwright
+
+from sample_videos import SHIPPED
+from tests.e2e.chromium import CHROMIUM
+from tests.e2e.live_server import LiveServer
+from tests.e2e.review_desk import box_of, centre, edited, on_screen, state, wait, zoom_in
+from tests.e2e.screenshots import FLAGS, quiet
+
+SIZE = (1280, 720)
+"""Of the page, px."""
+WIDTH = 1024
+"""Of the picture, px."""
+QUALITY = 68
+MOST_BYTES = 1_500_000
+STRIDE = 2
+"""Frames of the drive from one picture to the next while it plays."""
+PLAYED = range(70, 111, STRIDE)
+FOLLOWED = 36
+"""Frames of a followed sign that are shown."""
+NOTCHES = 4
+"""Of the wheel."""
+QUICK, LETTER, LOOK, READ = 80, 160, 900, 1800
+"""How long a picture stays: while the drive plays, while a word is typed, of a step, of something to read; ms."""
+
+
+class Film:
+    """Pictures of a page, each with the time that it stays."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._pictures: list[Image.Image] = []
+        self._times: list[int] = []
+
+    def take(self, stays: int) -> None:
+        """Take a picture once the page is quiet."""
+        quiet(self._page)
+        shot = Image.open(io.BytesIO(self._page.screenshot())).convert("RGB")
+        height = round(shot.height * WIDTH / shot.width)
+        self._pictures.append(shot.resize((WIDTH, height), Image.Resampling.LANCZOS))
+        self._times.append(stays)
+
+    def save(self, path: Path) -> int:
+        """Write an animated WebP that repeats for ever.
+
+        Returns:
+            Its size in bytes.
+        """
+        path.parent.mkdir(parents=True, exist_ok=True)
+        first, *others = self._pictures
+        first.save(path, save_all=True, append_images=others, duration=self._times, loop=0, quality=QUALITY, method=6)
+        return path.stat().st_size
+
+
+def film(page: Page, facts: dict[str, Any], out: Path) -> int:
+    """Walk through the review screen and take the pictures.
+
+    Args:
+        page: signed in.
+        facts: ids of ``video`` and ``run``.
+        out: the file to write.
+
+    Returns:
+        Its size in bytes.
+    """
+    taken = Film(page)
+    page.evaluate(f"location.hash = '#/review/{facts['video']}/{facts['run']}?frame={PLAYED.start}'")
+    _settled(page)
+    for frame in PLAYED:
+        _seek(page, frame)
+        taken.take(QUICK)
+
+    _next_in_queue(page)
+    taken.take(READ)
+    _zoom_in(page, taken)
+    page.get_by_role("tab", name="Inspector").click()
+    taken.take(READ)
+    page.get_by_role("tab", name="Queue").click()
+    _judge(page, "x")
+    taken.take(READ)
+
+    page.keyboard.press("l")
+    page.locator("dialog[open] input:focus").wait_for()
+    for letter in "wild":
+        page.keyboard.type(letter)
+        taken.take(LETTER)
+    taken.take(LOOK)
+    edited(page, lambda: page.keyboard.press("Enter"))
+    _judge(page, "a")
+    taken.take(READ)
+
+    page.keyboard.press("t")
+    page.wait_for_function("() => tsr.store.get().review.following?.state === 'complete'", timeout=120_000)
+    page.keyboard.press("b")
+    begin = _settled(page)["frame"]
+    for frame in range(begin, begin + FOLLOWED, STRIDE):
+        _seek(page, frame)
+        taken.take(QUICK)
+    edited(page, lambda: page.keyboard.press("Enter"))
+    _judge(page, "a")
+    taken.take(READ)
+    return taken.save(out)
+
+
+def _next_in_queue(page: Page) -> None:
+    page.keyboard.press("j")
+    _settled(page, lambda s: s["selected"] is not None)
+
+
+def _judge(page: Page, key: str) -> None:
+    """Press the key of a verdict; the page goes on to the next open track."""
+    before = state(page)["selected"]
+    edited(page, lambda: page.keyboard.press(key))
+    _settled(page, lambda s: s["selected"] != before)
+
+
+def _zoom_in(page: Page, taken: Film) -> None:
+    now = state(page)
+    page.mouse.move(*on_screen(page, *centre(box_of(now, now["selected"]))))
+    for _ in range(NOTCHES):
+        zoom_in(page)
+        taken.take(LETTER)
+    page.mouse.move(0, 0)
+    taken.take(READ)
+
+
+def _seek(page: Page, frame: int) -> None:
+    page.evaluate("(k) => tsr.store.dispatch((s) => ({...s, review: {...s.review, frame: k}}))", frame)
+    _settled(page, lambda s: bool(s["frame"] == frame))
+
+
+def _settled(page: Page, holds: Callable[[dict[str, Any]], bool] = lambda _: True) -> dict[str, Any]:
+    return wait(page, lambda s: s["tracks"] and s["overlay"] and s["shown"] == s["frame"] and holds(s))
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Make the picture."""
+    parser = argparse.ArgumentParser(prog="python -m tests.e2e.moving_picture", description=__doc__)
+    parser.add_argument("--out", type=Path, required=True, help="the WebP file")
+    parser.add_argument("--home", type=Path, help="data folder that is kept, so that the sample drive runs only once")
+    chosen = parser.parse_args(arguments)
+    with TemporaryDirectory() as own, LiveServer(chosen.home or Path(own)) as server, sync_playwright() as playwright:
+        video = server.wait_for_run(SHIPPED[0].video.name, timeout=1200)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_context(viewport={"width": SIZE[0], "height": SIZE[1]}, color_scheme="light").new_page()
+        page.goto(server.link())
+        size = film(page, {"video": video["id"], "run": video["latest_run"]}, chosen.out)
+        browser.close()
+    if size > MOST_BYTES:
+        raise SystemExit(f"{chosen.out} has {size} bytes, more than {MOST_BYTES}: lower QUALITY, or film less.")
+    print(f"{chosen.out}: {size} bytes")
+
+
+if __name__ == "__main__":
+    main()

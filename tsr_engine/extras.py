@@ -1,0 +1,75 @@
+"""The optional parts of an installation: which extra a missing package belongs to, and how to get it.
+
+``pip install tsr`` brings what ``tsr track`` needs. Everything else is imported by what uses it, when it is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from types import MappingProxyType
+from typing import Final
+
+from tsr_engine.errors import UsageError
+
+__all__ = ["EXTRAS", "MissingExtra", "explained", "missing_extra"]
+
+EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "review": (
+            "alembic",
+            "fastapi",
+            "pydantic_settings",
+            "sqlalchemy",
+            "starlette",
+            "uvicorn",
+        ),
+        "recordings": ("rerun", "rerun_bindings"),
+        "scene3d": ("viser", "websockets", "zstandard"),
+        "train": ("matplotlib", "sklearn"),
+        "postgres": ("psycopg",),
+        "cluster": ("ray",),
+    }
+)
+"""Extra -> the packages that it brings, by the names that they are imported by."""
+_PURPOSES: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "review": "The review tool needs",
+        "recordings": "Recordings for Rerun need",
+        "scene3d": "The 3-D views need",
+        "train": "Training and plots need",
+        "postgres": "PostgreSQL needs",
+        "cluster": "Batches on a cluster need",
+    }
+)
+
+
+class MissingExtra(UsageError):
+    """An optional part that was asked for is not installed."""
+
+
+def missing_extra(error: ImportError) -> MissingExtra | None:
+    """The error for people where a package of an extra is missing; None: the import failed for another reason."""
+    name = (error.name or "").split(".")[0]
+    if not isinstance(error, ModuleNotFoundError):
+        return None
+    for extra, packages in EXTRAS.items():
+        if name in packages:
+            return MissingExtra(f"{_PURPOSES[extra]} {name}, which is not installed: pip install 'tsr[{extra}]'.")
+    return None
+
+
+@contextmanager
+def explained() -> Iterator[None]:
+    """Tell a missing package of an extra in one sentence.
+
+    Raises:
+        MissingExtra: in place of the ``ModuleNotFoundError``.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        known = missing_extra(error)
+        if known is None:
+            raise
+        raise known from error
