@@ -1,4 +1,4 @@
-"""Tracks of a data set as ground truth: rows as in ``app.truths.rows.COLUMNS``."""
+"""Tracks of a data set as ground truth: rows as in ``app.storage.ground_truth_rows.COLUMNS``."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from app.truths.rows import COLUMNS, Rows
+from app.storage.ground_truth_rows import COLUMNS, Rows
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.numbering import track_numbers
 

@@ -8,8 +8,8 @@ from sqlalchemy import ColumnElement, Text, cast, or_, select
 from sqlalchemy.orm import Session
 
 from app.labels.store import default_key
+from app.storage.ground_truth_rows import COLUMNS, unpack
 from app.storage.models import Edit, Run, TrackDocument, Truth, Video
-from app.truths.rows import COLUMNS, unpack
 
 __all__ = ["is_imported", "mentioned_ids", "uses"]
 

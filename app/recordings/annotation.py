@@ -15,8 +15,8 @@ from app.compare.figures import FIRST_WORD
 from app.edits.documents import TrackDoc
 from app.edits.track_name import track_name
 from app.evidence.tables import confirmed_boxes, labelled_boxes
+from app.storage.ground_truth_rows import unpack
 from app.storage.models import Truth
-from app.truths.rows import unpack
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet

@@ -12,8 +12,8 @@ from sqlalchemy.orm import undefer
 from app.errors import Invalid, NotFound
 from app.evidence.tables import BoxTable
 from app.storage.database import Database
+from app.storage.ground_truth_rows import Rows, pack, parse, unpack
 from app.storage.models import Truth, Video
-from app.truths.rows import Rows, pack, parse, unpack
 
 __all__ = ["MOST_FRAMES", "TruthService"]
 
@@ -42,7 +42,9 @@ class TruthService:
         return self.put_rows(video_id, name, parse(content, frames))
 
     def put_rows(self, video_id: str, name: str, rows: Rows) -> Truth:
-        """Store checked rows, columns as in ``app.truths.rows.COLUMNS``; a truth of the same name is replaced.
+        """Store checked rows; a truth of the same name is replaced.
+
+        Columns are those of ``app.storage.ground_truth_rows.COLUMNS``.
 
         Raises:
             NotFound: no such video.
@@ -67,7 +69,7 @@ class TruthService:
             return session.scalars(select(Truth).where(Truth.video_id == video_id).order_by(Truth.name)).all()
 
     def rows(self, truth_id: str) -> tuple[str, str, Rows]:
-        """Video, name and rows of one truth; columns as in ``app.truths.rows.COLUMNS``.
+        """Video, name and rows of one truth; columns as in ``app.storage.ground_truth_rows.COLUMNS``.
 
         Raises:
             NotFound: there is none of that id.

@@ -162,8 +162,8 @@ def test_what_cannot_be_compared(home: Any) -> None:
 
 
 def test_a_truth_of_another_video(home: Any) -> None:
+    from app.storage.ground_truth_rows import pack
     from app.storage.models import Video
-    from app.truths.rows import pack
 
     with home.database.write() as session:
         session.add(Video(id="f" * 64, name="other", path="/other", size=1, state="ready", frames=10, warnings=[]))

@@ -14,8 +14,8 @@ from app.edits.commands import RelabelTrack, Split
 from app.edits.documents import NO_CLASS
 from app.edits.service import EditService
 from app.labels.store import start
+from app.storage.ground_truth_rows import pack
 from app.storage.models import Truth, Video
-from app.truths.rows import pack
 from app.truths.service import TruthService
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet

@@ -16,8 +16,8 @@ from app.labels.commands import LabelChange
 from app.labels.service import LabelService
 from app.labels.views import Change
 from app.storage.database import Database
+from app.storage.ground_truth_rows import pack
 from app.storage.models import Edit, Event, LabelSetVersion, Run, TrackDocument, Truth, Video
-from app.truths.rows import pack
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 

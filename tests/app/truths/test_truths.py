@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.errors import Invalid, NotFound
-from app.truths.rows import COLUMNS, pack, parse, unpack
+from app.storage.ground_truth_rows import COLUMNS, pack, parse, unpack
 from app.truths.service import TruthService
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.tracking_rows import read_clip_truth
