@@ -5,6 +5,7 @@ from __future__ import annotations
 from app.cli.bundle import bundle
 from app.cli.check import check
 from app.cli.exchange import export, formats, import_file
+from app.cli.labels import app as labels
 from app.cli.models import app as models
 from app.cli.record import record
 from app.cli.review import review
@@ -25,6 +26,7 @@ def register() -> None:
         engine.app.command("bundle")(bundle)
         engine.app.command("check", cls=ParameterCommand)(check)
         engine.app.add_typer(models, name="models")
+        engine.app.add_typer(labels, name="labels")
         engine.app.command("record")(record)
 
 
