@@ -13,6 +13,7 @@ from tsr_engine.labels.files import dump_set, shipped_set
 from tsr_engine.labels.make_vienna import TARGET, make_vienna
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label
+from tsr_engine.labels.wording import comparable
 from tsr_engine.pictograms import draw, names
 
 VIENNA = shipped_set("vienna")
@@ -32,6 +33,27 @@ def test_it_extends_the_43() -> None:
         assert old.mirror in (None, new.mirror)
     assert [label.id for label in VIENNA] == list(range(len(VIENNA)))
     assert VIENNA.next_id == len(VIENNA) >= 180 + 43
+
+
+def test_every_word_of_the_43_finds_the_same_label() -> None:
+    """A library that changes from one set to the other reads files as before."""
+    old, new = LabelFinder(shipped_set("gtsrb-43")), LabelFinder(VIENNA)
+    for label in shipped_set("gtsrb-43"):
+        words = [label.key, label.name, *label.aliases, str(label.id), f"class {label.id}"]
+        if not label.short.isdigit():  # bare numbers are ids
+            words.append(label.short)
+        for word in words:
+            before, after = old.find(word), new.find(word)
+            assert before is not None
+            assert after is not None
+            assert after.label.id == before.label.id, word
+
+
+def test_no_short_name_is_the_name_of_another() -> None:
+    words = {comparable(word): label.key for label in VIENNA for word in (label.key, label.name, *label.aliases)}
+    shorts = {comparable(label.short): label.key for label in VIENNA}
+    assert len(shorts) == len(VIENNA)
+    assert not {short: key for short, key in shorts.items() if words.get(short, key) != key}
 
 
 def test_ids_stay_as_they_were_given_out() -> None:

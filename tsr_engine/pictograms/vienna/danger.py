@@ -85,7 +85,7 @@ DANGER: Final[dict[str, Callable[[], Canvas]]] = {
     "level-crossing-without-gates": partial(danger, vehicles.locomotive, 0.46, 0.0, 0.28),
     "tram-crossing": partial(danger, vehicles.tram, 0.4, 0.0, 0.3),
     "tunnel-ahead": partial(danger, roads.tunnel, 0.38, 0.0, 0.28),
-    "tractors": partial(danger, vehicles.tractor, 0.44, 0.0, 0.24),
+    "farm-vehicles": partial(danger, vehicles.tractor, 0.44, 0.0, 0.24),
     "low-flying-aircraft": partial(danger, vehicles.aircraft, 0.42, 0.02, 0.25),
     "cross-wind": partial(danger, roads.windsock, 0.43, 0.06, 0.27),
     "st-andrews-cross": partial(_st_andrew, double=False),

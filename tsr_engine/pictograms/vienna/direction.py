@@ -150,7 +150,7 @@ DIRECTION: Final[dict[str, Callable[[], Canvas]]] = {
     "tourist-direction": partial(_pointer, at(_sight, 0.32), ground=BROWN, ink=WHITE),
     "tourist-sight": partial(board, (0.98, 0.72), _sight, 0.72, ground=BROWN),
     "distances": partial(board, (0.98, 0.66), _distances, 0.88),
-    "lanes": partial(board, SQUARE, arrows.lanes, 0.82),
+    "number-of-lanes": partial(board, SQUARE, arrows.lanes, 0.82),
     "lane-closed": partial(board, SQUARE, arrows.lane_closed, 0.82, colours={BLACK: WHITE}),
     "lane-ends": partial(board, SQUARE, arrows.lane_ends, 0.82),
     "no-through-road": partial(board, SQUARE, arrows.dead_end, 0.8, colours={BLACK: WHITE}),

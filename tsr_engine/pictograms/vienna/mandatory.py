@@ -49,8 +49,8 @@ def _cyclist_path(canvas: Canvas) -> None:
 
 
 MANDATORY: Final[dict[str, Callable[[], Canvas]]] = {
-    "turn-right": partial(mandatory, arrows.arrow_right, 0.72),
-    "turn-left": partial(mandatory, arrows.arrow_right, 0.72, mirror=True),
+    "turn-right-here": partial(mandatory, arrows.arrow_right, 0.72),
+    "turn-left-here": partial(mandatory, arrows.arrow_right, 0.72, mirror=True),
     "turn-left-or-right": partial(mandatory, arrows.fork_arrow, 0.7),
     "pass-either-side": partial(mandatory, arrows.pass_either_side, 0.72, 0.0, 0.06),
     "cycle-track": partial(mandatory, vehicles.bicycle, 0.8),

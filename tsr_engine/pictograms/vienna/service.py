@@ -44,7 +44,7 @@ SERVICE: Final[dict[str, Callable[[], Canvas]]] = {
     "tourist-information": partial(_service, facilities.information),
     "toilets": partial(_service, people.man_and_woman),
     "swimming": partial(_service, people.swimmer),
-    "police": partial(_service, fitted("POLICE", 1.9, 0.6)),
+    "police-station": partial(_service, fitted("POLICE", 1.9, 0.6)),
     "emergency-telephone": partial(_service, facilities.sos),
     "fire-extinguisher": partial(_service, facilities.extinguisher),
 }
