@@ -94,7 +94,7 @@ export function createTable({ choose, open, signal }) {
     const step = steps[event.key];
     const at = shown.findIndex(({ id }) => id === selected);
     if (event.key === 'Enter' && at >= 0) open(shown[at]);
-    else if (step !== undefined) go(at < 0 ? 0 : at + step);
+    else if (step !== undefined) go(at < 0 && step <= 1 ? 0 : at + step);
     else return;
     event.preventDefault();
     event.stopPropagation();
