@@ -51,8 +51,8 @@ def walk(server: LiveServer, page: Page, out: Path) -> None:
     dialog.get_by_role("button", name="Add what is missing").click()
     dialog.get_by_text("Added").wait_for()
     page.keyboard.press("Escape")
-    page.get_by_label("Search labels").fill("pedestrian")
-    page.locator(".label-rows .label-row").first.click()
+    page.get_by_label("Search labels").fill("crossing")
+    page.locator(".label-rows .label-row", has_text="pedestrian crossing").first.click()
     _shot(page, out, "labels-page")
     # 2. the file of the other tool
     page.evaluate(f"location.hash = '#/review/{video['id']}/-'")
