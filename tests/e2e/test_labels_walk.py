@@ -10,9 +10,10 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 from sample_videos import SHIPPED
+from tests.e2e.foreign import SLOVENIAN, cvat_file
 from tests.e2e.review_desk import Desk, edited, faultless, imported, one_video, wait
 from tests.e2e.screenshots import AXE, CHROMIUM, serious
 
@@ -208,3 +209,47 @@ def test_four_hundred_labels_make_no_pause(page: Page, desk: Desk) -> None:
     )
     slowest = page.evaluate("globalThis.slowest")
     assert slowest < 500, f"{slowest:.0f} ms for one keystroke"  # 50 ms on an idle machine; tests share theirs
+
+
+def test_unknown_names_are_asked_for_before_an_import_stores_anything(page: Page, desk: Desk) -> None:
+    video = desk.server.call("GET", f"/videos/{desk.video}")
+    content = cvat_file(SHIPPED[1].truth, SLOVENIAN, video["frames"], (video["width"], video["height"]))
+    runs = len(desk.server.call("GET", f"/videos/{desk.video}/runs")["runs"])
+    before = len(_labels(desk))
+
+    def to_mapping() -> Locator:
+        page.locator(".picture-stage").focus()
+        page.keyboard.press("Shift+i")
+        page.locator("[name=import-as][value=run]").check()
+        chosen = {"name": "slovenia.xml", "mimeType": "text/xml", "buffer": content}
+        page.locator("#import-file").set_input_files(chosen)  # type: ignore[arg-type]
+        page.get_by_role("dialog").get_by_role("button", name="Import", exact=True).click()
+        return page.get_by_role("dialog")
+
+    dialog = to_mapping()
+    asked = dialog.locator(".mapping tbody th")
+    expect(asked).to_have_count(4)
+    assert sorted(asked.all_inner_texts()) == sorted(set(SLOVENIAN.values()) - {"yield"})  # an alias of give way
+    if AXE.is_file():
+        assert serious(page) == []
+    expect(dialog.locator(".mapping-example").first).to_be_visible()
+    assert len(_labels(desk)) == before  # nothing is stored yet
+    for name, label in (("otroci", "children"), ("omejitev_30", "speed limit 30 km/h"), ("omejitev_50", "nowhere")):
+        dialog.get_by_label(f"What becomes of {name}").select_option("label")
+        dialog.get_by_label(f"Label of {name}").fill(label)
+    expect(dialog.get_by_role("alert").first).to_contain_text("No label is called “nowhere”.")
+    expect(dialog.get_by_role("button", name="Import", exact=True)).to_be_disabled()
+    dialog.get_by_label("What becomes of omejitev_50").select_option("none")
+    dialog.get_by_label("What becomes of pedestrian_crossing").select_option("add")
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    dialog.get_by_role("button", name="Show the run").click(timeout=90_000)
+    assert len(desk.server.call("GET", f"/videos/{desk.video}/runs")["runs"]) == runs + 1
+    names = page.locator(".queue-name")
+    expect(names).to_have_count(5)
+    found = sorted(names.all_inner_texts())
+    added = next(label["name"] for label in _labels(desk) if label["key"].replace("-", "_") == "pedestrian_crossing")
+    assert found == sorted(["children", "speed limit 30 km/h", "Not in the set", added, "give way"])
+    # the answers are remembered: the same file asks no more
+    dialog = to_mapping()
+    dialog.get_by_role("button", name="Show the run").wait_for(timeout=90_000)
+    expect(dialog.get_by_text("otroci")).to_be_visible()  # and what was made of it is told
