@@ -1,4 +1,4 @@
-"""What keeps a loop from its work for a while, such as a full disk: told in the log once, not every turn."""
+"""Logs what keeps a loop from its work, such as a full disk, once for each different error."""
 
 from __future__ import annotations
 

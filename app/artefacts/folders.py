@@ -1,4 +1,4 @@
-"""Where artefacts lie. A folder counts only when its row says ``complete``; all else in it is left from broken work."""
+"""Folders of outputs. A folder counts only if its row says ``complete``; other content is left from broken work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What files are called that people fetch."""
+"""Names of the files that people download."""
 
 from __future__ import annotations
 

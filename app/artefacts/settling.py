@@ -1,4 +1,4 @@
-"""What becomes of an artefact whose job does not end well."""
+"""Updates an output after its job has failed, was cancelled or waits again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An artefact as pages see it."""
+"""The view of an output for the page."""
 
 from __future__ import annotations
 

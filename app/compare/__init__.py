@@ -1,1 +1,1 @@
-"""Two views of one video side by side: runs, corrected annotations, ground truth."""
+"""Compares two versions of one video's annotation: runs, corrected annotations, ground truth."""

@@ -1,4 +1,4 @@
-"""Which boxes of a candidate are which boxes of a reference; the rule of ``tsr_engine.evaluation.tracking``.
+"""Matches boxes of a candidate and a reference by the rule of ``tsr_engine.evaluation.tracking``.
 
 In each frame candidate boxes are assigned to counted reference boxes with the largest total IoU; a sign keeps the
 track that it had in its last matched frame while that still overlaps enough (as in CLEAR MOT). What is left over is

@@ -1,1 +1,1 @@
-"""What the page reads from evidence: tracks, lanes, overlays, crops, and why."""
+"""Reads evidence for the page: tracks, lanes, overlays, crops and explanations."""

@@ -1,4 +1,4 @@
-"""Pictures of a track's crops, out of the pixels that evidence keeps, else out of the video."""
+"""Crops of a track, from the pixels in evidence or else from the video."""
 
 from __future__ import annotations
 

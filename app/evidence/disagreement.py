@@ -1,4 +1,4 @@
-"""Where another run, or a person, says something else about a track."""
+"""Finds tracks for which another run or a person gives another class."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How doubtful a track is, and why, in plain sentences: what the queue sorts by. Formulas: docs/queue.md."""
+"""The uncertainty of a track and its reasons in plain sentences; the queue sorts by it. Formulas: docs/queue.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One verdict of the gate drawn: which features mirror each other, and the two hashes bit by bit."""
+"""Explains one verdict of the gate: the features that mirror each other, and both hashes bit by bit."""
 
 from __future__ import annotations
 

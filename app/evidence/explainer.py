@@ -1,4 +1,4 @@
-"""A process of its own that judges verdicts again: the engine's compiled parts would double the server's memory.
+"""Computes verdicts again in a process of its own: the engine's compiled code would double the server's memory.
 
 It starts with the first question, answers one at a time as lines of JSON, and ends when nobody has asked for a while.
 """

@@ -1,4 +1,4 @@
-"""Which verdicts of the gate another tau would turn over, in the whole run.
+"""Finds the verdicts of the gate that another tau would change, in the whole run.
 
 What counts is what the lanes show: confirmed tracks up to their last frame. In the frame after it, in which a track is
 given up, its prediction was judged as well, but nothing is shown there.

@@ -1,4 +1,4 @@
-"""Ranges of frames that people ask for."""
+"""Checks ranges of frames in requests."""
 
 from __future__ import annotations
 

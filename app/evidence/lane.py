@@ -1,4 +1,4 @@
-"""One track frame by frame: everything that the why lanes and the inspector draw."""
+"""One track frame by frame, for the timeline and the inspector."""
 
 from __future__ import annotations
 

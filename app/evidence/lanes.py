@@ -1,4 +1,4 @@
-"""Which source each confirmed track's result has over time, as runs of equal source."""
+"""The sources of each confirmed track over time, as runs of equal source."""
 
 from __future__ import annotations
 

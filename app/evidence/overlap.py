@@ -1,4 +1,4 @@
-"""Which boxes of two tables lie on each other, in all frames at once."""
+"""Matches boxes of two tables that overlap, in all frames at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the layers of the picture show, frame by frame."""
+"""The layers of the picture, frame by frame."""
 
 from __future__ import annotations
 

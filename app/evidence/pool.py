@@ -1,4 +1,4 @@
-"""Open stores, kept for the next request. A run may still be growing: readers see its last committed chunk."""
+"""Keeps stores open for the next request. A run may still grow: readers see its last committed chunk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What routes ask about a run's evidence."""
+"""Answers the routes about a run's evidence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns straight from a store: what every view of a whole run is made of."""
+"""Reads columns of a store, for every view of a whole run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The confirmed tracks of a run, a column a property."""
+"""The confirmed tracks of a run, one column per property."""
 
 from __future__ import annotations
 

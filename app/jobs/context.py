@@ -1,4 +1,4 @@
-"""What a worker gives a task to work with."""
+"""The context of a task in a worker: settings, database, events, and its job."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a worker died of: a file that crashes decoders is told apart from a machine that ends processes."""
+"""Explains why a worker ended: a file that crashes decoders, or a machine without memory."""
 
 from __future__ import annotations
 

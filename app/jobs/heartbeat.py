@@ -1,4 +1,4 @@
-"""A sign of life beside the work: servers on other machines cannot see the lock of a job's process."""
+"""Heartbeats of running jobs, for servers on other machines that cannot see the lock of the process."""
 
 from __future__ import annotations
 

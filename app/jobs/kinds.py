@@ -1,4 +1,4 @@
-"""What the queue has to know of a kind of job. Whose work it is says so (``app.kinds``); the queue asks nobody else."""
+"""Describes a kind of job to the queue. ``app.kinds`` has all kinds; the queue imports none of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lanes of the queue, each with its own workers: what somebody waits for runs beside what takes hours."""
+"""Lanes of the queue, each with its own workers: short jobs do not wait for long ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who is alive: each running job's process holds a lock on a file, which the kernel frees when the process ends."""
+"""Locks of running jobs: each process locks a file, which the kernel unlocks when the process ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a job that did not end well is told to the people who wait for it."""
+"""Reports a failed, cancelled or requeued job to the people who wait for it."""
 
 from __future__ import annotations
 

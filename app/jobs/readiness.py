@@ -1,4 +1,4 @@
-"""What a worker of the short lane loads while it has nothing to do, so that the next job begins at once.
+"""Modules that an idle worker of the short lane loads in advance, so that the next job starts at once.
 
 A what-if of a process that has just begun spends three seconds on loading the engine, a recording one on the Rerun SDK.
 """

@@ -1,4 +1,4 @@
-"""Watches over the workers: starts them when there is work, buries the dead, ends them with the server."""
+"""Supervises the workers: starts them for waiting jobs, cleans up after dead ones, ends them with the server."""
 
 from __future__ import annotations
 

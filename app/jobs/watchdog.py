@@ -1,4 +1,4 @@
-"""An end for work that computes without getting on, such as the decoding of a video that was made to be slow.
+"""Ends work that computes without progress, such as decoding a video that was made to be slow.
 
 A limit on all the time of a process would be one on the length of videos. So the time between two steps is limited.
 """

@@ -1,4 +1,4 @@
-"""A process that takes jobs from the queue until there are none: ``PARENT LANE [stay]`` are its arguments.
+"""A process that takes jobs from the queue until none are left. Its arguments are ``PARENT LANE [stay]``.
 
 It ends with its server, has a limit on memory, and works at low priority: a broken or hostile video costs this one
 process. One that is to stay waits for jobs until it is told to leave, and loads meanwhile what they will need.

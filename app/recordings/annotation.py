@@ -1,4 +1,4 @@
-"""What people have said about a run, as the plain rows that a recording takes."""
+"""Corrections and ground truth of a run as the plain rows that a recording takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Asking for a recording of some frames of a run."""
+"""Starts a recording of some frames of a run."""
 
 from __future__ import annotations
 

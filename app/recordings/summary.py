@@ -1,4 +1,4 @@
-"""What is told of a finished recording."""
+"""The summary of a finished recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Rerun web viewer, taken once out of the installed SDK's own binary and kept in the data folder.
+"""The Rerun web viewer, copied once from the installed SDK's binary to the data folder.
 
 The binary serves its viewer on a loopback port for as long as the copy takes. Nothing is loaded from the network, and
 the version is always that of the SDK that writes the recordings.

@@ -1,1 +1,1 @@
-"""Runs of the engine: started, followed, cancelled, resumed, removed."""
+"""Runs of the engine: start, follow, cancel, resume, remove."""

@@ -1,4 +1,4 @@
-"""Where the camera of a run looks, for its summary."""
+"""The camera's focus of expansion of a run, for its summary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The run that a job works from, which may have been removed while the job waited."""
+"""Finds the run that a job works from; it may have been removed while the job waited."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people do with runs."""
+"""Operations on runs."""
 
 from __future__ import annotations
 

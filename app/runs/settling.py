@@ -1,4 +1,4 @@
-"""What becomes of a run, or of a what-if, whose job does not end well."""
+"""Updates a run or a what-if after its job has failed, was cancelled or waits again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The run that a sample drive gets without being asked for, so that the first screen has something to show."""
+"""Starts a run of a sample drive on the first start, so that the first screen has something to show."""
 
 from __future__ import annotations
 

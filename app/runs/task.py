@@ -1,4 +1,4 @@
-"""The job ``track``: the engine over a video, into the run's own evidence folder."""
+"""The job ``track``: runs the engine over a video and stores evidence in the run's folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run as pages see it."""
+"""The view of a run for the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the scenes are made of, read from a run's evidence once."""
+"""The data of the scenes, read once from a run's evidence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene as one HTML file that needs nothing else: viser's player, the scene, and a legend of ours."""
+"""Writes a scene as one HTML file: viser's player, the scene, and a legend."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A viser server that only this program can use.
+"""A viser server that only this program can reach.
 
 viser checks neither who asks nor from which page: whoever finds its port gets the scene. Ours listens on loopback and
 answers nobody who does not send a secret that never leaves this process. viser has no setting for that, so its call

@@ -1,4 +1,4 @@
-"""Asking for a scene of a run as a file."""
+"""Starts the export of a scene as a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""viser's page as this server gives it out: the file of the installed package, under a policy that fits only it."""
+"""Serves viser's page: the file of the installed package, under a content security policy for it alone."""
 
 from __future__ import annotations
 

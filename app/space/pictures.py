@@ -1,4 +1,4 @@
-"""Pictures for a view, decoded beside it: a slow seek in a long video must not hold up everything else."""
+"""Decodes pictures for a view in a thread, so that a slow seek does not block the scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The spatial prior that a run was made with, wherever its model lies now."""
+"""Finds the spatial prior that a run was made with."""
 
 from __future__ import annotations
 

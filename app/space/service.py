@@ -1,4 +1,4 @@
-"""Open 3-D views: made when a page connects, stopped when nobody looks any more."""
+"""Open 3-D views: started when a page connects, stopped when the last page has left."""
 
 from __future__ import annotations
 

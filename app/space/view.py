@@ -1,4 +1,4 @@
-"""One open 3-D view: a viser server, a scene in it, and a thread that brings the scene to the newest wish."""
+"""One open 3-D view: a viser server, a scene, and a thread that draws the newest requested state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a viewer wants to see: one small immutable value, of which only the newest counts."""
+"""The state that a viewer asks for: a small immutable value; only the newest one is drawn."""
 
 from __future__ import annotations
 

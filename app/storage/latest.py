@@ -1,4 +1,4 @@
-"""Which run a video stands for where nobody names one."""
+"""Chooses the run of a video when a request names none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Opening what lies beneath a folder: no part of the way may be a link, so that nobody can turn it aside.
+"""Opens files below a folder without following links, so that nobody can redirect the path.
 
 A path is resolved and judged as text first. Whoever puts a link on the way afterwards, or exchanges a folder for one,
 gets a refusal: the kernel looks at each part as it goes.

@@ -1,4 +1,4 @@
-"""Pictures of a video, decoded and encoded in a cage of their own: what a file makes a decoder do happens there.
+"""Decodes and encodes pictures of a video in a cage, a process with limits.
 
 Each open video has one. A picture comes as a few hundred kilobytes through a socket, which takes less than a tenth of a
 millisecond, and while it is decoded the server is free to answer others.

@@ -1,4 +1,4 @@
-"""Encoded pictures in memory, the least recently used dropped first."""
+"""A cache of encoded pictures in memory; it drops the least recently used first."""
 
 from __future__ import annotations
 

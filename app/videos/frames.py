@@ -1,4 +1,4 @@
-"""Frames for the page: picture k as the engine's decoder makes it, encoded, cached and decoded ahead of the viewer."""
+"""Frames for the page: decoded by the engine's reader, encoded, cached, and decoded ahead of the viewer."""
 
 from __future__ import annotations
 

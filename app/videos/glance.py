@@ -1,4 +1,4 @@
-"""A small copy of a video with many key frames: what a viewer who scrubs is shown until the picture itself is there.
+"""Preview frames: a small copy of a video with many key frames, shown while a person scrubs.
 
 Pictures of a video with few key frames take long to reach: to show the last of 250, all of them are decoded. The copy
 has a key frame every dozen pictures, so each is a few milliseconds away. It is made once, by the import; its

@@ -1,4 +1,4 @@
-"""The pass of the import over a whole video, which writes the copy that ``app.videos.glance`` reads on the way."""
+"""Writes the small copy that ``app.videos.glance`` reads, during the import's pass over the video."""
 
 from __future__ import annotations
 

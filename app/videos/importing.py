@@ -1,4 +1,4 @@
-"""The job ``import``: decode a video once, keep its frame table, a thumbnail and a small copy for scrubbing."""
+"""The job ``import``: decodes a video once and stores its frame table, a thumbnail and a small copy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one door to files of videos: root, identity and hash are checked each time that one is opened.
+"""Opens files of videos. Every caller comes through here: root, identity and hash are checked each time.
 
 No other module of ``app`` opens a video by its name (``tests/architecture/test_opened_videos.py``). What is opened goes
 on as a descriptor: see :mod:`tsr_engine.io.opened_file`.

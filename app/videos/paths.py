@@ -1,4 +1,4 @@
-"""Which files of this machine may be read at all: those inside the allowed folders, and nothing else."""
+"""Decides which files of this machine may be read: those inside the allowed folders."""
 
 from __future__ import annotations
 

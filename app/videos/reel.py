@@ -1,4 +1,4 @@
-"""One open video: pictures on demand, and a thread that fills the cache around the last one that was asked for."""
+"""The frame server of one open video: pictures on demand, and a thread that fills the cache around the last one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a file is still the one that a video is named after, and what is refused where it is not."""
+"""Checks whether a file is still the one that a video was imported from, and refuses work on another one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bundled drives: in the library from the first start."""
+"""Adds the bundled drives to the library on the first start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people do with videos: add by path or upload, look at, remove."""
+"""Operations on videos: add by path or upload, read, remove."""
 
 from __future__ import annotations
 

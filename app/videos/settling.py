@@ -1,4 +1,4 @@
-"""What becomes of a video whose import does not end well."""
+"""Updates a video after its import has failed, was cancelled or waits again."""
 
 from __future__ import annotations
 

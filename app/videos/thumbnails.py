@@ -1,4 +1,4 @@
-"""Where an import leaves its files."""
+"""Places of the files that an import writes."""
 
 from __future__ import annotations
 

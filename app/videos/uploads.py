@@ -1,4 +1,4 @@
-"""Files of videos in the data folder: named by their bytes, placed and removed by one at a time.
+"""Uploaded files in the data folder, named by their content; one process at a time adds or removes them.
 
 The same bytes have the same place, whoever brings them: an upload, an upload at the same moment, the clip of a bundle.
 So whoever places or removes such a file holds the turn of its digest from the first look at the database to the last

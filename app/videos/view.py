@@ -1,4 +1,4 @@
-"""A video as pages see it."""
+"""The view of a video for the page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A closer look at one place: all that the offline detector does after its scan, on a box that the scan did not find.
+"""Window rescoring: the steps of the offline detector after its scan, on a box that the scan did not find.
 
 What found the place need not be the detector: the window that an online detector settles on says where a sign is, and
 hardly how large, nor whether it is one.

@@ -1,4 +1,4 @@
-"""Likeness: whether a refined candidate shows one of the 43 signs, or only something of their outline.
+"""The sign verifier: does a refined candidate show one of the 43 signs, or only a similar shape?
 
 Cascade and verifier know signs as one class: a porthole is round and dark, a shop's arrow is white on blue. One machine
 a class, trained to refuse what the cascade lets through, tells those apart by what is drawn inside. A sign whose class

@@ -1,4 +1,4 @@
-"""From what cascade, verifier and likeness say to log-odds of being a sign."""
+"""Combines the scores of cascade, verifier and sign verifier to log-odds of being a sign."""
 
 from __future__ import annotations
 

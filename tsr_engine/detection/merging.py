@@ -1,4 +1,4 @@
-"""From the windows that pass a cascade to candidates: one a place, where its windows lie on average.
+"""Merges the windows that pass the cascade to candidates: one per place, at their weighted mean.
 
 A sign is found by dozens of windows, none of which lies exactly on it, since they stand on a grid of cells and scales.
 Their mean lies nearer than the best of them, and costs nothing beside a second look that starts there.

@@ -1,4 +1,4 @@
-"""What an ONNX file refers to besides itself, found without loading it.
+"""Finds the other files that an ONNX file refers to, without loading it.
 
 A tensor may say that its values lie in another file, by any path. OpenCV follows that, also from bytes in memory, so a
 network from somebody else could have any file of this machine read as its weights.

@@ -1,4 +1,4 @@
-"""Outline: where exactly a sign's edges lie, told from a closer look at its box.
+"""Box refinement: a learned regression that moves a box onto the edges of its sign.
 
 The regressions of the second look are linear and know the few hundred signs of the training scenes; this one is learned
 as the classifier is, a map of filters and hidden units on the same descriptor, and knows GTSRB's tens of thousands of

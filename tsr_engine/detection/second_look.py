@@ -1,4 +1,4 @@
-"""A second look at each candidate: where exactly it lies, and whether it is a sign at all.
+"""The refine-and-verify stage: corrects the box of each candidate and scores it with a larger ensemble.
 
 The cascade answers on a grid of whole cells and scales. Each candidate that it leaves is cut out once more with more
 of its surroundings; a linear regression moves and stretches the box (one step of supervised descent, Xiong & De la

@@ -1,4 +1,4 @@
-"""How close to its sign a box is drawn: annotators of the training scenes left a margin, others do not."""
+"""Box inset: shrinks boxes, because annotators of the training scenes left a margin around signs."""
 
 from __future__ import annotations
 

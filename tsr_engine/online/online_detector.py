@@ -1,4 +1,4 @@
-"""``M_on`` of one track: samples come with the frames, go with age, and the windows are searched with what is left."""
+"""``M_on``, the online detector of one track: learns samples, forgets old ones, scores windows."""
 
 from __future__ import annotations
 

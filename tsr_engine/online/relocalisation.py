@@ -1,4 +1,4 @@
-"""Algorithm 2: the window around a prediction that the online detector takes for the sign."""
+"""Algorithm 2: searches for the sign around a prediction with the online detector."""
 
 from __future__ import annotations
 

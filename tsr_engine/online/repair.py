@@ -1,4 +1,4 @@
-"""The way back to an exact solution where the path fails: numerically singular margin sets.
+"""Returns to an exact solution when the path fails on a numerically singular margin set.
 
 First sequential minimal optimisation with second-order pair selection (Fan, Chen & Lin, JMLR 2005), which needs no
 inverse and makes progress with any positive semi-definite kernel; then the active-set method of

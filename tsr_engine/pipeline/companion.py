@@ -1,4 +1,4 @@
-"""What one track carries from frame to frame besides its filter: looks, online detector, votes."""
+"""The state of one track besides its filter: hashes, online detector, votes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one step of the core is given."""
+"""The input of one step of the core."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One verdict of the gate once more, from stored evidence, with everything that it rested on."""
+"""Computes one verdict of the gate again from stored evidence, with all its factors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which pixels of a frame evidence keeps, so that a replay with other parameters finds what it looks at."""
+"""Chooses the pixels of a frame that evidence keeps for replays with other parameters."""
 
 from __future__ import annotations
 

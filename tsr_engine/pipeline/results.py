@@ -1,4 +1,4 @@
-"""A run's results as they stream by: rows for the CSV, and one summary a track."""
+"""Result rows for the CSV and one summary per track, computed while a run goes on."""
 
 from __future__ import annotations
 

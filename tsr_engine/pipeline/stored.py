@@ -1,4 +1,4 @@
-"""Stored frames as inputs of the core: the way back from evidence, for replay and for going on after a kill."""
+"""Turns stored frames back into inputs of the core, for replay and for resuming."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a camera that is mounted in a car looks: the height of its focus of expansion, from the flow of a drive.
+"""Estimates the height of the focus of expansion of a car's camera from the flow of a drive.
 
 Seen from the true focus of expansion (FOE) a car that drives straight on makes flow along the rays alone. Fitted about
 an assumed one that lies ``delta`` px too high, the same flow has a vertical shift of ``-delta`` times the growth. Bumps

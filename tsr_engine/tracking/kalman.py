@@ -1,4 +1,4 @@
-"""The two steps of a Kalman filter on covariances, for all motion models."""
+"""The two covariance steps of a Kalman filter, shared by all motion models."""
 
 from __future__ import annotations
 

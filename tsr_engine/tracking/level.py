@@ -1,4 +1,4 @@
-"""The camera's shift without what a camera on a car does not do: tilt for seconds."""
+"""Removes the lasting vertical part of the camera's shift: a camera on a car does not tilt for seconds."""
 
 from __future__ import annotations
 
