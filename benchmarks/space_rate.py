@@ -22,7 +22,7 @@ import numpy as np
 import viser
 from playwright.sync_api import Page, sync_playwright
 
-from app.space.data import Hits, SpaceData
+from app.space.data import Hits, Sign, SpaceData
 from app.space.page import PLAIN
 from app.space.scenes.stage import Stage
 from app.space.scenes.volume import VolumeScene
@@ -99,6 +99,7 @@ def stand_up(server: Any, tracks: int) -> None:
         boxes=np.concatenate([centre - side[:, None] / 2, centre + side[:, None] / 2], axis=1),
         source=np.zeros(len(frame), np.int64),
         verdict=rng.integers(0, 3, len(frame)),
+        signs={number: Sign(f"sign {number}", pictogram=f"gtsrb/{number}") for number in range(43)},
     )
     hits = Hits(np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.bool_), 0)
     scene = VolumeScene(Stage(server.scene, data, lambda: hits, lambda: None, lambda _: np.zeros((8, 8, 4), np.uint8)))

@@ -119,7 +119,7 @@ def _relit(rng: np.random.Generator, picture: Picture) -> Picture:
         lit = grey + (lit - grey) * np.float32(rng.uniform(0.4, 1.3))
     if rng.random() < 0.25:
         lit = cv2.GaussianBlur(lit, (0, 0), float(rng.uniform(0.4, 1.1)))
-    return np.clip(lit, 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(lit, 0, 255), np.uint8)
 
 
 def targets(crop: Crop) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
@@ -131,7 +131,7 @@ def targets(crop: Crop) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArr
         shape (cells, cells): how much those count.
     """
     cells = SIDE // STRIDE
-    centres = (np.arange(cells) + 0.5) * STRIDE
+    centres: FloatArray = (np.arange(cells, dtype=np.float64) + 0.5) * STRIDE
     hills = np.zeros((cells, cells), np.float32)
     edges = np.zeros((4, cells, cells), np.float32)
     for box in crop.unasked:

@@ -74,7 +74,7 @@ def _run(data: Data) -> Result:
 def _against_equal(votes: Sequence[TrackVotes], delta: float) -> dict[str, dict[str, int]]:
     """Numbers of frames at which weights by scale do worse than equal ones, and signs gained over all numbers."""
     rates = evaluate_fusion(votes, FusionParams(fusion_delta=delta)).rates
-    found = {}
+    found: dict[str, dict[str, int]] = {}
     for mode in BY_SCALE:
         gained = np.round((np.array(rates[mode]) - np.array(rates["equal"])) * len(votes)).astype(int)
         found[mode] = {"worse": int((gained < 0).sum()), "gained": int(gained.sum())}

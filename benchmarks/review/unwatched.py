@@ -18,7 +18,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 __all__ = ["UnwatchedPage", "open_unwatched"]
 
@@ -33,7 +34,7 @@ class UnwatchedPage:
         pid: process of the browser.
     """
 
-    def __init__(self, pid: int, socket: ClientConnection) -> None:
+    def __init__(self, pid: int, socket: Connection) -> None:
         self.pid = pid
         self._socket = socket
         self._numbers = itertools.count(1)

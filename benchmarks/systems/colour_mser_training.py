@@ -152,7 +152,8 @@ def _signs(
     box = np.array([[low, low, PATCH - low, PATCH - low]])
 
     def seen(patch: SignPatch) -> NDArray[np.float32]:
-        return describe_boxes(patch.picture, colours.maps(patch.picture), box)[0]
+        described: NDArray[np.float32] = describe_boxes(patch.picture, colours.maps(patch.picture), box)[0]
+        return described
 
     patches = [*scene_patches(train, plan.jittered, sign, rng)]
     if crops:

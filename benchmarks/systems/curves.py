@@ -34,7 +34,8 @@ def _corners(recall: FloatArray, most: int = 800) -> NDArray[np.int64]:
         return np.zeros(0, np.int64)
     finds = np.flatnonzero(np.diff(recall))
     corners = np.unique(np.concatenate([[0], finds, finds + 1, [len(recall) - 1]]))
-    return corners[np.unique(np.linspace(0, len(corners) - 1, min(most, len(corners))).astype(int))]
+    chosen = np.unique(np.linspace(0, len(corners) - 1, min(most, len(corners))).astype(int))
+    return np.asarray(corners[chosen], np.int64)
 
 
 def outdone(

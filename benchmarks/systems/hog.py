@@ -40,7 +40,8 @@ def orientation_cells(picture: Picture, cell: int) -> NDArray[np.int32]:
     if picture.dtype != np.uint8 or picture.ndim not in (2, 3) or min(picture.shape[:2]) < cell:
         raise ValueError(f"Expected a uint8 picture of at least {cell} px a side. Got {picture.dtype} {picture.shape}.")
     planes = picture[None] if picture.ndim == 2 else np.moveaxis(picture, -1, 0)
-    return _voted(planes[None], cell)[0]
+    cells: NDArray[np.int32] = _voted(planes[None], cell)[0]
+    return cells
 
 
 def patch_cells(patches: NDArray[np.uint8], cell: int) -> NDArray[np.int32]:

@@ -77,7 +77,7 @@ def window_bytes(planes: NDArray[np.int32], rows: NDArray[np.int64], columns: ND
 
 
 def offsets(
-    features: NDArray[np.int64], rows: int, columns: int
+    features: NDArray[np.int32] | NDArray[np.int64], rows: int, columns: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """Where features lie in the flat integral planes of a level of rows x columns cells.
 

@@ -128,7 +128,8 @@ def _patch_bytes(patch: Picture) -> NDArray[np.uint8]:
     grey = np.asarray(cv2.cvtColor(patch, cv2.COLOR_BGR2GRAY), np.uint8)
     planes = integral(orientation_cells(grey, WINDOW.shrink))
     first = np.array([(planes.shape[1] - 1 - WINDOW.cells) // 2])
-    return window_bytes(planes, first, first)[0]
+    features: NDArray[np.uint8] = window_bytes(planes, first, first)[0]
+    return features
 
 
 def _positives(

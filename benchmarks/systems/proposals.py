@@ -68,7 +68,7 @@ def propose(picture: Picture, colours: ColourModel, plan: ProposalPlan, params: 
     if plan.grey:
         planes.append(np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8))
     least, most = 0.85 * params.min_width, plan.widest
-    regions = cv2.MSER_create(
+    regions = cv2.MSER_create(  # type: ignore[attr-defined]
         delta=plan.delta,
         min_area=int(0.1 * least**2),
         max_area=int(most**2),

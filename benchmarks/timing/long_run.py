@@ -75,7 +75,7 @@ def look_once(video: Path, components: Components, params: Params, kept: Path | 
     answers = _read_answers(kept, key) if kept is not None else []
     tracking = params.tracking
     shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
-    clip = []
+    clip: list[Seen] = []
     with open_video(video) as opened:
         for frame in opened.frames(0, None):
             if len(answers) > len(clip):

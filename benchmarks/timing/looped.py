@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import av
 import cv2
+import numpy as np
 
 from sample_videos import SHIPPED
 from tsr_engine.io.video import open_video
@@ -25,7 +26,7 @@ def cut_out(picture: Picture) -> Picture:
     """The right part of a picture, as wide as SIZE's shape allows, scaled to SIZE; signs stand at the right."""
     height, width = picture.shape[:2]
     wide = min(width, round(height * SIZE[0] / SIZE[1]))
-    return cv2.resize(picture[:, width - wide :], SIZE, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(cv2.resize(picture[:, width - wide :], SIZE, interpolation=cv2.INTER_LINEAR), np.uint8)
 
 
 def base_clip(folder: Path, frames: int, drives: int = 1) -> Path:

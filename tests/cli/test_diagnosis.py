@@ -87,3 +87,20 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Monk
     assert "NUMBA_CACHE_DIR" in check.advice
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "new" / "folder"))
     assert by_name(diagnose())["compiled code cache"].status == "ok"
+
+
+def test_extras_are_told_as_a_whole(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lines = [
+        "numpy>=1.0",
+        'no-such-package>=1 ; extra == "scene3d"',
+        "typer>=0.1; extra == 'review'",
+        'pytest>=999; extra == "dev"',
+        'tsr[review]; extra == "all"',
+    ]
+    monkeypatch.setattr(diagnosis.importlib.metadata, "requires", lambda _: lines)
+    checks = by_name(diagnose(models))
+    assert checks["extra scene3d"].status == "warning"
+    assert checks["extra scene3d"].found == "without no-such-package"
+    assert checks["extra scene3d"].advice == "pip install 'tsr[scene3d]'"
+    assert checks["extra review"].status == checks["typer"].status == checks["numpy"].status == "ok"
+    assert not {"pytest", "tsr[review]", "extra dev"} & checks.keys()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import subprocess
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
@@ -31,52 +32,66 @@ def on_this_machine(orders: Sequence[Order], jobs: int, at: At, stop: Callable[[
         at: progress; called by several threads.
         stop: asked between orders and while waiting; true kills what runs. Drives then go on at the next call.
     """
-    waiting: queue.SimpleQueue[tuple[int, Order]] = queue.SimpleQueue()
-    for place, order in enumerate(orders):
-        waiting.put((place, order))
-    ended: queue.SimpleQueue[tuple[int, Outcome] | BaseException] = queue.SimpleQueue()
-    running: set[subprocess.Popen[str]] = set()
-    over = threading.Event()
-
-    def started(process: subprocess.Popen[str]) -> None:
-        running.add(process)
-        if over.is_set():
-            process.kill()
-
-    def work() -> None:
-        try:
-            while not over.is_set():
-                try:
-                    place, order = waiting.get_nowait()
-                except queue.Empty:
-                    return
-                for _ in range(TRIES):
-                    outcome = run_order(order, partial(at, place), started)
-                    if not outcome.died or over.is_set():
-                        break
-                if not over.is_set():
-                    ended.put((place, outcome))
-        except BaseException as error:
-            ended.put(error)
-
-    threads = [threading.Thread(target=work, name="tsr-batch", daemon=True) for _ in range(min(jobs, len(orders)))]
+    local = _Local(orders, at)
+    threads = [
+        threading.Thread(target=local.work, name="tsr-batch", daemon=True) for _ in range(min(jobs, len(orders)))
+    ]
     for thread in threads:
         thread.start()
     left = len(orders)
     try:
         while left and not stop():
             with suppress(queue.Empty):
-                found = ended.get(timeout=0.2)
+                found = local.ended.get(timeout=0.2)
                 if isinstance(found, BaseException):
                     raise found
                 left -= 1
                 yield found
     finally:
-        over.set()
-        for process in list(running):
-            process.kill()
+        local.stop()
         for thread in threads:
             thread.join()
+
+
+class _Local:
+    """What the threads share that do orders on this machine."""
+
+    def __init__(self, orders: Sequence[Order], at: At) -> None:
+        self._waiting = deque(enumerate(orders))
+        self._at = at
+        self._running: set[subprocess.Popen[str]] = set()
+        self._over = threading.Event()
+        self.ended: queue.SimpleQueue[tuple[int, Outcome] | BaseException] = queue.SimpleQueue()
+
+    def work(self) -> None:
+        """Do orders until there are none left."""
+        try:
+            while self._waiting and not self._over.is_set():
+                with suppress(IndexError):  # another thread was faster
+                    place, order = self._waiting.popleft()
+                    outcome = self._tried(place, order)
+                    if not self._over.is_set():
+                        self.ended.put((place, outcome))
+        except BaseException as error:  # noqa: BLE001 - raised again by whoever waits
+            self.ended.put(error)
+
+    def stop(self) -> None:
+        """Kill what runs, and begin nothing more."""
+        self._over.set()
+        for process in list(self._running):
+            process.kill()
+
+    def _tried(self, place: int, order: Order) -> Outcome:
+        for number in range(1, TRIES + 1):
+            outcome = run_order(order, partial(self._at, place), self._started)
+            if not outcome.died or number == TRIES or self._over.is_set():
+                break
+        return outcome
+
+    def _started(self, process: subprocess.Popen[str]) -> None:
+        self._running.add(process)
+        if self._over.is_set():
+            process.kill()
 
 
 def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[[], bool]) -> Outcomes:

@@ -50,7 +50,7 @@ def main() -> None:
         _say({"failed": str(error)})
     except MemoryError:
         _say({"failed": "The drive needs more memory than one process may use. Allow more with --memory-mb."})
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001 - whatever it is, the batch goes on and names it
         _say({"failed": f"Unexpected failure ({type(error).__name__}: {error}). Run `tsr track` on it to see more."})
 
 
