@@ -12,6 +12,8 @@ from hypothesis import settings
 
 from tests.e2e.chromium import HOW
 
+# Processes of tests share few cores: with BLAS threads of their own they wait for each other, up to six times as long.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # The same random examples every time: a change is judged by what it changes. TSR_EXPLORE=1 draws new ones.
 settings.register_profile("same", derandomize=True, deadline=None)
 if not os.environ.get("TSR_EXPLORE"):
