@@ -19,6 +19,7 @@ from app.errors import NotFound, bad_file
 from app.labels.bringing import bring_labels
 from app.labels.commands import LabelChange
 from app.labels.store import SET_KEY
+from app.labels.usage import LabelUse, label_usage
 from app.labels.views import Brought, Change, LabelSetView, LabelVersion, LabelView
 from app.shapes import Model
 from tsr_engine.errors import ImportFormatError
@@ -119,6 +120,12 @@ def use_label_set(wanted: UseSet, context: ContextDep) -> LabelSetView:
 def get_label_set(key: SetKey, context: ContextDep, version: Version = None) -> Response:
     """A set as tsr's own file; see docs/label-set.schema.json."""
     return Response(dump_set(context.labels.get(key, version)), media_type="application/json")
+
+
+@router.get("/label-sets/{key}/usage", operation_id="get_label_usage", responses=failures(404))
+def get_label_usage(key: SetKey, context: ContextDep) -> dict[int, LabelUse]:
+    """In how many tracks people have given each label, by its id; labels without any are left out."""
+    return label_usage(context.database, key)
 
 
 @router.get("/label-sets/{key}/history", operation_id="list_label_versions", responses=failures(404))

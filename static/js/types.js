@@ -315,6 +315,7 @@
  * @property {boolean} can_export
  * @property {boolean} can_import
  * @property {boolean} needs_pictures
+ * @property {boolean} [ignores]    it has a mark for regions to ignore
  * @property {boolean} key_frames   it marks key frames: the bound of thinning matters
  * @property {Switch[]} export_switches
  * @property {Switch[]} import_switches
@@ -346,7 +347,10 @@
  * @property {string} format
  * @property {'none'|'annotated'|'all'} pictures
  * @property {string[]} states
- * @property {number[]|null} classes
+ * @property {string[]|null} labels    keys; null: all
+ * @property {'leave-out'|'ignore'|'class'} not_in_set   what becomes of signs without a label of the set
+ * @property {'all'|'used'} class_map  labels that the files declare
+ * @property {boolean} balance_labels
  * @property {number|null} min_side    px
  * @property {number} [first]
  * @property {number|null} [stop]

@@ -11,7 +11,8 @@
  * @property {(event: import('../types.js').ServerEvent) => Promise<void>} hear   a set has changed
  * @property {(change: LabelChange, set?: string|null) => Promise<import('../api/labels.js').LabelAnswer>} change   make a change, in the set that is on the screen
  *   unless another is named; the store has it once this is done
- * @property {(set: string, file: File) => Promise<import('../api/labels.js').LabelsBrought>} bring   add what a file has and the set lacks
+ * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').LabelsBrought>} bring   add what a file has and the set lacks;
+ *   create: make the set where there is none
  */
 import { ApiError } from '../api/errors.js';
 import { setLabelSets, setLabels } from '../store/actions/page.js';
@@ -72,8 +73,9 @@ export function createLabelSets({ store, api, author, say }) {
       }
       return answer;
     },
-    async bring(set, file) {
-      const answer = await api.bringLabels(set, file, author());
+    async bring(set, file, create) {
+      const answer = await api.bringLabels(set, file, author(), create);
+      own.add(`${set} ${answer.version}`);
       await reload().catch(() => {});
       return answer;
     },

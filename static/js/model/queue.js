@@ -146,7 +146,7 @@ function mentions(entry, word, labels) {
   const label = labelFor(labels, entry.class_id);
   if (label && [label.name, label.key, ...label.aliases].some((text) => text.toLowerCase().includes(word))) return true;
   if (entry.class_id === NO_CLASS && engineName(labels, NO_CLASS, entry.word).toLowerCase().includes(word)) return true;
-  return [...entry.reasons, ...entry.notes].some((text) => text.toLowerCase().includes(word));
+  return [...entry.reasons, ...entry.notes, ...entry.answers].some((text) => text.toLowerCase().includes(word));
 }
 
 /**

@@ -25,6 +25,7 @@
  * @property {TrackDoc['review']} review   also `rejected` where an older version has marked it as no sign
  * @property {boolean} ignore         neither a sign nor background
  * @property {readonly string[]} notes   their texts
+ * @property {readonly string[]} answers   attributes that people have set, in any frame: `ground=red`
  */
 import { NO_CLASS, verdictOf } from './documents.js';
 import { spanOf } from './effective.js';
@@ -99,6 +100,7 @@ function machineEntry(tracks, i, key) {
     review: 'open',
     ignore: false,
     notes: [],
+    answers: [],
   };
 }
 
@@ -139,7 +141,14 @@ function documentEntry(tracks, columnOf, doc, column) {
     review: verdictOf(doc),
     ignore: doc.ignore === true,
     notes: doc.notes.map(({ text }) => text),
+    answers: answersOf(doc),
   };
+}
+
+/** @param {TrackDoc} doc @returns {string[]} */
+function answersOf(doc) {
+  const said = [doc.attributes, ...Object.values(doc.keys).map(({ attributes }) => attributes)];
+  return [...new Set(said.flatMap((one) => Object.entries(one ?? {}).map(([name, value]) => `${name}=${value === true ? 'yes' : value === false ? 'no' : value}`)))];
 }
 
 /**

@@ -16,6 +16,7 @@
  * @property {boolean} edited          this box is not the engine's any more: its place, its label or whether it is hidden is a person's
  * @property {import('../types.js').OverlayTrack|null} engine
  */
+import { isCorrected } from '../model/corrected.js';
 import { NO_CLASS, beganAs } from '../model/documents.js';
 import { boxAt } from '../model/effective.js';
 import { proposalAt } from '../model/following.js';
@@ -95,19 +96,6 @@ export function secondShown(review) {
  * @param {ReviewState} review
  */
 export const shownSigns = (review) => shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
-
-/**
- * Whether a track is another one than the engine's: after undoing everything it is the engine's again.
- * @param {import('../types.js').TrackDoc} doc
- * @param {ReviewState['tracks']} tracks
- */
-export function isCorrected(doc, tracks) {
-  const at = doc.key.startsWith('m') && tracks ? tracks.id.indexOf(Number(doc.key.slice(1))) : -1;
-  const [piece, ...others] = doc.segments;
-  const whole = tracks !== null && at >= 0 && others.length === 0 && piece !== undefined
-    && piece.track === tracks.id[at] && piece.first <= tracks.first[at] && piece.last >= tracks.last[at];
-  return !whole || doc.gone || doc.class_id !== null || doc.not_a_sign || Object.keys(doc.keys).length > 0;
-}
 
 /**
  * Tracks of which people have said what should have come out: accepted, rejected or corrected; notes alone say nothing.

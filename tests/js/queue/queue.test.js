@@ -69,6 +69,14 @@ test('a merged label counts as the one that stands for it', () => {
   assert.deepEqual(queueOrder(state(docs, { text: 'give way' })), ['m3'], 'an alias finds too');
 });
 
+test('attributes are found by name and answer, of the whole track and of single frames', () => {
+  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
+  const docs = { m1: doc(1, { attributes: { ground: 'red', dirty: true } }), m2: doc(2, { keys: { 12: { ...key, attributes: { dirty: false } } } }) };
+  /** @param {string} text */
+  const found = (text) => queueOrder(state(docs, { text }));
+  assert.deepEqual([found('dirty'), found('dirty=yes'), found('dirty=no ground'), found('ground=red')], [['m2', 'm1'], ['m1'], [], ['m1']]);
+});
+
 test('what an older version marked as no sign is a false positive', () => {
   const docs = { m1: doc(1, { not_a_sign: true }) };
   assert.deepEqual(queueOrder(state(docs, { review: 'rejected' })), ['m1']);

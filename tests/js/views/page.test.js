@@ -219,18 +219,19 @@ test('a label is found by other words for it, behind those that are called so', 
 
 test('what names no label can be added, what is hidden shown again, what was merged is there by its other name', () => {
   const labels = [label({id: 0, key: 'stop', name: 'stop'}), label({id: 1, key: 'bus', name: 'bus stop', hidden: true}), label({id: 2, key: 'halt', name: 'halt', merged_into: 0})];
-  assert.deepEqual(furtherRow(labels, 'no parking'), {text: 'Add ‘no parking’', hidden: null});
-  assert.deepEqual(furtherRow(labels, '7'), {text: 'Add ‘7’', hidden: null});
-  assert.equal(furtherRow(labels, '0')?.text, 'Add ‘0’', 'a number that is an id is no name');
+  assert.deepEqual(furtherRow(labels, 'no parking'), {text: `Add 'no parking'`, hidden: null});
+  assert.deepEqual(furtherRow(labels, '7'), {text: `Add '7'`, hidden: null});
+  assert.equal(furtherRow(labels, '0')?.text, `Add '0'`, 'a number that is an id is no name');
   assert.equal(furtherRow(labels, 'BUS-stop')?.hidden, labels[1]);
   assert.deepEqual(['Stop', 'halt', '', '#9', '#'].map((text) => furtherRow(labels, text)), [null, null, null, null, null]);
 });
 
 test('what a merge means is said with the number of tracks', () => {
   const [a, b] = named(['bus', 'bus stop']);
-  assert.match(mergeWords(a, b, {tracks: 1, videos: 1}), /^1 track in 1 video is ‘bus’ and will count as ‘bus stop’\./);
+  assert.match(mergeWords(a, b, {tracks: 1, videos: 1}), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
   assert.match(mergeWords(a, b, {tracks: 1200, videos: 3}), /^1,?200 tracks in 3 videos are/);
-  assert.match(mergeWords(a, b, null), /^No track is ‘bus’ yet/);
+  assert.match(mergeWords(a, b, {tracks: 0, videos: 0}), /^No track is 'bus' yet/);
+  assert.match(mergeWords(a, b, null), /^Its names will lead to 'bus stop'/);
 });
 
 test('what a replay changed is said in words, with the frame to open', () => {

@@ -36,7 +36,7 @@ export function createMapping({api, video, unknown, labels, changed, signal}) {
     word.hidden = first.kind !== 'label';
     const picture = h('canvas', {class: 'mapping-example', width: SIDE, height: SIDE, hidden: one.example === null, role: 'img', 'aria-label': `Example of ${one.name}`});
     const others = one.suggestions.slice(1).map(({name}) => name).join(', ');
-    const element = h('tr', null, h('th', {scope: 'row', dir: 'auto'}, one.name), h('td', {class: 'muted small'}, `${plural(one.boxes, 'box', 'boxes')}, ${plural(one.tracks, 'track')}`), h('td', null, picture),
+    const element = h('tr', null, h('th', {scope: 'row', dir: 'auto', title: one.name}, h('span', {class: 'mapping-name'}, one.name)), h('td', {class: 'muted small mapping-holds'}, h('span', null, plural(one.boxes, 'box', 'boxes')), h('span', null, plural(one.tracks, 'track'))), h('td', null, picture),
       h('td', null, h('div', {class: 'stack'}, h('div', {class: 'row'}, kind, word), others && h('span', {class: 'muted small'}, `Also like it: ${others}`))));
     return {element, kind, word, picture, example: one.example};
   });

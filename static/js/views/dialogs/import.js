@@ -136,7 +136,11 @@ export function importDialog({app, data, close, signal}) {
         askNames(thrown.details.labels);
         return;
       }
-      askNames(null);
+      go.disabled = false;
+      if (mapping !== null) {
+        setText(error, sentence(thrown));
+        return;
+      }
       refused.hidden = false;
       fill(refused, icon('alert'), h('div', {class: 'stack'}, h('strong', null, thrown instanceof ApiError && thrown.code === 'bad_file' ? 'The file breaks a rule' : 'This did not work'), h('p', null, sentence(thrown))));
       refused.scrollIntoView({block: 'nearest'});

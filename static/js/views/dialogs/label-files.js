@@ -31,11 +31,13 @@ export function labelFilesDialog({app, data, close, signal}) {
     bring.disabled = drop.file() === null;
     setText(error, '');
   }});
+  const fresh = h('input', {class: 'input', type: 'text', id: 'labels-new', maxlength: 64, autocomplete: 'off', spellcheck: 'false', placeholder: 'no, into this set'});
   const bring = h('button', {class: 'btn', type: 'button', disabled: true, onclick: () => void act(async () => {
     const file = drop.file();
     if (!file) return;
-    const {added, known, refused} = await app.labels.bring(data.set, file);
-    fill(told, h('p', null, `${plural(added.length, 'label')} added, ${plural(known.length, 'label')} known already.`), refused.length > 0 && h('ul', {class: 'skipped-list small'}, ...refused.map(({what, reason}) => h('li', null, `${what}: ${reason}`))));
+    const key = fresh.value.trim();
+    const {sentence: said, known, refused, told: notes} = await app.labels.bring(key || data.set, file, key !== '');
+    fill(told, h('p', null, said, known.length > 0 && ` ${plural(known.length, 'label')} known already.`), refused.length + notes.length > 0 && h('ul', {class: 'skipped-list small'}, ...refused.map(({name, reason}) => h('li', null, `${name}: ${reason}`)), ...notes.map((text) => h('li', null, text))));
   })}, icon('import'), 'Bring in');
 
   /** @param {() => Promise<void>} what */
@@ -58,7 +60,7 @@ export function labelFilesDialog({app, data, close, signal}) {
     body: h('div', {class: 'stack'}, h('div', {class: 'run-dialog'},
       h('section', {class: 'run-column', 'aria-labelledby': 'labels-in'}, h('h3', {id: 'labels-in'}, 'Bring labels in'),
         h('p', {class: 'muted'}, 'Labels that the set lacks are added with new numbers. Labels that it has, by key, name or alias, stay as they are.'),
-        field('From another set', from), h('div', {class: 'row'}, adopt), drop.element, h('div', {class: 'row'}, bring)),
+        field('From another set', from), h('div', {class: 'row'}, adopt), drop.element, field('As a new set with the key', fresh, 'Letters, digits and hyphens, such as slovenia. Choose the set on the Labels page afterwards.'), h('div', {class: 'row'}, bring)),
       h('section', {class: 'run-column', 'aria-labelledby': 'labels-out'}, h('h3', {id: 'labels-out'}, 'Save this set as a file'),
         h('ul', {class: 'made-list'}, ...FORMATS.map(([format, name, text]) => h('li', {class: 'made'}, h('div', {class: 'stack made-text'}, h('strong', null, name), h('span', {class: 'muted small'}, text)),
           h('a', {class: 'btn btn-small', href: api.labelFileUrl(data.set, format), download: '', 'aria-label': `Save as ${name}`}, icon('export'), 'Save')))))), told),

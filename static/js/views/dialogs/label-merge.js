@@ -15,11 +15,11 @@ import {createLabelChoice} from './label-choice.js';
  * What a merge means, in a sentence.
  * @param {Label} label
  * @param {Label} into
- * @param {{tracks: number, videos: number}|null} usage
+ * @param {{tracks: number, videos: number}|null} usage   null: not known
  */
 export function mergeWords(label, into, usage) {
-  const tracks = usage?.tracks ? `${plural(usage.tracks, 'track')} in ${plural(usage.videos, 'video')} ${usage.tracks === 1 ? 'is' : 'are'} ‘${label.name}’ and will count as ‘${into.name}’.` : `No track is ‘${label.name}’ yet.`;
-  return `${tracks} Its names will lead to ‘${into.name}’. The history takes this back, and nothing stored is rewritten.`;
+  const tracks = usage?.tracks ? `${plural(usage.tracks, 'track')} in ${plural(usage.videos, 'video')} ${usage.tracks === 1 ? 'is' : 'are'} '${label.name}' and will count as '${into.name}'.` : usage ? `No track is '${label.name}' yet.` : '';
+  return `${tracks} Its names will lead to '${into.name}'. The history takes this back, and nothing stored is rewritten.`.trim();
 }
 
 /**
@@ -31,7 +31,7 @@ export function labelMergeDialog({app, data, close, signal}) {
   const label = data.label;
   /** @type {Label|null} */
   let into = null;
-  const words = h('p', {role: 'status'}, `Which label is ‘${label.name}’?${data.usage ? ` It is used in ${count(data.usage.tracks)} tracks.` : ''}`);
+  const words = h('p', {role: 'status'}, `Which label is '${label.name}'?${data.usage ? ` It is used in ${count(data.usage.tracks)} tracks.` : ''}`);
   const error = h('p', {class: 'field-error grow', role: 'alert'});
   const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('merge'), 'Merge');
   const choice = createLabelChoice({placeholder: 'Type the name of the label that stays', take: (chosen) => {
@@ -59,7 +59,7 @@ export function labelMergeDialog({app, data, close, signal}) {
 
   choice.reveal();
   return {
-    title: `Merge ‘${label.name}’ into another label`, size: 'middle', focus: choice.search, submit: () => void submit(),
+    title: `Merge '${label.name}' into another label`, size: 'middle', focus: choice.search, submit: () => void submit(),
     body: h('div', {class: 'stack relabel'}, words, choice.search, choice.list, choice.none),
     footer: [error, h('span', {class: 'grow'}), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel'), go],
   };

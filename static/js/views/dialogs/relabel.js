@@ -78,8 +78,8 @@ export function sideOf(review, box) {
 export function furtherRow(labels, text) {
   if (text === '' || text.startsWith('#')) return null;
   const named = finderOf(labels).find(text);
-  if (named === null || named.how === 'number') return {text: `Add ‘${text}’`, hidden: null};
-  return named.label.hidden ? {text: `‘${named.label.name}’ is hidden: show it again and take it`, hidden: named.label} : null;
+  if (named === null || named.how === 'number') return {text: `Add '${text}'`, hidden: null};
+  return named.label.hidden ? {text: `'${named.label.name}' is hidden: show it again and take it`, hidden: named.label} : null;
 }
 
 /**

@@ -40,7 +40,7 @@ export function createLabels(app) {
   const edit = h('button', { class: 'btn', type: 'button', title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
   const merge = h('button', { class: 'btn', type: 'button', title: 'Make the selected label another one; tracks that have it then count as that', onclick: () => {
     const label = current();
-    if (label && shown) dialog('label-merge', { label, usage: shown.usage?.[String(label.id)] ?? null });
+    if (label && shown) dialog('label-merge', { label, usage: shown.usage && (shown.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) });
   } }, icon('merge'), 'Merge into …');
   const hide = h('button', { class: 'btn', type: 'button', onclick: () => void toggleHidden() });
   const table = createTable({ signal, choose: (label) => {
@@ -48,6 +48,7 @@ export function createLabels(app) {
     showActions();
   }, open: openLabel });
   const notice = h('div', { class: 'library-notice' }, waiting('The labels are listed', { retry: () => load(wanted), signal }));
+  const none = h('p', { class: 'muted', role: 'status' });
   const element = h('div', { class: 'labels-page' },
     h('div', { class: 'labels-head' },
       h('h1', null, 'Labels'), sets, use, total, h('div', { class: 'grow' }),
@@ -56,7 +57,7 @@ export function createLabels(app) {
       h('button', { class: 'btn btn-primary', type: 'button', onclick: () => openLabel(null) }, icon('add'), 'Add a label')),
     h('div', { class: 'labels-head' },
       h('div', { class: 'input-with-icon library-search' }, icon('search'), search), h('label', { class: 'tick' }, hidden, hiddenText), h('div', { class: 'grow' }), edit, merge, hide),
-    notice, table.element);
+    notice, table.element, none);
 
   const current = () => shown?.labels.find(({ id }) => id === selected) ?? null;
 
@@ -137,6 +138,7 @@ export function createLabels(app) {
     const found = finderOf(labels).search(search.value, hidden.checked ? labels : offered);
     setText(total, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
     setText(hiddenText, `Hidden and merged ones too (${labels.length - offered.length})`);
+    setText(none, found.length > 0 ? '' : labels.length === 0 ? 'The set has no label yet. Add one, or bring some in under Files.' : 'No label has that name. Hidden and merged ones are shown on request.');
     table.show(labels, found, usage, selected);
     showActions();
   }

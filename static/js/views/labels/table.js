@@ -23,7 +23,7 @@ const away = (label, labels) => (label.merged_into !== null ? `merged into ${lab
 export function createTable({ choose, open, signal }) {
   const body = h('div', { class: 'label-rows', role: 'rowgroup' });
   const scroller = h('div', { class: 'label-scroller', role: 'grid', tabIndex: 0, 'aria-label': 'Labels of the set' },
-    h('div', { class: 'label-row label-heads', role: 'row' }, ...COLUMNS.map((text) => h('span', { role: 'columnheader' }, text || h('span', { class: 'visually-hidden' }, 'Picture')))), body);
+    h('div', { class: 'label-row label-heads', role: 'row' }, ...COLUMNS.map((text) => h('span', { role: 'columnheader', title: text === 'Tracks' ? 'Tracks that people have given the label' : text }, text || h('span', { class: 'visually-hidden' }, 'Picture')))), body);
   /** @type {readonly Label[]} */ let labels = [];
   /** @type {readonly Label[]} */ let shown = [];
   /** @type {Usage} */ let usage = null;
@@ -94,7 +94,7 @@ export function createTable({ choose, open, signal }) {
     const step = steps[event.key];
     const at = shown.findIndex(({ id }) => id === selected);
     if (event.key === 'Enter' && at >= 0) open(shown[at]);
-    else if (step !== undefined) go(at < 0 ? 0 : at + step);
+    else if (step !== undefined) go(at < 0 && step <= 1 ? 0 : at + step);
     else return;
     event.preventDefault();
     event.stopPropagation();
@@ -147,7 +147,7 @@ function createRow(id) {
       const used = usage?.[String(label.id)];
       const texts = [
         label.key, label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (gone && ` · ${gone}`), label.short, label.aliases.join(', '), label.shape, label.category,
-        label.attributes.map(({ name }) => name).join(', '), { sign: 'sign', background: 'background', ignore: 'nothing' }[label.teach], usage === null ? '…' : count(used?.tracks ?? 0),
+        label.attributes.map(({ name }) => name).join(', '), { sign: 'sign', background: 'background', ignore: 'nothing' }[label.teach], usage === null ? '–' : count(used?.tracks ?? 0),
       ];
       cells.forEach((cell, at) => {
         setText(cell, texts[at]);

@@ -16,7 +16,7 @@ import { icon } from '../icons.js';
  * @param {AbortSignal} signal
  */
 export function createFilters(app, signal) {
-  const text = h('input', { class: 'input', type: 'search', placeholder: 'Label, number, reason or note', 'aria-label': 'Search tracks' });
+  const text = h('input', { class: 'input', type: 'search', placeholder: 'Label, number, reason or note', 'aria-label': 'Search tracks', title: 'Every word must occur. Attributes are found as name=answer, such as dirty=yes' });
   const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'False positive']]);
   const sort = select('Sort by', [['doubt', 'By doubt'], ['time', 'By time'], ['class', 'By label'], ['score', 'By score']]);
   const doubt = select('Least doubt', [['0', 'Any doubt'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
