@@ -104,3 +104,10 @@ def test_extras_are_told_as_a_whole(models: Path, monkeypatch: pytest.MonkeyPatc
     assert checks["extra scene3d"].advice == "pip install 'tsr[scene3d]'"
     assert checks["extra review"].status == checks["typer"].status == checks["numpy"].status == "ok"
     assert not {"pytest", "tsr[review]", "extra dev"} & checks.keys()
+
+
+def test_a_classifier_of_other_labels_says_which_it_lacks(models: Path) -> None:
+    save_component(Component("classifier", {"w": np.arange(4.0)}, {"labels": ["stop", "bus-stop"]}), models)
+    found = by_name(diagnose(models))["labels of the classifier"].found
+    assert found.startswith("2; of gtsrb-43 it lacks 42: speed-limit-20,")
+    assert "labels of the classifier" not in by_name(diagnose())
