@@ -22,12 +22,14 @@ from app.exchange.tracks import boxes_beyond, run_tracks
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.exchange.relabel import united
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "source_of", "times_of"]
 
@@ -89,6 +91,7 @@ class Source:
         stop: frame after the last.
         origin: ``engine`` or ``imported``.
         provenance: for the manifest.
+        labels: the label set of its video.
     """
 
     folder: Path
@@ -98,6 +101,7 @@ class Source:
     stop: int
     origin: str
     provenance: Mapping[str, Any]
+    labels: LabelSet = LABELS
 
     @property
     def run_id(self) -> str | None:
@@ -146,6 +150,7 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
 
     Raises:
         Invalid: two of them are of the same video; no format can hold that.
+        ExportError: the label sets of their videos do not go together.
     """
     seen: dict[str, Source] = {}
     for source in sources:
@@ -154,11 +159,8 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
                 f"Two of the runs are of {source.video.name}. Choose one run a video.", field="runs", code="same_video"
             )
         seen[source.video.sha256] = source
-    return Dataset(
-        LABELS,
-        tuple(source.dataset_video() for source in sources),
-        tuple(item for source in sources for item in source.skipped()),
-    )
+    labels, videos = united([(source.labels, source.dataset_video()) for source in sources])
+    return Dataset(labels, videos, tuple(item for source in sources for item in source.skipped()))
 
 
 def evidence_source(folder: Path, video: Path | None = None) -> Source:
@@ -217,6 +219,7 @@ def source_of(
     facts: VideoFacts,
     revision: int,
     about: Mapping[str, Any],
+    labels: LabelSet = LABELS,
 ) -> Source:
     """A run from its evidence and what is known besides.
 
@@ -226,6 +229,7 @@ def source_of(
         facts: of the video.
         revision: number of the newest edit.
         about: what the manifest says of the run; ``name`` and ``kind`` at least.
+        labels: the label set of its video.
 
     Raises:
         EvidenceError: the evidence belongs to another video.
@@ -247,7 +251,7 @@ def source_of(
         "video_sha256": header.video.sha256,
     }
     origin = "imported" if about["kind"] == "imported" else "engine"
-    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance)
+    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance, labels)
 
 
 def times_of(table: FrameTable) -> FloatColumn:
