@@ -141,7 +141,7 @@ class CropClassifier(Protocol):
     """Class probabilities of sign crops."""
 
     def probabilities(self, crops: list[Picture]) -> NDArray[np.float32]:
-        """Shape (n, 43), rows sum to 1. Each crop is the sign's box plus the border that ``margin`` names."""
+        """Shape (n, c), rows sum to 1. Each crop is the sign's box plus the border that ``margin`` names."""
         ...
 
     @property

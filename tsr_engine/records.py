@@ -145,13 +145,13 @@ class Recognition:
     """Per-frame class probabilities and the votes fused so far (Eq. 4, 5)."""
 
     probabilities: NDArray[np.float32]
-    """Shape (43,): P(c | x_t) of this crop, sums to 1."""
+    """Shape (c,): P(c | x_t) of this crop, sums to 1."""
     scale: float
     """s_t: the crop's side in px."""
     weight: float
     """w_t >= 0."""
     votes: FloatArray
-    """Shape (43,): sum of w_t P(c | x_t) up to this frame."""
+    """Shape (c,): sum of w_t P(c | x_t) up to this frame."""
     class_id: int
     """argmax of the votes."""
     share: float

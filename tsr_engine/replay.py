@@ -26,6 +26,7 @@ from tsr_engine.pipeline import (
     rescored,
     start_core,
 )
+from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.records import FrameEvidence
 
 __all__ = ["ReplayReport", "TrackDiff", "changed_parameters", "check_models", "replay", "run_params"]
@@ -73,6 +74,8 @@ class ReplayReport:
     tracks: list[TrackSummary] = field(default_factory=list)
     """Confirmed tracks of the replay."""
     diff: TrackDiff = field(default_factory=TrackDiff)
+    class_names: tuple[str, ...] = CLASS_NAMES
+    """What people read for each class number."""
 
 
 def run_params(reader: EvidenceReader) -> Params:
@@ -103,6 +106,11 @@ def check_models(reader: EvidenceReader, components: Components, params: Params)
     Raises:
         ModelError: a component that the replay uses has another hash.
     """
+    if reader.header.labels != components.labels:
+        raise ModelError(
+            f"{reader.folder} was made with a classifier of other labels. Name its models with --models, or track the "
+            "video again."
+        )
     looks = params.pipeline.closer_look and "detector" in reader.header.models
     unused = ("prior",) if looks else ("detector", "prior")
     for name, digest in components.models.items():
@@ -136,6 +144,7 @@ def replay(
         UsageError: a parameter of a step that a replay does not repeat has been changed.
     """
     report = ReplayReport() if report is None else report
+    report.class_names = components.parts.names
     began = time.perf_counter()
     with EvidenceReader(folder) as reader:
         before = run_params(reader)

@@ -6,7 +6,7 @@ them is no matter to the other.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import Any
@@ -19,13 +19,11 @@ from tsr_engine.io.overlay import draw
 from tsr_engine.io.video import Frame, Video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.pipeline import ResultStream, TrackSummary
-from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.records import FrameEvidence
 from tsr_engine.run_report import RunRequest
 
 __all__ = ["RunOutputs", "refuse_outputs"]
 
-_CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
 _VIDEO_ENDINGS = (".mp4", ".m4v")
 
 
@@ -49,9 +47,17 @@ def refuse_outputs(request: RunRequest) -> None:
 class RunOutputs:
     """Rows and annotated video of one run, those of them that it was asked for."""
 
-    def __init__(self, request: RunRequest, video: Video) -> None:
+    def __init__(self, request: RunRequest, video: Video, names: Sequence[str]) -> None:
+        """Take what is asked for.
+
+        Args:
+            request: of the run.
+            video: open.
+            names: what people read for each class number.
+        """
         self._request = request
         self._video = video
+        self._names = tuple(names)
         self._results = ResultStream()
         self._rows: Any = None
         self._annotated: VideoWriter | None = None
@@ -104,7 +110,7 @@ class RunOutputs:
         """
         if self._annotated is not None:
             shown = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
-            self._annotated.write(draw(frame.picture, shown, _CLASS_NAMES), frame.time)
+            self._annotated.write(draw(frame.picture, shown, self._names), frame.time)
 
     def settle(self) -> None:
         """Write the rows of the tracks that are still open: no frame comes any more.

@@ -14,6 +14,7 @@ from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.params import Params
 from tsr_engine.pipeline import TrackSummary
+from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.tracking.focus import Focus
 
 __all__ = ["Progress", "RunReport", "RunRequest"]
@@ -93,6 +94,8 @@ class RunReport:
     stages: dict[str, array[float]] = field(default_factory=dict)
     """Stage -> seconds of each frame that went through it, in this call."""
     warnings: tuple[str, ...] = ()
+    class_names: tuple[str, ...] = CLASS_NAMES
+    """What people read for each class number."""
 
     def rate(self, seconds: float | None = None) -> float | None:
         """Frames a second after the first frame of this call; None: nothing came after it.

@@ -124,9 +124,14 @@ class _Run:
         self.progress = progress
         self.stop = stop
         self.report = RunReport(
-            video.path.name, video.width, video.height, first_frame=request.start, params=request.params
+            video.path.name,
+            video.width,
+            video.height,
+            first_frame=request.start,
+            params=request.params,
+            class_names=components.parts.names,
         )
-        self.outputs = RunOutputs(request, video)
+        self.outputs = RunOutputs(request, video, components.parts.names)
         # Of the packets, also where a decoded table is given: both ways a run begins with the same interval.
         table = video.table
         self.frames, self.interval, self.time_base = len(table), float(table.interval()), table.time_base
@@ -172,6 +177,7 @@ class _Run:
             video=VideoIdentity(file.path.name, file.sha256(), file.status.st_size),
             parameters=self.request.params.model_dump(mode="json"),
             models=dict(self.components.models),
+            labels=self.components.labels,
             frame_table={
                 "time_base": str(self.time_base),
                 "frames": self.frames,

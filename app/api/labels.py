@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+import tempfile
+from pathlib import Path as FilePath
+from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Header, Path, Query
+from fastapi import APIRouter, Body, Header, Path, Query
 from fastapi.responses import Response
 from pydantic import Field
 
 from app.api.edits import Author
+from app.api.receiving import RAW_BODY, safe_name
 from app.api.responses import failures
 from app.api.runs import VideoId
 from app.context import ContextDep
-from app.errors import NotFound
+from app.errors import NotFound, bad_file
+from app.labels.bringing import bring_labels
 from app.labels.commands import LabelChange
 from app.labels.store import SET_KEY
-from app.labels.views import Change, LabelSetView, LabelVersion, LabelView
+from app.labels.usage import LabelUse, label_usage
+from app.labels.views import Brought, Change, LabelSetView, LabelVersion, LabelView
 from app.shapes import Model
+from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, read_labels, write_labels
 from tsr_engine.labels.files import dump_set
 from tsr_engine.version import __version__
 
@@ -26,6 +33,10 @@ router = APIRouter(tags=["labels"])
 
 _PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 _SET: dict[str, Any] = {"content": {"application/json": {"schema": {"type": "object"}}}}
+_FILE: dict[str, Any] = {
+    "content": {media: {} for media in ("application/json", "text/plain", "application/yaml", "application/xml")}
+}
+LabelFormatId = Literal["tsr", "cvat", "names", "yaml", "coco", "label-studio"]
 SetKey = Annotated[str, Path(pattern=SET_KEY, description="key of the label set")]
 _QueryKey = Annotated[
     str | None, Query(alias="set", pattern=SET_KEY, description="key of the label set; unset: the library's default")
@@ -111,10 +122,57 @@ def get_label_set(key: SetKey, context: ContextDep, version: Version = None) -> 
     return Response(dump_set(context.labels.get(key, version)), media_type="application/json")
 
 
+@router.get("/label-sets/{key}/usage", operation_id="get_label_usage", responses=failures(404))
+def get_label_usage(key: SetKey, context: ContextDep) -> dict[int, LabelUse]:
+    """In how many tracks people have given each label, by its id; labels without any are left out."""
+    return label_usage(context.database, key)
+
+
 @router.get("/label-sets/{key}/history", operation_id="list_label_versions", responses=failures(404))
 def list_label_versions(key: SetKey, context: ContextDep) -> list[LabelVersion]:
     """Versions of a set, the newest first: who changed what, and when."""
     return context.labels.history(key)
+
+
+@router.get(
+    "/label-sets/{key}/file",
+    operation_id="get_label_file",
+    response_class=Response,
+    responses={**failures(404), 200: _FILE},
+)
+def get_label_file(
+    key: SetKey, context: ContextDep, format: LabelFormatId = "tsr", version: Version = None
+) -> Response:
+    """A set as a file of another tool, for download."""
+    chosen = LABEL_FORMATS[format]
+    text = write_labels(context.labels.get(key, version), format)
+    headers = {"Content-Disposition": f'attachment; filename="{key}-{chosen.file}"'}
+    return Response(text, media_type=chosen.media, headers=headers)
+
+
+@router.post(
+    "/label-sets/{key}/files", operation_id="bring_label_file", responses=failures(404), openapi_extra=RAW_BODY
+)
+def bring_label_file(
+    key: SetKey,
+    context: ContextDep,
+    content: Annotated[bytes, Body(media_type="application/octet-stream")],
+    format: Annotated[LabelFormatId | None, Query(description="unset: found out")] = None,
+    name: Annotated[
+        str, Query(min_length=1, max_length=120, pattern=r"^[^/\x00-\x1f\x7f]+$", description="file name, for messages")
+    ] = "labels",
+    create: Annotated[bool, Query(description="make the set where there is none of that key")] = False,
+    author: Author | None = None,
+) -> Brought:
+    """Add the labels of a file that the set lacks; labels that it has keep their ids."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = FilePath(folder) / safe_name(name, "labels")
+        path.write_bytes(content)
+        try:
+            found = read_labels(path, key, name, format)
+        except ImportFormatError as error:
+            raise bad_file(str(error), error.kind) from None
+    return bring_labels(context.labels, key, author or context.settings.author, found, create=create, file=name)
 
 
 @router.post("/label-sets/{key}/changes", operation_id="change_label_set", responses=failures(404, 409))

@@ -21,7 +21,7 @@ from starlette.requests import ClientDisconnect
 from app.context import Context
 from app.errors import Invalid, StorageFull, TooLarge
 
-__all__ = ["RAW_BODY", "receive", "received", "while_there"]
+__all__ = ["RAW_BODY", "receive", "received", "safe_name", "while_there"]
 
 RAW_BODY: Final[dict[str, Any]] = {
     "requestBody": {
@@ -34,6 +34,11 @@ _LOOK = 0.2
 """Seconds between two looks at whether a client is still there."""
 T = TypeVar("T")
 _UNSAFE = re.compile(r"[^\w .()+-]+")
+
+
+def safe_name(name: str, otherwise: str) -> str:
+    """What a file is called here whose name somebody else has chosen."""
+    return _UNSAFE.sub("_", name).strip(" .")[:100] or otherwise
 
 
 @asynccontextmanager
@@ -50,7 +55,7 @@ async def received(request: Request, context: Context, name: str) -> AsyncIterat
     """
     part = await anyio.to_thread.run_sync(context.imports.new_part)
     try:
-        path = part / (_UNSAFE.sub("_", name).strip(" .")[:100] or "import")
+        path = part / safe_name(name, "import")
         await receive(request, path, context.settings.upload_max_mb * 2**20)
         yield path
     finally:

@@ -3,23 +3,78 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
+from app.edits.documents import NO_CLASS, KeyFrame, Note, Segment, TrackDoc
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.labels.classes import default_keys
+from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.model import LabelSet
 
-__all__ = ["moved_document", "read_corrections"]
+__all__ = ["label_keys", "moved_document", "read_corrections", "relabelled_documents"]
 
 _MOST = 5000
 _DOCUMENTS = TypeAdapter(list[TrackDoc])
 
 
-def read_corrections(path: Path) -> list[TrackDoc]:
-    """The documents of a ``corrections.json``.
+def label_keys(documents: Iterable[Mapping[str, Any]], labels: LabelSet) -> dict[str, str]:
+    """Key of each label that documents name, by its id: ids are those of the library that makes the bundle.
+
+    Args:
+        documents: as they are stored.
+        labels: set of their video.
+    """
+    keys = {label.id: label.key for label in labels}
+    return {str(number): keys[number] for number in sorted(_named(documents)) if number in keys}
+
+
+def _named(documents: Iterable[Mapping[str, Any]]) -> set[int]:
+    said = [part.get("class_id") for doc in documents for part in (doc, *doc.get("keys", {}).values())]
+    return {label for label in said if label is not None and label != NO_CLASS}
+
+
+def relabelled_documents(
+    documents: Iterable[TrackDoc], keys: Mapping[int, str], labels: LabelSet
+) -> tuple[list[TrackDoc], list[str]]:
+    """Documents of another library with the labels of this one.
+
+    Args:
+        documents: with ids of the other library.
+        keys: what these ids are there.
+        labels: set of the video here.
+
+    Returns:
+        The documents, and the keys that this set has no label for: those tracks have no label of the set now.
+    """
+    finder, ids = LabelFinder(labels), {NO_CLASS: NO_CLASS}
+    lacking = []
+    for number, key in keys.items():
+        match = finder.find(key)
+        if match is None or match.how == "number":
+            lacking.append(key)
+        else:
+            ids[number] = match.label.id
+
+    def here(label: int | None) -> int | None:
+        return None if label is None else ids.get(label, NO_CLASS)
+
+    return [
+        doc.model_copy(
+            update={
+                "class_id": here(doc.class_id),
+                "keys": {f: key.model_copy(update={"class_id": here(key.class_id)}) for f, key in doc.keys.items()},
+            }
+        )
+        for doc in documents
+    ], lacking
+
+
+def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
+    """The documents of a ``corrections.json``, and the key of each label that they name, by its id there.
 
     Raises:
         ImportFormatError: the first thing in it that breaks a rule.
@@ -41,7 +96,14 @@ def read_corrections(path: Path) -> list[TrackDoc]:
         raise ImportFormatError(f"{path.name} is not JSON. Copy the bundle again.") from None
     if len(documents) > _MOST or len({doc.key for doc in documents}) != len(documents):
         raise ImportFormatError(f"{path.name} has a track twice, or more than {_MOST}. Make the bundle anew.")
-    return documents
+    keys = content.get("labels", {str(number): key for number, key in enumerate(default_keys())})
+    if not isinstance(keys, dict) or not all(key.isdecimal() and isinstance(word, str) for key, word in keys.items()):
+        raise ImportFormatError(f"{path.name}, labels: expected a key for each id. Make the bundle anew.")
+    told = {int(number): word for number, word in keys.items()}
+    strange = _named(content["documents"]) - told.keys()
+    if strange:
+        raise ImportFormatError(f"{path.name}: it does not say what label {min(strange)} is. Make the bundle anew.")
+    return documents, {number: told[number] for number in sorted(_named(content["documents"]))}
 
 
 def moved_document(
@@ -86,5 +148,5 @@ def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:
     last = stop - 1
     if last not in keys and (line := doc.line_at(last)) is not None and doc.next_key(last) is not None:
         held = doc.keys[str(doc.last_key(last))]
-        keys[last] = KeyFrame(box=line, occluded=held.occluded, interpolate=True)
+        keys[last] = KeyFrame(**{**held.state(), "outside": False, "interpolate": True}, box=line)
     return dict(sorted(keys.items()))

@@ -4,8 +4,10 @@
 correction                            expectation
 ====================================  ==================================================================
 a track of their own (nothing there)  ``found``
-another class for the whole track     ``label``; none of the classes: nothing, for the engine has no such answer
+another label for the whole track     ``label``; one that the model lacks, or none of the set: nothing, for the
+                                      engine has no such answer
 key frames with boxes                 ``boxes`` in those frames
+a region to ignore                    nothing
 not a sign, rejected, deleted         ``absent``; a second track on a sign that stays: that sign is ``one``
 deleted from some frame on            ``absent`` in the frames that went
 pieces of several tracks in one       ``one``
@@ -24,12 +26,14 @@ from itertools import combinations
 
 import numpy as np
 
-from app.edits.documents import NO_CLASS, TrackDoc
+from app.edits.documents import TrackDoc
 from app.edits.effective import Effective, box_at
 from app.exchange.machine import MachineTrack, MachineTracks
 from tsr_engine.bundle import Bounds, Expectation, Expected, ExpectedSign
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.labels.files import DEFAULT, shipped_set
 
 __all__ = ["expectation_of"]
 
@@ -43,6 +47,7 @@ def expectation_of(
     stop: int,
     keys: Collection[str] = (),
     bounds: Bounds | None = None,
+    classes: RunClasses | None = None,
 ) -> Expectation:
     """The expectation in the frames ``first <= k < stop``.
 
@@ -53,19 +58,25 @@ def expectation_of(
         stop: frame after the last.
         keys: only what is said about these tracks; empty: about all.
         bounds: how near is near enough.
+        classes: what the run's class numbers mean in the label set of the documents; unset: in ``gtsrb-43``.
     """
+    labels = reader.header.labels
+    if classes is None:
+        classes = classes_of_keys(labels, shipped_set(DEFAULT))
     present = [f"m{track.track_id}" for track in reader.tracks(first, stop) if track.confirmed]
-    maker = _Maker(MachineTracks(reader), documents, present, first, stop, Bounds() if bounds is None else bounds)
+    within = Bounds() if bounds is None else bounds
+    maker = _Maker(MachineTracks(reader), classes, documents, present, first, stop, within)
     for key in sorted(documents):
         if not keys or key in keys:
             maker.add(documents[key])
     maker.add_apart(set(keys))
-    return Expectation(bounds=maker.bounds, signs=maker.signs, expected=maker.expected)
+    return Expectation(bounds=maker.bounds, signs=maker.signs, expected=maker.expected, labels=list(labels or ()))
 
 
 @dataclass(slots=True)
 class _Maker:
     machine: MachineTracks
+    classes: RunClasses
     documents: Mapping[str, TrackDoc]
     present: list[str]
     """Keys of the engine's tracks in the frames."""
@@ -80,6 +91,8 @@ class _Maker:
         """Everything that one document says."""
         if doc.merged_into is not None:
             return  # what becomes of it is said by the other one
+        if doc.ignore:
+            return
         if doc.gone or doc.not_a_sign or doc.review == "rejected":
             self._absent(doc.key, self._engine_boxes(doc))
             return
@@ -94,11 +107,11 @@ class _Maker:
         accepted = doc.review == "accepted"
         if not pieces or accepted:
             self._expect(doc.key, "found")
-        label = doc.class_id
-        if label is None and accepted and not self._goes_on(doc):
-            label = self._label(doc)
-        if label is not None and label != NO_CLASS:
-            self.expected.append(Expected(id=f"{doc.key}.label", kind="label", sign=doc.key, class_id=label))
+        number = None if doc.class_id is None else self.classes.to_class(doc.class_id)
+        if doc.class_id is None and accepted and not self._goes_on(doc):
+            number = self._class_number(doc)
+        if number is not None:
+            self.expected.append(Expected(id=f"{doc.key}.label", kind="label", sign=doc.key, class_id=number))
         hidden = set(self.signs[doc.key].hidden)
         if pieces and (visible := [f for f in own if f not in hidden]):
             self.expected.append(Expected(id=f"{doc.key}.boxes", kind="boxes", sign=doc.key, frames=visible))
@@ -230,7 +243,7 @@ class _Maker:
         later = ((piece, self._track(piece.track)) for piece in doc.segments if piece.last >= self.stop)
         return any(found is not None and int(found.frames[-1]) >= self.stop for _, found in later)
 
-    def _label(self, doc: TrackDoc) -> int | None:
+    def _class_number(self, doc: TrackDoc) -> int | None:
         """The engine's class, which stands."""
         own = [int(doc.key[1:])] if doc.key.startswith("m") else []
         for number in (*own, *(piece.track for piece in doc.segments)):

@@ -13,7 +13,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
 from app.artefacts.placing import Placing, placing
-from app.bundles.corrections import moved_document, read_corrections
+from app.bundles.corrections import moved_document, read_corrections, relabelled_documents
 from app.cages.cage import CageError, Cages, CagesClosed
 from app.cages.limits import Limits
 from app.edits.documents import TrackDoc, engine_doc
@@ -21,6 +21,8 @@ from app.edits.service import EditService
 from app.errors import ApiError, Busy, bad_file
 from app.events import EventBus
 from app.jobs.queue import JobQueue
+from app.labels.mapping import labels_of_model
+from app.labels.store import default_key, newest
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import RunView, publish_run, run_view
@@ -36,6 +38,8 @@ from tsr_engine.bundle.judge import sentence
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION
 from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError, UsageError
+from tsr_engine.evidence.header import read_header
+from tsr_engine.labels.model import LabelSet
 from tsr_engine.params import PRESETS, Params
 
 __all__ = ["BundleImport", "BundleImports", "BundleReportView"]
@@ -122,10 +126,11 @@ class BundleImports:
         place = folder / "bundle"
         try:
             manifest = Manifest.read(place, path.name)
-            documents = read_corrections(place / CORRECTIONS)
+            documents, keys = read_corrections(place / CORRECTIONS)
             expectation = read_expectation(place / EXPECTATION)
         except ImportFormatError as error:
             raise _refused(str(error), error.kind) from None
+        documents, lacking = relabelled_documents(documents, keys, self._labels(manifest.clip.sha256))
         frames, offset = manifest.frames, manifest.clip.offset
         spans = {int(track): (span[0], span[1]) for track, span in facts["tracks"].items()}
         moved = {doc.key: moved_document(doc, frames.start, frames.stop, offset, spans) for doc in documents}
@@ -133,6 +138,7 @@ class BundleImports:
         skipped = [
             f"The corrections of {key} lie outside of these frames." for key, doc in moved.items() if doc is None
         ]
+        skipped += [f"The label set here has no label '{key}': tracks of that label have none now." for key in lacking]
         got = {one.id: one for one in manifest.got}
         expected = [
             ExpectedView(
@@ -159,6 +165,12 @@ class BundleImports:
             engine_version=manifest.run.engine_version,
         )
         return self._store(manifest, place, folder, kept, spans, report, author)
+
+    def _labels(self, video_id: str) -> LabelSet:
+        """The set of the clip; of one that is new here, the library's."""
+        with self._database.read() as session:
+            video = session.get(Video, video_id)
+            return newest(session, default_key(session) if video is None else video.label_set or default_key(session))
 
     def _checked(self, path: Path, folder: Path, stop: Callable[[], bool]) -> dict[str, Any]:
         """What a cage says about the bundle: a hostile one costs that process alone."""
@@ -198,7 +210,7 @@ class BundleImports:
         upload = self._uploads.place(digest, clip.suffix)
         with self._uploads.turn(digest), placing(home, run_id, upload) as work, self._database.write() as session:
             video = self._video(session, manifest, clip, upload, work)
-            run = self._run(manifest, video.id, run_id, report, len(spans))
+            run = self._run(manifest, video.id, run_id, report, len(spans), read_header(folder / EVIDENCE).labels)
             session.add(run)
             session.flush()
             self._correct(session, run, documents, spans, report, author)
@@ -227,7 +239,15 @@ class BundleImports:
             video.path, video.owned = str(upload), True
         return video
 
-    def _run(self, manifest: Manifest, video_id: str, run_id: str, report: BundleReportView, tracks: int) -> Run:
+    def _run(
+        self,
+        manifest: Manifest,
+        video_id: str,
+        run_id: str,
+        report: BundleReportView,
+        tracks: int,
+        labels: tuple[str, ...] | None,
+    ) -> Run:
         frames, offset = manifest.frames, manifest.clip.offset
         preset, changed = _configuration(manifest)
         now = datetime.now(UTC)
@@ -245,6 +265,7 @@ class BundleImports:
             folder=f"runs/{run_id}",
             engine_version=manifest.run.engine_version[:32],
             models=dict(manifest.run.models),
+            labels=labels_of_model(labels),
             frames_done=count,
             frames_total=count,
             tracks=tracks,

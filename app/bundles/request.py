@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.bundles.corrections import label_keys
 from app.bundles.expectation import expectation_of
 from app.edits.documents import TrackDoc
 from app.exchange.dataset import Source
@@ -71,7 +72,7 @@ def bundle_request(
             expected = read_expectation(expectation)
         else:
             bounds = Bounds() if max_eq7 is None else Bounds(eq7=max_eq7)
-            expected = expectation_of(reader, source.documents, first, stop, tracks, bounds)
+            expected = expectation_of(reader, source.documents, first, stop, tracks, bounds, source.classes)
     documents = _told(source, first, stop, tracks)
     return BundleRequest(
         evidence=source.folder,
@@ -81,8 +82,9 @@ def bundle_request(
         stop=stop,
         note=note,
         expectation=expected,
-        corrections={"documents": documents},
-        corrected=corrected_rows(source.folder, source.documents),
+        corrections={"documents": documents, "labels": label_keys(documents, source.classes.labels)},
+        corrected=corrected_rows(source.folder, source.documents, source.classes),
+        classes=source.classes,
         tracks=tuple(sorted(tracks)),
         table=table,
         limits=source.video.limits,

@@ -75,6 +75,7 @@ def record(
         exact=exact,
         corrected=corrected,
         truth=truth,
+        classes=source.classes,
         focus_frame=frame,
         focus_track=focus,
         called=source.called,
@@ -134,5 +135,5 @@ def _annotated(source: Source) -> tuple[BoxRows | None, BoxRows | None]:
     from app.recordings.annotation import corrected_rows, truth_of
 
     with open_home(source.folder.parents[1]) as (_, database), database.read() as session:
-        truth = truth_of(session, source.video.sha256, None)
-    return corrected_rows(source.folder, source.documents), truth
+        truth = truth_of(session, source.video.sha256, None, source.classes.labels)
+    return corrected_rows(source.folder, source.documents, source.classes), truth

@@ -1,6 +1,7 @@
 """A run as people have corrected it, as boxes: the documents laid over the engine's tracks.
 
-Tracks that are deleted, rejected or no sign hold nothing; those that nobody touched stand as they are.
+Tracks that are deleted, rejected or no sign hold nothing; those that nobody touched stand as they are. The boxes of
+regions to ignore count neither as a miss nor as false.
 """
 
 from __future__ import annotations
@@ -33,7 +34,14 @@ def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc], stop: 
     keys = list(machine.keys)
     place = {key: i for i, key in enumerate(keys)}
     parts = [
-        (machine.frame[keep], machine.track[keep], machine.boxes[keep], machine.class_id[keep], machine.source[keep])
+        (
+            machine.frame[keep],
+            machine.track[keep],
+            machine.boxes[keep],
+            machine.class_id[keep],
+            machine.source[keep],
+            machine.ignore[keep],
+        )
     ]
     for key, document in sorted(documents.items()):
         if document.gone or document.not_a_sign or document.review == "rejected":
@@ -44,15 +52,16 @@ def corrected_boxes(machine: BoxTable, documents: Mapping[str, TrackDoc], stop: 
         shown = effective_track(document, engine.track, stop)
         label = np.where(shown.class_id == AS_ENGINE, engine.label(document), shown.class_id)
         source = np.where(shown.origin == 0, engine.sources(document, shown.frame), -1)
-        parts.append((shown.frame, np.full(len(shown.frame), place[key]), shown.boxes, label, source))
-    frame, track, boxes, labels, sources = (np.concatenate(column) for column in zip(*parts, strict=True))
+        ignore = np.full(len(shown.frame), document.ignore)
+        parts.append((shown.frame, np.full(len(shown.frame), place[key]), shown.boxes, label, source, ignore))
+    frame, track, boxes, labels, sources, ignored = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.lexsort((track, frame))
     return BoxTable(
         frame=frame[order],
         track=track[order],
         boxes=np.ascontiguousarray(boxes[order]),
         class_id=labels[order],
-        ignore=np.zeros(len(order), np.bool_),
+        ignore=ignored[order],
         source=sources[order],
         keys=tuple(keys),
     )

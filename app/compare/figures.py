@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -11,7 +12,7 @@ from app.compare.matching import Matching
 from app.evidence.tables import BoxTable, IntColumn
 from app.shapes import Model
 
-__all__ = ["LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]
+__all__ = ["FIRST_WORD", "LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]
 
 LEAST_WIDTH = 20.0
 """Signs narrower than this do not count for coverage, identities and classes, px."""
@@ -44,13 +45,17 @@ class Figure(Model):
     """How large the error is in each place, where the places are in its order."""
 
 
+FIRST_WORD = -10
+"""Labels from here down stand for words of models that the label set lacks; -1 and -2 have other meanings."""
+
+
 class Cell(Model):
-    """Boxes of one reference class that the candidate calls another."""
+    """Boxes of one reference label that the candidate calls another."""
 
     reference: int | None
-    """None: nothing there; -1: a sign of none of the classes."""
+    """None: nothing there; -1: a sign of none of the set's labels; below: see ``words`` of the matrix."""
     candidate: int | None
-    """None: missed; -1: found, and called none of the classes."""
+    """None: missed; -1: found, and called none of the set's labels."""
     count: int
     frames: list[int]
     lasts: list[int]
@@ -59,10 +64,12 @@ class Cell(Model):
 
 
 class Confusion(Model):
-    """Matched boxes by class; missed ones have no candidate class, false ones no reference class."""
+    """Matched boxes by label; missed ones have no candidate label, false ones no reference label."""
 
     classes: list[int]
-    """Those that occur, -1 behind all others."""
+    """Labels that occur, those below 0 behind all others."""
+    words: dict[int, str]
+    """What models call signs that the label set has no label for, by a number below -1 that stands for it here."""
     cells: list[Cell]
 
 
@@ -123,8 +130,17 @@ def figures(reference: BoxTable, candidate: BoxTable, found: Matching) -> dict[s
     }
 
 
-def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Confusion:
-    """Boxes by reference class and candidate class; only classes that occur."""
+def confusion(
+    reference: BoxTable, candidate: BoxTable, found: Matching, words: Mapping[int, str] | None = None
+) -> Confusion:
+    """Boxes by reference label and candidate label; only labels that occur.
+
+    Args:
+        reference: one side.
+        candidate: the other.
+        found: how they match.
+        words: what stands behind labels from ``FIRST_WORD`` down.
+    """
     frame = np.concatenate(
         [reference.frame[found.reference], reference.frame[found.missed], candidate.frame[found.false]]
     )
@@ -162,7 +178,8 @@ def confusion(reference: BoxTable, candidate: BoxTable, found: Matching) -> Conf
             )
         )
     classes = {int(c) for c in np.concatenate([ours, theirs]) if c != nothing}
-    return Confusion(classes=sorted(classes, key=lambda c: (c < 0, c)), cells=cells)
+    told = {c: word for c, word in (words or {}).items() if c in classes}
+    return Confusion(classes=sorted(classes, key=lambda c: (c < 0, abs(c))), words=told, cells=cells)
 
 
 _Place = tuple[int, int, str]

@@ -59,7 +59,7 @@ def match(reference: BoxTable, candidate: BoxTable, least: float = 0.5) -> Match
     hit[r] = True
     matched = np.zeros(len(candidate), np.bool_)
     matched[c] = True
-    excused = _excused(reference, candidate, least) & ~matched
+    excused = (_excused(reference, candidate, least) | candidate.ignore) & ~matched
     return Matching(
         reference=r,
         candidate=c,

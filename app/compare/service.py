@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from app.compare.annotation import corrected_boxes
-from app.compare.figures import Confusion, Figure, confusion, figures
+from app.compare.figures import FIRST_WORD, Confusion, Figure, confusion, figures
 from app.compare.matching import match
 from app.edits.service import EditService
 from app.edits.track_name import track_name
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
+from app.labels.store import labels_of_video
 from app.shapes import Model
 from app.storage.database import Database
 from app.storage.models import Run, Video
 from app.truths.service import TruthService
+from tsr_engine.labels.classes import resolved_labels
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["CompareService", "Comparison", "Side"]
 
@@ -86,7 +89,8 @@ class CompareService:
             Invalid: not such a name, two videos, or no frame in common.
             Conflict: a run has stored nothing yet.
         """
-        ours, theirs = self._side(reference, "reference"), self._side(candidate, "candidate")
+        words: dict[str, int] = {}
+        ours, theirs = self._side(reference, "reference", words), self._side(candidate, "candidate", words)
         if ours.video_id != theirs.video_id:
             raise Invalid("The two are of different videos. Choose two of the same one.", field="candidate")
         first, last = max(ours.first, theirs.first), min(ours.last, theirs.last)
@@ -106,7 +110,7 @@ class CompareService:
             first=first,
             last=min(last, max([first, *a.frame[-1:].tolist(), *b.frame[-1:].tolist()])) if last == _FAR else last,
             figures=figures(a, b, found),
-            confusion=confusion(a, b, found),
+            confusion=confusion(a, b, found, {number: word for word, number in words.items()}),
         )
 
     def _picture(self, video_id: str) -> tuple[int, int]:
@@ -117,11 +121,14 @@ class CompareService:
             assert video.height is not None
             return video.width, video.height
 
-    def _side(self, name: str, field: str) -> Side:
+    def _side(self, name: str, field: str, words: dict[str, int]) -> Side:
+        """One side, with labels of the video's set; ``words`` numbers what models call signs that the set lacks."""
         kind, _, identity = name.partition(":")
         if kind == "truth":
             video_id, title, table = self._truths.boxes(identity)
-            return Side(kind, video_id, title, table, 0, _FAR)
+            with self._database.read() as session:
+                labels = labels_of_video(session, video_id)
+            return Side(kind, video_id, title, resolved(table, labels), 0, _FAR)
         if kind not in ("run", "annotation"):
             raise Invalid(f"Name a run:ID, an annotation:RUN or a truth:ID. Got {name[:60]!r}.", field=field)
         place = self._evidence.place(identity)
@@ -130,13 +137,18 @@ class CompareService:
         span = self._evidence.stored_frames(place.id)
         if span is None:
             raise Conflict(f"{title} has stored nothing yet. Wait for its first frames.", code="no_evidence")
-        table = self._evidence.boxes(place.id)
+        table = self._evidence.boxes(place.id, lambda word: words.setdefault(word, FIRST_WORD - len(words)))
         documents = self._edits.documents(place.id)
         if kind == "run":
             return Side(kind, place.video_id, title, table, *span, edited=bool(documents))
         names = {key: track_name(key, doc) for key, doc in documents.items() if key.startswith("h")}
-        corrected = corrected_boxes(table, documents, span[1] + 1)
+        corrected = resolved(corrected_boxes(table, documents, span[1] + 1), place.classes.labels)
         return Side(kind, place.video_id, f"{title}, corrected", corrected, *span, names)
+
+
+def resolved(table: BoxTable, labels: LabelSet) -> BoxTable:
+    """The same boxes; labels that were merged are those that stand for them."""
+    return replace(table, class_id=resolved_labels(table.class_id, labels))
 
 
 def _view(side: Side, boxes: BoxTable) -> SideView:

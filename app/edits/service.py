@@ -28,12 +28,11 @@ from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.evidence.tables import BoxTable
+from app.labels.store import labels_of_run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Edit, Run
 from app.videos.same_file import ChangedFiles
-from tsr_engine.labels.files import DEFAULT, shipped_set
-from tsr_engine.labels.model import LabelSet
 
 __all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "EditService", "LogEntry"]
 
@@ -50,7 +49,6 @@ class EditService:
         events: EventBus,
         evidence: EvidenceService,
         settings: Settings | None = None,
-        labels: Callable[[Session, str], LabelSet] | None = None,
     ) -> None:
         """Take what the service stands on.
 
@@ -59,14 +57,12 @@ class EditService:
             events: tells the pages.
             evidence: knows the engine's tracks.
             settings: where the videos lie.
-            labels: the label set of a video; unset: the one that a new library has.
         """
         self._database = database
         self._events = events
         self._evidence = evidence
         self._files = ChangedFiles(settings or Settings(), database)
         self._present = PresentDocuments(evidence)
-        self._labels = labels or (lambda _session, _video: shipped_set(DEFAULT))
 
     def annotation(self, run_id: str, author: str) -> Annotation:
         """All documents of a run, and what ``author`` can undo.
@@ -158,7 +154,7 @@ class EditService:
         present = self._present.load(session, run, keys)
         check_revisions(session, run.id, author, command, present, keys, expected)
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        labels = self._labels(session, run.video_id)
+        labels = labels_of_run(session, run)
         try:
             command = with_class(present, command, lambda track: self._evidence.label(run.id, track))
             after = apply_command(present, command, author, now)
@@ -286,7 +282,7 @@ class EditService:
     ) -> Edit:
         """Save documents as one operation that no page has asked for by name."""
         require_documents_inside(documents.values(), known_frames(session, run))
-        require_known_labels(documents.values(), self._labels(session, run.video_id))
+        require_known_labels(documents.values(), labels_of_run(session, run))
         return self._write(session, run, author, dict(command), before, documents, frame, op_id=uuid4().hex)[0]
 
     def _write(

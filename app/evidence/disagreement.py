@@ -19,7 +19,8 @@ from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument
 from app.storage.places import is_here
 from tsr_engine.errors import EvidenceError
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.labels.classes import merged_ids
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["MATCH_IOU", "Others", "against_run", "overruled"]
 
@@ -41,7 +42,7 @@ class Others:
         self._database = database
         self._boxes = boxes
         self._lock = threading.Lock()
-        self._known: OrderedDict[tuple[str, str], Disagreement] = OrderedDict()
+        self._known: OrderedDict[tuple[str, str, str, int], Disagreement] = OrderedDict()
 
     def version(self, run_id: str, video_id: str) -> tuple[str, str]:
         """Changes when another run is complete or a person edits this one."""
@@ -56,23 +57,31 @@ class Others:
             for key in [key for key in self._known if run_id in key]:
                 del self._known[key]
 
-    def disagreement(self, run_id: str, video_id: str, facts: TrackFacts) -> Disagreement | None:
-        """What the newest other run of the video says otherwise; None: there is none, or it cannot be read."""
+    def disagreement(self, run_id: str, video_id: str, facts: TrackFacts, labels: LabelSet) -> Disagreement | None:
+        """What the newest other run of the video says otherwise; None: there is none, or it cannot be read.
+
+        Args:
+            run_id: the run.
+            video_id: its video.
+            facts: its tracks, labelled.
+            labels: set of the video.
+        """
         with self._database.read() as session:
             other = _other_run(session, run_id, video_id)
-        return None if other is None else self._against(run_id, other, facts)
+        return None if other is None else self._against(run_id, other, facts, labels)
 
-    def overruled(self, run_id: str, facts: TrackFacts) -> NDArray[np.bool_]:
+    def overruled(self, run_id: str, facts: TrackFacts, labels: LabelSet) -> NDArray[np.bool_]:
         """Tracks that people call something else than the engine and have not decided on yet, shape (n,)."""
         with self._database.read() as session:
             documents = session.execute(
                 select(TrackDocument.key, TrackDocument.document).where(TrackDocument.run_id == run_id)
             ).all()
-        return overruled({row.key: row.document for row in documents}, facts)
+        return overruled({row.key: row.document for row in documents}, facts, labels)
 
-    def _against(self, run_id: str, other: Run, facts: TrackFacts) -> Disagreement | None:
+    def _against(self, run_id: str, other: Run, facts: TrackFacts, labels: LabelSet) -> Disagreement | None:
+        state = run_id, other.id, labels.key, labels.version
         with self._lock:
-            known = self._known.get((run_id, other.id))
+            known = self._known.get(state)
         if known is not None:
             return known
         try:
@@ -81,15 +90,18 @@ class Others:
         except EvidenceError:
             return None
         stop = 2**62 if other.stop is None else other.stop
-        answer = against_run(self._boxes(run_id), theirs, facts, other.name or "Another run", (other.first, stop))
+        name = other.name or "Another run"
+        answer = against_run(self._boxes(run_id), theirs, facts, name, (other.first, stop), labels)
         with self._lock:
-            self._known[run_id, other.id] = answer
+            self._known[state] = answer
             while len(self._known) > 8:
                 self._known.popitem(last=False)
         return answer
 
 
-def against_run(mine: BoxTable, theirs: BoxTable, facts: TrackFacts, name: str, span: tuple[int, int]) -> Disagreement:
+def against_run(
+    mine: BoxTable, theirs: BoxTable, facts: TrackFacts, name: str, span: tuple[int, int], labels: LabelSet
+) -> Disagreement:
     """Tracks that another run labels differently, or does not have.
 
     Args:
@@ -98,8 +110,10 @@ def against_run(mine: BoxTable, theirs: BoxTable, facts: TrackFacts, name: str, 
         facts: this run's tracks, in the order of ``mine.keys``.
         name: of the other run, for the sentence.
         span: frames that the other run was asked to do, the last excluded; tracks beyond them are not judged.
+        labels: set of the video, of which all three have labels.
     """
     n = len(facts.id)
+    names = {label.id: label.name for label in labels}
     weight, sentence = np.zeros(n), [""] * n
     pairs = box_pairs(mine, theirs, MATCH_IOU)
     width = max(len(theirs.keys), 1)
@@ -116,28 +130,31 @@ def against_run(mine: BoxTable, theirs: BoxTable, facts: TrackFacts, name: str, 
         label = of_theirs[int(partner[i])]
         if label != facts.class_id[i] and label >= 0:
             weight[i] = 1.0
-            sentence[i] = f"{name} calls it '{CATALOGUE[label].name}'."
+            sentence[i] = f"{name} calls it '{names[label]}'."
     return Disagreement(weight, sentence)
 
 
-def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts) -> NDArray[np.bool_]:
-    """Tracks to which a person has given another class than the engine, or none, and whose review is not over.
+def overruled(documents: Mapping[str, Mapping[str, object]], facts: TrackFacts, labels: LabelSet) -> NDArray[np.bool_]:
+    """Tracks to which a person has given another label than the engine, or none, and whose review is not over.
 
     The twin of ``overruled`` in static/js/model/track_entries.js.
 
     Args:
         documents: by key.
-        facts: the run's tracks.
+        facts: the run's tracks, labelled.
+        labels: set of the video.
 
     Returns:
         Shape (n,).
     """
     found = np.zeros(len(facts.id), dtype=np.bool_)
+    merged = merged_ids(labels)
     place = {f"m{track}": i for i, track in enumerate(facts.id.tolist())}
     for key, document in documents.items():
         i, label = place.get(key), document.get("class_id")
         if i is not None and document.get("review") not in ("accepted", "rejected"):
-            found[i] = document.get("not_a_sign", False) or (isinstance(label, int) and label != facts.class_id[i])
+            another = isinstance(label, int) and merged.get(label, label) != facts.class_id[i]
+            found[i] = document.get("not_a_sign", False) or another
     return found
 
 

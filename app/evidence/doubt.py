@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.evidence.tables import FloatColumn, IntColumn
-from tsr_engine.recognition.catalogue import CATALOGUE
 
 __all__ = ["Disagreement", "DoubtInput", "Doubts", "doubts"]
 
@@ -48,9 +47,9 @@ class DoubtInput:
     Attributes:
         frames: number of frames.
         predicted: frames whose result is the motion model's alone.
-        class_id: fused class, -1: never recognised.
+        name: what people read for its label, None: never recognised.
         share: its share of all votes; NaN: never recognised.
-        runner_up: class with the second most votes, -1: none.
+        runner_up: the same for the label with the second most votes, None: none.
         runner_up_share: its share.
         closest: smallest ``|ln(L_positive / tau)|``; infinite: never judged near tau.
         closest_frame: where; -1: nowhere.
@@ -62,9 +61,9 @@ class DoubtInput:
 
     frames: IntColumn
     predicted: IntColumn
-    class_id: IntColumn
+    name: list[str | None]
     share: FloatColumn
-    runner_up: IntColumn
+    runner_up: list[str | None]
     runner_up_share: FloatColumn
     closest: FloatColumn
     closest_frame: IntColumn
@@ -130,12 +129,12 @@ def _gate(given: DoubtInput) -> FloatColumn:
 
 
 def _margin_sentence(given: DoubtInput, i: int) -> str:
-    if given.class_id[i] < 0:
+    if given.name[i] is None:
         return "It was never recognised."
-    own = f"'{_name(given.class_id[i])}' has {given.share[i]:.0%} of the votes"
-    if given.runner_up[i] < 0:
+    own = f"'{given.name[i]}' has {given.share[i]:.0%} of the votes"
+    if given.runner_up[i] is None:
         return f"{own}."
-    return f"{own}, '{_name(given.runner_up[i])}' {given.runner_up_share[i]:.0%}."
+    return f"{own}, '{given.runner_up[i]}' {given.runner_up_share[i]:.0%}."
 
 
 def _gate_sentence(given: DoubtInput, i: int) -> str:
@@ -147,7 +146,3 @@ def _gate_sentence(given: DoubtInput, i: int) -> str:
 
 def _frames(number: int) -> str:
     return "1 frame" if number == 1 else f"{number} frames"
-
-
-def _name(class_id: int | np.int64) -> str:
-    return CATALOGUE[int(class_id)].name

@@ -10,6 +10,7 @@ from app.evidence.overlays import LARGEST, Box, box_of, number
 from app.evidence.tables import SOURCE_SQL, symmetry_floor_of, tau_of
 from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.labels.classes import RunClasses
 
 __all__ = ["LEADING", "TrackEvent", "TrackLane", "track_lane"]
 
@@ -46,9 +47,14 @@ class TrackLane(Model):
     scale: list[float | None]
     weight: list[float | None]
     classes: list[int]
+    """Labels with the most votes, the winner first; -1: the video's set lacks what the engine calls it."""
+    words: list[str | None]
+    """What the engine calls each of them, where the set lacks that."""
     votes: list[list[float] | None]
     probabilities: list[list[float] | None]
     top: list[int | None]
+    """Label of each frame's crop alone, as in ``classes``."""
+    top_word: list[str | None]
     top_probability: list[float | None]
     learned: list[int]
     unlearned: list[int]
@@ -70,14 +76,20 @@ WHERE t.track_id = ? AND t.state <> 'dead' ORDER BY t.frame
 """  # noqa: S608
 
 
-def track_lane(reader: EvidenceReader, track_id: int) -> TrackLane | None:
-    """The lane of one track, confirmed or not; None: the run has no such track."""
+def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> TrackLane | None:
+    """The lane of one track, confirmed or not; None: the run has no such track.
+
+    Args:
+        reader: of the run.
+        track_id: the track.
+        classes: what the run's class numbers mean. Classes of one label count together.
+    """
     rows = reader.query(_LANE, (track_id,))
     if not rows:
         return None
     votes = [None if row[19] is None else np.frombuffer(row[19], "<f8") for row in rows]
     seen = [None if row[20] is None else np.frombuffer(row[20], "<f4").astype(np.float64) for row in rows]
-    classes = _leading(votes)
+    leading = _leading(votes, classes)
     frames = [row[0] for row in rows]
     learned, unlearned = _samples(reader, track_id, frames)
     top = [None if p is None else int(np.argmax(p)) for p in seen]
@@ -100,10 +112,12 @@ def track_lane(reader: EvidenceReader, track_id: int) -> TrackLane | None:
         probability=_column(rows, 16),
         scale=_column(rows, 17),
         weight=[None if row[18] is None else float(f"{row[18]:.6g}") for row in rows],
-        classes=classes,
-        votes=[None if v is None else _of(v / max(float(v.sum()), 1e-300), classes) for v in votes],
-        probabilities=[None if p is None else _of(p, classes) for p in seen],
-        top=top,
+        classes=[classes.to_label(group[0]) for group in leading],
+        words=[_word(group[0], classes) for group in leading],
+        votes=[None if v is None else _of(v / max(float(v.sum()), 1e-300), leading) for v in votes],
+        probabilities=[None if p is None else _of(p, leading) for p in seen],
+        top=[None if seen is None else classes.to_label(seen) for seen in top],
+        top_word=[None if seen is None else _word(seen, classes) for seen in top],
         top_probability=[None if p is None else round(float(p[np.argmax(p)]), 4) for p in seen],
         learned=learned,
         unlearned=unlearned,
@@ -118,18 +132,26 @@ def track_lane(reader: EvidenceReader, track_id: int) -> TrackLane | None:
     )
 
 
-def _leading(votes: list[Any]) -> list[int]:
-    """The classes with the most final votes, the winner first."""
+def _leading(votes: list[Any], classes: RunClasses) -> list[list[int]]:
+    """The classes with the most final votes, the winner first; those of one label together."""
     final = next((v for v in reversed(votes) if v is not None), None)
     if final is None:
         return []
-    order = np.argsort(-final, kind="stable")[:LEADING]
-    return [int(c) for c in order if final[c] > 0]
+    groups: dict[int, list[int]] = {}
+    for seen in np.argsort(-final, kind="stable").tolist():
+        label = classes.to_label(seen)
+        groups.setdefault(-2 - seen if label < 0 else label, []).append(seen)
+    shares = {label: float(final[group].sum()) for label, group in groups.items()}
+    order = sorted(groups, key=lambda label: -shares[label])[:LEADING]
+    return [groups[label] for label in order if shares[label] > 0]
 
 
-def _of(values: Any, classes: list[int]) -> list[float]:
-    chosen: list[float] = np.round(values[classes], 4).tolist()
-    return chosen
+def _word(seen: int, classes: RunClasses) -> str | None:
+    return classes.name(seen) if classes.is_unmapped(seen) else None
+
+
+def _of(values: Any, groups: list[list[int]]) -> list[float]:
+    return [round(float(values[group].sum()), 4) for group in groups]
 
 
 def _column(rows: list[tuple[Any, ...]], place: int) -> list[float | None]:

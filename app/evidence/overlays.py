@@ -10,6 +10,7 @@ import numpy as np
 from app.evidence.tables import SOURCE_SQL
 from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.labels.classes import RunClasses
 
 __all__ = ["MOST_FRAMES", "Box", "Overlay", "overlays"]
 
@@ -64,6 +65,9 @@ class OverlayTrack(Model):
     source: Literal[0, 1, 2]
     box: Box
     class_id: int | None
+    """Label of the video's set; None: never read; -1: the set lacks what the engine calls it."""
+    word: str | None
+    """What the engine calls it, where the set lacks that."""
     share: float | None
     prediction: OverlayPrediction | None
     gate: OverlayGate | None
@@ -92,14 +96,21 @@ WHERE t.frame BETWEEN ? AND ? AND t.state <> 'dead' ORDER BY t.frame, t.row
 """  # noqa: S608
 
 
-def overlays(reader: EvidenceReader, first: int, last: int) -> list[Overlay]:
-    """Overlays of ``first <= frame <= last``, one for each frame that the run has."""
+def overlays(reader: EvidenceReader, first: int, last: int, classes: RunClasses) -> list[Overlay]:
+    """Overlays of ``first <= frame <= last``, one for each frame that the run has.
+
+    Args:
+        reader: of the run.
+        first: first frame.
+        last: last frame.
+        classes: what the run's class numbers mean.
+    """
     frames = [row[0] for row in reader.query("SELECT frame FROM frames WHERE frame BETWEEN ? AND ?", (first, last))]
     tracks: dict[int, list[OverlayTrack]] = {k: [] for k in frames}
     owners: dict[tuple[int, int], int] = {}
     for row in reader.query(_TRACKS, (first, last)):
         if row[0] in tracks:
-            tracks[row[0]].append(_track(row))
+            tracks[row[0]].append(_track(row, classes))
             if row[32] is not None:
                 owners[row[0], row[32]] = row[1]
     detections: dict[int, list[OverlayDetection]] = {k: [] for k in frames}
@@ -121,7 +132,7 @@ def overlays(reader: EvidenceReader, first: int, last: int) -> list[Overlay]:
     return [Overlay(frame=k, detections=detections[k], tracks=tracks[k]) for k in frames]
 
 
-def _track(row: tuple[Any, ...]) -> OverlayTrack:
+def _track(row: tuple[Any, ...], classes: RunClasses) -> OverlayTrack:
     prediction = gate = found = None
     if row[14] is not None:
         spread = np.sqrt(np.maximum(np.frombuffer(row[14], "<f8").reshape(4, 4).diagonal(), 0.0))
@@ -143,7 +154,8 @@ def _track(row: tuple[Any, ...]) -> OverlayTrack:
         state="confirmed" if row[2] == "confirmed" else "tentative",
         source=row[3],
         box=box_of(row[4:8]),
-        class_id=row[8],
+        class_id=None if row[8] is None else classes.to_label(row[8]),
+        word=classes.name(row[8]) if row[8] is not None and classes.is_unmapped(row[8]) else None,
         share=None if row[9] is None else number(row[9]),
         prediction=prediction,
         gate=gate,

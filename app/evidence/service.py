@@ -22,8 +22,9 @@ from app.evidence.lane import TrackLane, track_lane
 from app.evidence.lanes import LaneColumns, lane_columns
 from app.evidence.overlays import MOST_FRAMES, Overlay, overlays
 from app.evidence.pool import ReaderPool
-from app.evidence.tables import BoxTable, confirmed_boxes
-from app.evidence.tracks import TrackFacts, no_tracks, track_columns, track_facts
+from app.evidence.tables import BoxTable, confirmed_boxes, labelled_boxes
+from app.evidence.tracks import TrackFacts, labelled_facts, no_tracks, track_columns, track_facts
+from app.labels.mapping import RunClasses, classes_in
 from app.settings import Settings
 from app.shapes import Model
 from app.storage.database import Database
@@ -55,6 +56,8 @@ class RunPlace:
     parent_id: str | None
     preset: str
     parameters: dict[str, Any]
+    classes: RunClasses
+    """What the class numbers of the evidence mean in the newest version of the video's label set."""
 
     @property
     def complete(self) -> bool:
@@ -104,7 +107,9 @@ class EvidenceService:
                 raise NotFound(f"There is no run {run_id[:40]!r}.")
             require_here(session, run.place, run.name)
             folder = self._home / run.folder
-            return RunPlace(run.id, run.video_id, folder, run.state, run.parent_id, run.preset, dict(run.parameters))
+            classes = classes_in(session, run)
+            about = run.state, run.parent_id, run.preset, dict(run.parameters)
+            return RunPlace(run.id, run.video_id, folder, *about, classes)
 
     @contextmanager
     def reading(self, place: RunPlace) -> Iterator[EvidenceReader]:
@@ -137,7 +142,9 @@ class EvidenceService:
         if not _has_begun(place):
             return _json(no_tracks(_tau(place)))
         others = self._others.version(place.id, place.video_id)
-        return self._cached(("tracks", place.id, *others), place, lambda: self._tracks(place))
+        labels = place.classes.labels
+        state = ("tracks", place.id, *others, labels.key, str(labels.version))
+        return self._cached(state, place, lambda: self._tracks(place))
 
     def lanes(self, run_id: str) -> bytes:
         """``LaneColumns`` as JSON."""
@@ -152,11 +159,17 @@ class EvidenceService:
         with self.reading(place) as reader:
             return flips(reader, tau)
 
-    def boxes(self, run_id: str) -> BoxTable:
-        """All boxes of the run's confirmed tracks."""
+    def boxes(self, run_id: str, unmapped: Callable[[str], int] | None = None) -> BoxTable:
+        """All boxes of the run's confirmed tracks, with labels of the video's set.
+
+        Args:
+            run_id: the run.
+            unmapped: the model's own word for a class that the set has no label for -> what stands for it; unset:
+                no label.
+        """
         place = self.place(run_id)
         with self.reading(place) as reader:
-            return confirmed_boxes(reader)
+            return labelled_boxes(confirmed_boxes(reader), place.classes, unmapped)
 
     def stored_frames(self, run_id: str) -> tuple[int, int] | None:
         """First and last frame that the run has stored; None: none."""
@@ -174,11 +187,16 @@ class EvidenceService:
         return (rows[0][0], rows[0][1]) if rows else None
 
     def label(self, run_id: str, track_id: int) -> int | None:
-        """The engine's class of a confirmed track; None: never recognised, or the run has no such track."""
+        """The engine's label of a confirmed track, in the video's set; -1: the set lacks what the engine calls it.
+
+        Returns:
+            None: never recognised, or the run has no such track.
+        """
         sql = "SELECT class_id FROM tracks WHERE track_id = ? AND confirmed_frame IS NOT NULL"
-        with self.reading(self.place(run_id)) as reader:
+        place = self.place(run_id)
+        with self.reading(place) as reader:
             rows = reader.query(sql, (track_id,))
-        return rows[0][0] if rows else None
+        return place.classes.to_label(rows[0][0]) if rows and rows[0][0] is not None else None
 
     # ------------------------------------------------------------------------------------- about frames and tracks
 
@@ -194,7 +212,7 @@ class EvidenceService:
         if not _has_begun(place):
             return []
         with self.reading(place) as reader:
-            return overlays(reader, first, last)
+            return overlays(reader, first, last, place.classes)
 
     def track(self, run_id: str, track_id: int) -> TrackLane:
         """One track frame by frame.
@@ -204,7 +222,7 @@ class EvidenceService:
         """
         place = self.place(run_id)
         with self.reading(place) as reader:
-            lane = track_lane(reader, track_id)
+            lane = track_lane(reader, track_id, place.classes)
         if lane is None:
             raise NotFound(f"The run has no track {track_id}.")
         return lane
@@ -287,8 +305,11 @@ class EvidenceService:
                     self._facts[place.id] = facts
                     while len(self._facts) > 4:
                         self._facts.popitem(last=False)
-        found = self._others.disagreement(place.id, place.video_id, facts) if place.complete else None
-        return track_columns(facts, found, self._others.overruled(place.id, facts), place.complete)
+        facts, words = labelled_facts(facts, place.classes)
+        labels = place.classes.labels
+        found = self._others.disagreement(place.id, place.video_id, facts, labels) if place.complete else None
+        overruled = self._others.overruled(place.id, facts, labels)
+        return track_columns(facts, words, found, overruled, place.complete)
 
     def _ask(self, place: RunPlace, question: Callable[[EvidenceReader], _T]) -> _T:
         with self.reading(place) as reader:

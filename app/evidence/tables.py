@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
@@ -11,9 +12,11 @@ from numpy.typing import NDArray
 
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.geometry.boxes import area, clip
+from tsr_engine.labels.classes import RunClasses
 
 __all__ = [
-    "SOURCES", "BoxTable", "FloatColumn", "IntColumn", "columns", "confirmed_boxes", "symmetry_floor_of", "tau_of",
+    "SOURCES", "BoxTable", "FloatColumn", "IntColumn", "columns", "confirmed_boxes", "labelled_boxes",
+    "symmetry_floor_of", "tau_of",
 ]  # fmt: skip
 
 IntColumn = NDArray[np.int64]
@@ -107,6 +110,22 @@ def confirmed_boxes(reader: EvidenceReader) -> BoxTable:
         source=table[6].astype(np.int64)[known],
         keys=tuple(f"m{i}" for i in ids.tolist()),
     )
+
+
+def labelled_boxes(table: BoxTable, classes: RunClasses, unmapped: Callable[[str], int] | None = None) -> BoxTable:
+    """Boxes of a run with labels of a set in place of its class numbers.
+
+    Args:
+        table: with class numbers.
+        classes: what they mean.
+        unmapped: the model's own word for a class that the set has no label for -> what stands for it; unset: -1.
+    """
+    labels = classes.to_labels(table.class_id)
+    if unmapped is not None:
+        for number in np.unique(table.class_id).tolist():
+            if classes.is_unmapped(number):
+                labels[table.class_id == number] = unmapped(classes.name(number))
+    return replace(table, class_id=labels)
 
 
 def tau_of(reader: EvidenceReader) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -12,8 +12,9 @@ from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
 from app.evidence.tables import FloatColumn, IntColumn, columns, tau_of
 from app.shapes import Model
 from tsr_engine.evidence.reader import EvidenceReader
+from tsr_engine.labels.classes import RunClasses
 
-__all__ = ["TrackColumns", "TrackFacts", "no_tracks", "track_columns", "track_facts"]
+__all__ = ["TrackColumns", "TrackFacts", "Words", "labelled_facts", "no_tracks", "track_columns", "track_facts"]
 
 
 class TrackColumns(Model):
@@ -30,8 +31,12 @@ class TrackColumns(Model):
     """Box in the first frame, px: a large one says that the sign was there before."""
     last_box: list[tuple[float, float, float, float] | None]
     class_id: list[int | None]
+    """Label of the video's set; None: never read; -1: the set lacks what the engine calls it."""
+    word: list[str | None]
+    """What the engine calls it, where the set lacks that."""
     share: list[float | None]
     runner_up: list[int | None]
+    runner_up_word: list[str | None]
     runner_up_share: list[float | None]
     score: list[float]
     side: list[float]
@@ -120,13 +125,58 @@ def track_facts(reader: EvidenceReader) -> TrackFacts:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What people read for each track's label and for its runner-up."""
+
+    own: list[str | None]
+    """None: never read."""
+    runner_up: list[str | None]
+    unmapped: list[str | None]
+    """The engine's own word, where the set has no such label."""
+    runner_up_unmapped: list[str | None]
+
+
+def labelled_facts(facts: TrackFacts, classes: RunClasses) -> tuple[TrackFacts, Words]:
+    """The facts with labels of a set in place of the run's class numbers, and what people read for them.
+
+    Where the runner-up is another class of the same label, its votes count for the label.
+
+    Args:
+        facts: as the evidence has them.
+        classes: what the run's class numbers mean.
+    """
+    own, second = classes.to_labels(facts.class_id), classes.to_labels(facts.runner_up)
+    one = (own >= 0) & (own == second)
+    numbers, seconds = facts.class_id.tolist(), np.where(one, -1, facts.runner_up).tolist()
+    words = Words(
+        own=[None if n < 0 else classes.shown(n) for n in numbers],
+        runner_up=[None if n < 0 else classes.shown(n) for n in seconds],
+        unmapped=[classes.name(n) if classes.is_unmapped(n) else None for n in numbers],
+        runner_up_unmapped=[classes.name(n) if classes.is_unmapped(n) else None for n in seconds],
+    )
+    labelled = replace(
+        facts,
+        class_id=own,
+        share=np.where(one, facts.share + facts.runner_up_share, facts.share),
+        runner_up=np.where(one, -1, second),
+        runner_up_share=np.where(one, np.nan, facts.runner_up_share),
+    )
+    return labelled, words
+
+
 def track_columns(
-    facts: TrackFacts, disagreement: Disagreement | None, overruled: NDArray[np.bool_], complete: bool
+    facts: TrackFacts,
+    words: Words,
+    disagreement: Disagreement | None,
+    overruled: NDArray[np.bool_],
+    complete: bool,
 ) -> TrackColumns:
     """The facts with doubt, as the page gets them.
 
     Args:
-        facts: of the run.
+        facts: of the run, labelled.
+        words: for their labels.
         disagreement: what another run says otherwise.
         overruled: tracks that a person calls something else. They rank first, but their doubt and reasons are left to
             the page, which knows what people have said since.
@@ -136,9 +186,9 @@ def track_columns(
         DoubtInput(
             frames=facts.frames,
             predicted=facts.predicted,
-            class_id=facts.class_id,
+            name=words.own,
             share=facts.share,
-            runner_up=facts.runner_up,
+            runner_up=words.runner_up,
             runner_up_share=facts.runner_up_share,
             closest=facts.closest,
             closest_frame=facts.closest_frame,
@@ -158,9 +208,11 @@ def track_columns(
         clearest=facts.clearest.tolist(),
         first_box=_edges(facts.first_box),
         last_box=_edges(facts.last_box),
-        class_id=[None if c < 0 else c for c in facts.class_id.tolist()],
+        class_id=[None if word is None else c for c, word in zip(facts.class_id.tolist(), words.own, strict=True)],
+        word=words.unmapped,
         share=_optional(facts.share),
-        runner_up=[None if c < 0 else c for c in facts.runner_up.tolist()],
+        runner_up=[None if w is None else c for c, w in zip(facts.runner_up.tolist(), words.runner_up, strict=True)],
+        runner_up_word=words.runner_up_unmapped,
         runner_up_share=_optional(facts.runner_up_share),
         score=np.round(np.nan_to_num(facts.score, neginf=0.0), 3).tolist(),
         side=np.round(np.nan_to_num(facts.side), 1).tolist(),

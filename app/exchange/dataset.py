@@ -28,6 +28,7 @@ from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import LabelSet
 
@@ -91,7 +92,7 @@ class Source:
         stop: frame after the last.
         origin: ``engine`` or ``imported``.
         provenance: for the manifest.
-        labels: the label set of its video.
+        classes: what the class numbers of its evidence mean in the label set of its video.
     """
 
     folder: Path
@@ -101,7 +102,12 @@ class Source:
     stop: int
     origin: str
     provenance: Mapping[str, Any]
-    labels: LabelSet = LABELS
+    classes: RunClasses
+
+    @property
+    def labels(self) -> LabelSet:
+        """The label set of its video."""
+        return self.classes.labels
 
     @property
     def run_id(self) -> str | None:
@@ -119,7 +125,8 @@ class Source:
 
     def tracks(self) -> Iterator[Track]:
         """A new pass over the tracks."""
-        return run_tracks(self.folder, self.documents, self.first, self.stop, self.video.frames, self.origin)
+        frames, to_label = self.video.frames, self.classes.to_label
+        return run_tracks(self.folder, self.documents, self.first, self.stop, frames, self.origin, to_label)
 
     def skipped(self) -> tuple[Skipped, ...]:
         """What people have drawn where the run has not looked; what else is in those frames, nobody has said."""
@@ -219,7 +226,7 @@ def source_of(
     facts: VideoFacts,
     revision: int,
     about: Mapping[str, Any],
-    labels: LabelSet = LABELS,
+    classes: RunClasses | None = None,
 ) -> Source:
     """A run from its evidence and what is known besides.
 
@@ -229,7 +236,7 @@ def source_of(
         facts: of the video.
         revision: number of the newest edit.
         about: what the manifest says of the run; ``name`` and ``kind`` at least.
-        labels: the label set of its video.
+        classes: what the class numbers of its evidence mean; unset: what they mean in ``gtsrb-43``.
 
     Raises:
         EvidenceError: the evidence belongs to another video.
@@ -251,7 +258,9 @@ def source_of(
         "video_sha256": header.video.sha256,
     }
     origin = "imported" if about["kind"] == "imported" else "engine"
-    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance, labels)
+    if classes is None:
+        classes = classes_of_keys(header.labels, shipped_set(DEFAULT))
+    return Source(folder, documents, facts, low, min(high + 1, facts.frames), origin, provenance, classes)
 
 
 def times_of(table: FrameTable) -> FloatColumn:

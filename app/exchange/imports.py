@@ -313,7 +313,7 @@ class ImportService:
         author = incoming.author or self._settings.author
         before = {track.uid: track for track in source.tracks()}
         found = Annotated()
-        engine = machine_facts(source.folder)
+        engine = machine_facts(source.folder, source.classes.to_label)
         exported = dataset.videos[0].provenance.get("run", {}).get("id") == run_id
 
         def make(present: Mapping[str, TrackDoc]) -> Mapping[str, TrackDoc]:
@@ -321,7 +321,9 @@ class ImportService:
             shown = before
             if dict(present) != dict(source.documents):  # somebody was faster
                 frames = source.video.frames
-                passed = run_tracks(source.folder, present, source.first, source.stop, frames, source.origin)
+                passed = run_tracks(
+                    source.folder, present, source.first, source.stop, frames, source.origin, source.classes.to_label
+                )
                 shown = {track.uid: track for track in passed}
             found = annotate(tracks, shown, present, author, size, exported, engine)
             return found.documents

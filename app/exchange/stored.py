@@ -11,7 +11,7 @@ from app.edits.stored import documents_of
 from app.errors import Conflict, Invalid, NotFound
 from app.exchange.dataset import Source, VideoFacts, source_of, times_of
 from app.exchange.rates import exact_rate
-from app.labels.store import labels_of_run
+from app.labels.mapping import classes_in
 from app.settings import Settings
 from app.storage.models import Edit, Run, Video
 from app.storage.places import require_here
@@ -41,7 +41,7 @@ def home_source(session: Session, settings: Settings, run_id: str) -> Source:
     facts = video_facts(session.scalars(query).one(), settings)
     revision = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run_id)) or 0
     about = {"id": run.id, "name": run.name, "kind": run.kind, "preset": run.preset}
-    return source_of(folder, documents_of(session, run_id), facts, revision, about, labels_of_run(session, run))
+    return source_of(folder, documents_of(session, run_id), facts, revision, about, classes_in(session, run))
 
 
 def require_source(session: Session, settings: Settings, run_id: str, video_id: str) -> None:

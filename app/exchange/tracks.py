@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from app.edits.documents import TrackDoc
 from app.edits.effective import AS_ENGINE, effective_track
 from app.evidence.tables import FloatColumn, IntColumn
-from app.exchange.machine import MachineTrack, MachineTracks, engine_label
+from app.exchange.machine import MachineTrack, MachineTracks, as_it_is, engine_label
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import NONE, Track
 from tsr_engine.exchange.filters import part_of
@@ -22,7 +22,13 @@ __all__ = ["boxes_beyond", "run_tracks"]
 
 
 def run_tracks(
-    folder: Path, documents: Mapping[str, TrackDoc], first: int, stop: int, frames: int, origin: str = "engine"
+    folder: Path,
+    documents: Mapping[str, TrackDoc],
+    first: int,
+    stop: int,
+    frames: int,
+    origin: str = "engine",
+    to_label: Callable[[int], int] = as_it_is,
 ) -> Iterator[Track]:
     """The tracks of a run: those of the engine by number, then those that people have made, by name.
 
@@ -35,10 +41,11 @@ def run_tracks(
         stop: frame after the last.
         frames: length of the video; nothing lies beyond it.
         origin: ``source`` of tracks that nobody has touched: ``engine`` or ``imported``.
+        to_label: class number of the evidence -> id of a label, -1: none.
     """
     own = [key for key in sorted(documents) if not key.startswith("m")]
     with EvidenceReader(folder) as reader:
-        machine = MachineTracks(reader)
+        machine = MachineTracks(reader, to_label)
         for found in machine:
             document = documents.get(f"m{found.id}")
             track = _untouched(found, origin) if document is None else _edited(document, machine, found, origin, frames)

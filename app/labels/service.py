@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import NoReturn
 
-from sqlalchemy import ColumnElement
+from sqlalchemy import ColumnElement, or_, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
@@ -64,8 +65,12 @@ class LabelService:
         Raises:
             NotFound: there is no such video.
         """
-        labels = self.of_video(video_id) if video_id is not None else self.get(None)
-        return [label_view(labels, label) for label in labels]
+        return self.views(self.of_video(video_id) if video_id is not None else self.get(None))
+
+    @staticmethod
+    def views(labels: LabelSet, chosen: Iterable[Label] | None = None) -> list[LabelView]:
+        """Labels of a set as pages see them; ``chosen`` None: all."""
+        return [label_view(labels, label) for label in (labels if chosen is None else chosen)]
 
     def of_video(self, video_id: str) -> LabelSet:
         """The newest version of a video's set.
@@ -101,6 +106,20 @@ class LabelService:
         if found is None:
             raise NotFound(f"The label set {labels.key!r} has no label {label_id}.")
         return found
+
+    def video_named(self, text: str) -> str:
+        """The id of the one video of a name, a path or an id.
+
+        Raises:
+            NotFound: there is none, or there are several.
+        """
+        named = or_(Video.id == text, Video.name == text, Video.path == str(Path(text).absolute()))
+        with self._database.read() as session:
+            found = session.scalars(select(Video.id).where(named)).all()
+        if len(found) != 1:
+            many = "several videos are" if found else "no video is"
+            raise NotFound(f"Expected the name, path or id of one video: {many} called {text[:200]!r}.")
+        return found[0]
 
     def sets(self) -> list[LabelSetView]:
         """All sets: those that ship with the package, then the library's own."""
@@ -158,6 +177,25 @@ class LabelService:
                 continue
             return changed.labels, changed
         raise Busy(f"Too many people change the label set {key!r} at once. The request can be repeated.")
+
+    def begin(self, key: str, make: Callable[[Session], LabelSet | None]) -> LabelSet | None:
+        """Store the first version of a set; called again where somebody was faster.
+
+        Args:
+            key: of the set.
+            make: stores it and answers it; None: there is nothing to begin.
+        """
+        for _ in range(_TRIES):
+            try:
+                with self._database.write() as session:
+                    made = make(session)
+                    session.flush()
+                    if made is not None:
+                        self._events.publish(session, "labels", key, {"version": made.version})
+            except IntegrityError:
+                continue
+            return made
+        raise Busy(f"Too many people make the label set {key!r} at once. The request can be repeated.")
 
     def use_as_default(self, key: str) -> LabelSetView:
         """Let videos that name no set use this one.

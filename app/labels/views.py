@@ -10,7 +10,9 @@ from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Ca
 
 __all__ = [
     "AttributeView",
+    "Brought",
     "Change",
+    "KnownLabel",
     "LabelSetView",
     "LabelVersion",
     "LabelView",
@@ -84,6 +86,36 @@ class Change(Model):
     version: int
     label: LabelView | None
     sentence: str
+
+
+class KnownLabel(Model):
+    """A label of a file that the set has."""
+
+    name: str
+    """In the file."""
+    id: int
+    key: str
+
+
+class RefusedLabel(Model):
+    """A name of a file that no label can have."""
+
+    name: str
+    reason: str
+
+
+class Brought(Model):
+    """What came of a file of labels."""
+
+    version: int
+    sentence: str
+    created: bool
+    """The set was made from the file."""
+    added: list[LabelView]
+    known: list[KnownLabel]
+    refused: list[RefusedLabel]
+    told: list[str]
+    """What the file says and a set cannot hold."""
 
 
 def label_view(labels: LabelSet, label: Label) -> LabelView:

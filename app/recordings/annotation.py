@@ -11,13 +11,15 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
 from app.compare.annotation import corrected_boxes
+from app.compare.figures import FIRST_WORD
 from app.edits.documents import TrackDoc
 from app.edits.track_name import track_name
-from app.evidence.tables import confirmed_boxes
+from app.evidence.tables import confirmed_boxes, labelled_boxes
 from app.storage.models import Truth
 from app.truths.rows import unpack
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.labels.classes import RunClasses, resolved_labels
+from tsr_engine.labels.model import LabelSet
 
 if TYPE_CHECKING:
     from tsr_engine.recording import BoxRows
@@ -25,44 +27,69 @@ if TYPE_CHECKING:
 __all__ = ["corrected_rows", "truth_of", "truth_rows"]
 
 
-def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc]) -> BoxRows | None:
-    """The run as people have corrected it, in the frames that it has stored; None: nobody has touched it."""
+def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: RunClasses) -> BoxRows | None:
+    """The run as people have corrected it, in the frames that it has stored; None: nobody has touched it.
+
+    Args:
+        evidence: folder of the run.
+        documents: of its touched tracks, by key.
+        classes: what its class numbers mean in the video's label set.
+    """
     if not documents:
         return None
     from tsr_engine.recording import BoxRows
 
     with EvidenceReader(evidence) as reader:
         last = reader.last_frame
-        table = corrected_boxes(confirmed_boxes(reader), documents, 0 if last is None else last + 1)
+        strange: dict[str, int] = {}
+        machine = confirmed_boxes(reader)
+    found = labelled_boxes(machine, classes, lambda word: strange.setdefault(word, FIRST_WORD - len(strange)))
+    table = corrected_boxes(found, documents, 0 if last is None else last + 1)
+    labels_at = resolved_labels(table.class_id, classes.labels)
+    names = _shorts(classes.labels) | {number: word[:12] for word, number in strange.items()}
     docs = {key: documents.get(key) for key in table.keys}
     labels = tuple(
-        f"{track_name(key, docs[key])} {_class(label)}{_review(docs[key])}"
-        for key, label in zip((table.keys[k] for k in table.track.tolist()), table.class_id.tolist(), strict=True)
+        f"{track_name(key, docs[key])} {names.get(label, '?')}{_review(docs[key])}"
+        for key, label in zip((table.keys[k] for k in table.track.tolist()), labels_at.tolist(), strict=True)
     )
-    return BoxRows(table.frame, table.boxes, table.class_id, labels)
+    return BoxRows(table.frame, table.boxes, labels_at, labels)
 
 
-def truth_of(session: Session, video_id: str, truth_id: str | None) -> BoxRows | None:
-    """The ground truth of a video that was asked for; unset: the only one that there is."""
+def truth_of(session: Session, video_id: str, truth_id: str | None, labels: LabelSet) -> BoxRows | None:
+    """The ground truth of a video that was asked for; unset: the only one that there is.
+
+    Args:
+        session: reads.
+        video_id: the video.
+        truth_id: which one.
+        labels: set of the video.
+    """
     query = select(Truth).where(Truth.video_id == video_id).options(undefer(Truth.boxes))
     if truth_id is not None:
         query = query.where(Truth.id == truth_id)
     truths = session.scalars(query).all()
-    return truth_rows(truths[0].boxes) if len(truths) == 1 else None
+    return truth_rows(truths[0].boxes, labels) if len(truths) == 1 else None
 
 
-def truth_rows(packed: bytes) -> BoxRows:
-    """Ground truth as it lies in the database."""
+def truth_rows(packed: bytes, labels: LabelSet) -> BoxRows:
+    """Ground truth as it lies in the database, with labels of a set."""
     from tsr_engine.recording import BoxRows
 
     rows = unpack(packed)
-    labels = tuple(f"t{int(row[1])} {_class(int(row[6]))}{' (ignored)' if row[8] else ''}" for row in rows)
-    return BoxRows(rows[:, 0].astype(np.int64), np.ascontiguousarray(rows[:, 2:6]), rows[:, 6].astype(np.int64), labels)
+    ids, names = resolved_labels(rows[:, 6].astype(np.int64), labels), _shorts(labels)
+    texts = tuple(
+        f"t{int(row[1])} {names.get(label, '?')}{' (ignored)' if row[8] else ''}"
+        for row, label in zip(rows, ids.tolist(), strict=True)
+    )
+    return BoxRows(rows[:, 0].astype(np.int64), np.ascontiguousarray(rows[:, 2:6]), ids, texts)
 
 
-def _class(class_id: int) -> str:
-    return CATALOGUE[class_id].short if 0 <= class_id < len(CATALOGUE) else "?"
+def _shorts(labels: LabelSet) -> dict[int, str]:
+    return {label.id: label.shown_short for label in labels}
 
 
 def _review(document: TrackDoc | None) -> str:
-    return "" if document is None or document.review == "open" else f" [{document.review.replace('_', ' ')}]"
+    if document is None:
+        return ""
+    review = "" if document.review == "open" else f" [{document.review.replace('_', ' ')}]"
+    return f"{review} (ignored)" if document.ignore else review

@@ -8,6 +8,7 @@ from sqlalchemy.orm import undefer
 from app.artefacts.service import ArtefactService
 from app.edits.stored import documents_of
 from app.jobs.context import TaskContext
+from app.labels.mapping import classes_in
 from app.recordings.annotation import corrected_rows, truth_of
 from app.recordings.summary import report_summary
 from app.runs.of_job import run_of_job
@@ -32,7 +33,8 @@ def record_run(task: TaskContext) -> None:
         video = session.scalars(select(Video).where(Video.id == run.video_id).options(undefer(Video.frame_table))).one()
         documents = documents_of(session, run.id)
         edits = session.scalar(select(func.max(Edit.seq)).where(Edit.run_id == run.id)) or 0
-        truth = truth_of(session, video.id, options.get("truth"))
+        classes = classes_in(session, run)
+        truth = truth_of(session, video.id, options.get("truth"), classes.labels)
     called = f"the run{f' {run.name!r}' if run.name else ''} of {video.name}"
     file = library_file(task.settings, video)
     if file.there:
@@ -50,8 +52,9 @@ def record_run(task: TaskContext) -> None:
         table=unpack(video.frame_table) if file.there and video.frame_table else None,
         limits=task.settings.video_limits,
         known=True,  # it is compared each time that it is opened
-        corrected=corrected_rows(task.settings.home / run.folder, documents),
+        corrected=corrected_rows(task.settings.home / run.folder, documents, classes),
         truth=truth,
+        classes=classes,
         focus_frame=options.get("frame"),
         focus_track=int(track[1:]) if track.startswith("m") and track[1:].isdecimal() else None,
         name=options.get("name") or "",

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from sqlalchemy.orm import undefer
 
 from app.jobs.context import Stopped, TaskContext
+from app.labels.mapping import labels_of_model
 from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
@@ -43,6 +44,9 @@ def track(task: TaskContext) -> None:
         publish_run(session, task.events, run)
     params = params_of(run.preset, run.parameters)
     components = load_components(params, models)
+    if components.labels is not None:
+        with task.write() as session:
+            session.get_one(Run, run.id).labels = labels_of_model(components.labels)
     request = RunRequest(
         file,
         params,

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from tsr_engine.recognition.catalogue import CATALOGUE
 
 __all__ = ["COLOURS", "INK", "Colouring", "Entry", "Paint", "heat", "legend_html", "linear", "paint"]
 
@@ -78,30 +77,38 @@ class _Inks:
 INK: Final = _Inks()
 
 
-def paint(by: Colouring, track: ArrayLike, class_id: ArrayLike, source: ArrayLike, verdict: ArrayLike) -> Paint:
+def paint(
+    by: Colouring,
+    track: ArrayLike,
+    class_id: ArrayLike,
+    source: ArrayLike,
+    verdict: ArrayLike,
+    names: Mapping[int, str],
+) -> Paint:
     """Colours of rows.
 
     Args:
         by: what the colour tells.
         track: shape (n,), position of each row's track.
-        class_id: shape (t,), class of each track, -1: unknown.
+        class_id: shape (t,), label of each track, -1: unknown.
         source: shape (n,), 0 detected, 1 predicted, 2 relocalised.
         verdict: shape (n,), 0 not judged, 1 confident, 2 rejected.
+        names: of the labels.
     """
     if by == "source":
         return _by_code(source, _SOURCE)
     if by == "verdict":
         return _by_code(verdict, _VERDICT)
     classes = np.asarray(class_id, np.int64)
-    names, counts = np.unique(classes[classes >= 0], return_counts=True)
-    order = names[np.lexsort((names, -counts))][: len(_SERIES)]
+    present, counts = np.unique(classes[classes >= 0], return_counts=True)
+    order = present[np.lexsort((present, -counts))][: len(_SERIES)]
     of_track = np.tile(np.array(_REST, np.uint8), (len(classes), 1))
     legend = []
-    for colour, name in zip(_SERIES, order.tolist(), strict=False):
-        of_track[classes == name] = colour
-        legend.append(Entry(colour, CATALOGUE[name].name if name < len(CATALOGUE) else f"class {name}"))
-    if len(names) > len(order):
-        legend.append(Entry(_REST, f"{len(names) - len(order)} other classes"))
+    for colour, label in zip(_SERIES, order.tolist(), strict=False):
+        of_track[classes == label] = colour
+        legend.append(Entry(colour, names.get(label, f"label {label}")))
+    if len(present) > len(order):
+        legend.append(Entry(_REST, f"{len(present) - len(order)} other labels"))
     if (classes < 0).any():
         legend.append(Entry(_REST, "not recognised"))
     rows = of_track[np.asarray(track, np.int64)] if len(classes) else np.zeros((0, 3), np.uint8)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +13,9 @@ from numpy.typing import NDArray
 from app.evidence.service import EvidenceService
 from app.evidence.tables import SOURCE_SQL, FloatColumn, IntColumn, columns
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.labels.model import Label, LabelSet
 
-__all__ = ["SIGN_SIZES", "Hits", "SpaceData", "load_hits", "load_space", "sign_sizes"]
+__all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "Hits", "Sign", "SpaceData", "load_hits", "load_space"]
 
 SIGN_SIZES = {"circle": 0.60, "triangle": 0.90, "inverted triangle": 0.90, "octagon": 0.90, "diamond": 0.60}
 """Width of a sign by shape, m: the sizes of class 2 of the German catalogue (VzKat), usual at 50 to 100 km/h."""
@@ -21,6 +23,21 @@ UNKNOWN_SIZE = 0.60
 FLAGGED_DOUBT = 0.6
 MOST_FLAGGED = 40
 MOST_HITS = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """What a track shows.
+
+    Attributes:
+        name: for people.
+        size: usual width of the sign, m.
+        pictogram: see ``Label.pictogram``; empty: there is none.
+    """
+
+    name: str
+    size: float = UNKNOWN_SIZE
+    pictogram: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +52,14 @@ class SpaceData:
         frames: shape (k,), ordinals that the run has stored.
         times: shape (k,), their presentation times, s.
         ids: shape (t,), the tracks' numbers.
-        class_id: shape (t,), -1: unknown.
+        class_id: shape (t,), see ``signs``; -1: never recognised.
         flagged: shape (t,), worth a look: the most doubtful, and those that a person marked as needing work.
         frame: shape (n,).
         track: shape (n,), position in ``ids``.
         boxes: shape (n, 4), px.
         source: shape (n,), 0 detected, 1 predicted, 2 relocalised.
         verdict: shape (n,), 0 not judged, 1 confident, 2 rejected.
+        signs: the video's labels by id; behind them what the engine calls signs that the set lacks.
     """
 
     run_id: str
@@ -58,6 +76,16 @@ class SpaceData:
     boxes: FloatColumn
     source: IntColumn
     verdict: IntColumn
+    signs: Mapping[int, Sign]
+
+    def sign(self, track: int) -> Sign | None:
+        """What the track at a position shows; None: never recognised."""
+        return self.signs.get(int(self.class_id[track]))
+
+    @property
+    def sign_names(self) -> dict[int, str]:
+        """Names of all signs."""
+        return {label: sign.name for label, sign in self.signs.items()}
 
     @property
     def interval(self) -> float:
@@ -118,7 +146,7 @@ def load_space(evidence: EvidenceService, run_id: str, needs_work: frozenset[int
     place = evidence.place(run_id)
     told = json.loads(evidence.tracks(run_id))
     ids = np.array(told["id"], np.int64)
-    classes = np.array([-1 if c is None else c for c in told["class_id"]], np.int64)
+    classes, signs = _signs(told, place.classes.labels)
     doubt = np.array(told["rank"], np.float64)
     with evidence.reading(place) as reader:
         shape = reader.query("SELECT width, height FROM frames ORDER BY frame LIMIT 1")
@@ -146,7 +174,26 @@ def load_space(evidence: EvidenceService, run_id: str, needs_work: frozenset[int
         boxes=np.ascontiguousarray(rows[2:6].T[known]),
         source=rows[6].astype(np.int64)[known],
         verdict=np.where(np.isnan(rows[7]), 0, np.where(rows[7] > 0, 1, 2)).astype(np.int64)[known],
+        signs=signs,
     )
+
+
+def _signs(told: Mapping[str, Any], labels: LabelSet) -> tuple[IntColumn, dict[int, Sign]]:
+    """Each track's sign, shape (t,), and what these are."""
+    signs = {label.id: Sign(label.name, _size(label), label.pictogram) for label in labels}
+    strange: dict[str, int] = {}
+    found = []
+    for label, word in zip(told["class_id"], told["word"], strict=True):
+        if word is not None:
+            label = strange.setdefault(word, labels.next_id + len(strange))
+            signs[label] = Sign(word)
+        found.append(-1 if label is None else label)
+    return np.array(found, np.int64), signs
+
+
+def _size(label: Label) -> float:
+    """Real width of a sign, m: the label's own, else the usual one of its shape."""
+    return SIGN_SIZES.get(label.shape, UNKNOWN_SIZE) if label.size_mm is None else label.size_mm / 1000
 
 
 _ROWS = f"""
@@ -169,13 +216,6 @@ def load_hits(reader: EvidenceReader, width: int, height: int, confirmed: IntCol
     good = np.isfinite(table[:2]).all(axis=0)
     centres = np.clip(table[:2, good].T / np.array([width, height]), 0.0, 1.0)
     return Hits(centres, np.nan_to_num(table[2, good]), np.isin(table[3, good], confirmed), total)
-
-
-def sign_sizes(class_id: IntColumn) -> FloatColumn:
-    """Real width of signs by class, m; see ``SIGN_SIZES``."""
-    sizes = np.array([SIGN_SIZES[sign.shape] for sign in CATALOGUE] + [UNKNOWN_SIZE])
-    known = (class_id >= 0) & (class_id < len(CATALOGUE))
-    return np.asarray(sizes[np.where(known, class_id, len(CATALOGUE))])
 
 
 def _flagged(ids: IntColumn, doubt: FloatColumn, needs_work: frozenset[int]) -> NDArray[np.bool_]:

@@ -15,6 +15,7 @@ from app.edits.service import EditService
 from app.errors import ApiError, Busy
 from app.events import EventBus
 from app.evidence.service import EvidenceService
+from app.labels.pictures import Pictograms
 from app.space.data import Hits, SpaceData, load_hits, load_space
 from app.space.prior import Prior
 from app.space.scenes.stage import Image, Stage
@@ -24,7 +25,6 @@ from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.frames import FrameService
 from tsr_engine.errors import TsrError
-from tsr_engine.pictograms import draw
 from tsr_engine.records import Picture
 
 __all__ = ["SpaceService", "first_wish", "marked_tracks", "pictures_of", "stage_of"]
@@ -56,6 +56,7 @@ class SpaceService:
     ) -> None:
         self._database, self._events = database, events
         self._evidence, self._frames, self._edits, self._prior = evidence, frames, edits, prior
+        self._pictograms = Pictograms(database)
         self.idle = IDLE
         self._lock = threading.Lock()
         self._views: dict[tuple[str, str], View] = {}
@@ -151,7 +152,7 @@ class SpaceService:
             self._tell(run_id, {"view": name, "track": data.key(track), "frame": frame})
 
         def stage(scene: Any) -> Stage:
-            made = stage_of(scene, data, self._evidence, self._prior)
+            made = stage_of(scene, data, self._evidence, self._prior, self._pictograms)
             made.on_pick = picked
             return made
 
@@ -223,15 +224,23 @@ def first_wish(data: SpaceData, mode: Mode = "volume") -> Wish:
     return Wish(frame=first, mode=mode, stretch=30.0 if long or len(data.ids) > MANY else 0.0)
 
 
-def stage_of(scene: Any, data: SpaceData, evidence: EvidenceService, prior: Callable[[str], Prior | None]) -> Stage:
+def stage_of(
+    scene: Any,
+    data: SpaceData,
+    evidence: EvidenceService,
+    prior: Callable[[str], Prior | None],
+    pictograms: Pictograms,
+) -> Stage:
     """A stage for a run."""
 
     def hits() -> Hits:
         with evidence.reading(evidence.place(data.run_id)) as reader:
             return load_hits(reader, data.width, data.height, data.ids)
 
-    def pictogram(class_id: int) -> Image:
-        return np.asarray(cv2.cvtColor(draw(f"gtsrb/{class_id}", 128), cv2.COLOR_BGRA2RGBA), np.uint8)
+    def pictogram(name: str) -> Image:
+        drawn = cv2.imdecode(np.frombuffer(pictograms.png(name, 128), np.uint8), cv2.IMREAD_UNCHANGED)
+        assert drawn is not None
+        return np.asarray(cv2.cvtColor(drawn, cv2.COLOR_BGRA2RGBA), np.uint8)
 
     return Stage(scene, data, hits, lambda: prior(data.run_id), pictogram)
 

@@ -7,9 +7,10 @@ from app.edits.service import EditService
 from app.errors import ApiError
 from app.evidence.service import EvidenceService
 from app.jobs.context import TaskContext
+from app.labels.pictures import Pictograms
 from app.runs.of_job import run_of_job
 from app.space.data import load_space
-from app.space.prior import find_prior
+from app.space.prior import Prior, find_prior
 from app.space.service import first_wish, marked_tracks, pictures_of, stage_of
 from app.space.wish import Wish
 from app.videos.frames import FrameService
@@ -40,8 +41,13 @@ def make_scene(task: TaskContext) -> None:
         except ApiError as error:
             raise InputError(error.message) from None
         artefacts.progress(task, artefact.id, 1, 3)
+        pictograms = Pictograms(task.database)
+
+        def prior(run: str) -> Prior | None:
+            return find_prior(task.settings, task.database, run)
+
         page = scene_html(
-            lambda scene: stage_of(scene, data, evidence, lambda run: find_prior(task.settings, task.database, run)),
+            lambda scene: stage_of(scene, data, evidence, prior, pictograms),
             pictures_of(data, frames.raw),
             _wish(artefact.options, first_wish(data)),
             f"{name} · tsr",

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.jobs.context import Stopped, TaskContext
+from app.labels.mapping import classes_in, labels_of_model
 from app.runs.focus import focus_of
 from app.runs.of_job import run_of_job
 from app.runs.parameters import params_of
@@ -72,13 +73,14 @@ def run_whatif(task: TaskContext) -> None:
         row.frames_done = row.frames_total = report.frames
         row.rate = report.frames / max(report.seconds, 1e-9)
         row.tracks, row.engine_version, row.models = len(report.tracks), __version__, dict(components.models)
+        row.labels = labels_of_model(components.labels)
         row.summary = {
             "seconds": round(report.seconds, 2),
             "focus": focus_of(params, named=asked.tracking.coast_foe_y is not None),
             "identical_frames": report.identical,
             "missing_pixels": report.missing_pixels,
             "missing_frames": report.missing_frames,
-            "difference": difference(report),
+            "difference": difference(report, classes_in(session, row)),
         }
         publish_run(session, task.events, row)
 
@@ -102,6 +104,7 @@ def replay_into(
         reader.header,
         parameters=params.model_dump(mode="json"),
         models=dict(components.models),
+        labels=components.labels,
         engine_version=__version__,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         keep_pixels=False,

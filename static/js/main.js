@@ -16,6 +16,7 @@ import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/
 import { seek, select } from './store/actions/review.js';
 import { initialState } from './store/initial.js';
 import { unsavedOf } from './store/unsaved.js';
+import { createLabelSets } from './editing/label_sets.js';
 import { createStore } from './store/store.js';
 import { createCatchUp } from './store/catch_up.js';
 import { startLive } from './views/live.js';
@@ -46,7 +47,7 @@ const editor = createEditor({
 });
 const following = createFollowing({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
 /** @type {App} */
-const app = { store, api, ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null), following };
+const app = { store, api, labels: createLabelSets({ store, api, author, say: (text) => toast(text, { topic: 'labels', stays: true }) }), ...createCatchUp(store), operations: allOperations(), frames, signal: ended.signal, edit: editor.edit, editor, notes: createNoteDrafts(() => sessionStorage), loader: /** @type {any} */ (null), following };
 app.loader = createLoader(app, { opened: (run) => {
   following.open(run);
   void editor.open(run).catch((thrown) => store.dispatch((state) => showBanner(state, { id: 'review', tone: 'error', text: sentence(thrown) })));
@@ -94,6 +95,7 @@ let scheduled = false;
 store.subscribe(() => {
   app.loader.sync();
   frames.sync();
+  app.labels.sync();
   if (!scheduled) {
     scheduled = true;
     requestAnimationFrame(() => {
@@ -118,6 +120,7 @@ const live = startLive(app, {
       else void editor.refresh(); // an import of very many tracks
     }
     if (event.kind === 'run') app.loader.follow(event.data);
+    if (event.kind === 'labels') void app.labels.hear(event).catch(() => {});
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:space', { detail: event.data }));
   },
   onReset: () => {

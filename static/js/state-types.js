@@ -26,7 +26,8 @@
  * @typedef {object} State
  * @property {Route} route
  * @property {Session|null} session
- * @property {Label[]} labels
+ * @property {Label[]} labels                  of the set of the video on the screen, else of the library's; merged and hidden ones too
+ * @property {import('./types.js').LabelSetHead[]|null} labelSets   null: not loaded yet
  * @property {Parameter[]} parameters
  * @property {Video[]|null} videos             null: not loaded yet
  * @property {Record<string, Run[]>} runs      by video
@@ -47,7 +48,7 @@
  * @typedef {{screen: 'library'}
  *   | {screen: 'review', video: string, run: string|null, frame: number|null, track: string|null}
  *   | {screen: 'compare', a: string, b: string}
- *   | {screen: 'models'} | {screen: 'files'}} Route
+ *   | {screen: 'models'} | {screen: 'files'} | {screen: 'labels'}} Route
  */
 
 /** @typedef {{key: string, frame: number, box: Box}} Draft   a box that was drawn and has no class yet: not a track until it gets one */
@@ -55,7 +56,8 @@
 /** @typedef {{id: string, tone: 'info'|'warning'|'error', text: string, action?: {label: string, operation: string}, once?: string}} Banner   once: under this name it is put away for good when a person hides it */
 
 /** @typedef {{kind: 'help'|'relabel'|'run'|'whatif'|'compare'|'note'|'add-video'|'conflict'|'confirm'|'adopted'|'deleted'|'judge'
- *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings', data?: any}} Dialog */
+ *   |'export'|'import'|'truths'|'record'|'bundle'|'import-bundle'|'retrain'|'second'|'settings'
+ *   |'label'|'label-merge'|'label-files'|'label-history', data?: any}} Dialog */
 
 /**
  * @typedef {object} ReviewState

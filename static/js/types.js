@@ -21,7 +21,42 @@
  * @property {string[]} presets
  */
 
-/** @typedef {{id: number, name: string, picture: string}} Label   `picture`: address of the pictogram */
+/**
+ * A question about a sign beside its label.
+ * @typedef {object} Attribute
+ * @property {string} name
+ * @property {'checkbox'|'select'|'number'|'text'} kind
+ * @property {boolean} mutable         the answer may change from frame to frame
+ * @property {string[]} values         answers of a select
+ * @property {number|null} low
+ * @property {number|null} high
+ * @property {boolean|number|string|null} default
+ */
+
+/**
+ * @typedef {object} Label
+ * @property {number} id
+ * @property {string} key
+ * @property {string} name
+ * @property {string} short            empty: the beginning of the name
+ * @property {string[]} aliases
+ * @property {string|null} picture     address of the pictogram; null: it has none
+ * @property {string} shape
+ * @property {string} category
+ * @property {Attribute[]} attributes
+ * @property {number|null} size_mm
+ * @property {string|null} mirror      key of the label that its mirror image is
+ * @property {'sign'|'background'|'ignore'} teach   what a retraining makes of it
+ * @property {string|null} colour      `#rrggbb`
+ * @property {number|null} pinned      1 to 9
+ * @property {boolean} hidden          not offered any more
+ * @property {number|null} merged_into id of the label that stands for it
+ */
+
+/** @typedef {{key: string, name: string, version: number, labels: number, default: boolean, shipped: boolean}} LabelSetHead   `labels`: how many */
+/** @typedef {{version: number, author: string, created: string|null, sentence: string, undoes: number|null}} LabelVersion   `created`: null: as it came with tsr */
+/** @typedef {{type: 'add'|'update'|'merge'|'hide'|'show'|'picture'|'undo'|'adopt', [field: string]: unknown}} LabelChange   see docs/labels.md */
+/** @typedef {{name: string, tracks: number, boxes: number, suggestions: {id: number, key: string, name: string}[], example: {frame: number, box: Box}|null}} UnknownLabel   a name in a file that no label has */
 
 /**
  * @typedef {object} Parameter
@@ -55,6 +90,7 @@
  * @property {number|null} rate
  * @property {string|null} codec
  * @property {string[]} warnings
+ * @property {string|null} [label_set] key of its label set; null: the library's
  * @property {string} created          ISO 8601
  * @property {number} runs             number of runs
  * @property {string|null} latest_run
@@ -110,9 +146,11 @@
  * @property {(Box|null)[]} [first_box]   box in the first frame; servers before 0.2 do not send it
  * @property {(Box|null)[]} [last_box]    and in the last
  * @property {number[]} clearest       frame of the last detection, where a sign that a camera nears is largest
- * @property {(number|null)[]} class_id
+ * @property {(number|null)[]} class_id   label of the video's set; -1: the set lacks what the engine calls it
+ * @property {(string|null)[]} [word]   what the engine calls it, where the set lacks that
  * @property {(number|null)[]} share   of the fused class in all votes
  * @property {(number|null)[]} runner_up
+ * @property {(string|null)[]} [runner_up_word]
  * @property {(number|null)[]} runner_up_share
  * @property {number[]} score          best final score
  * @property {number[]} side           longest side, px
@@ -154,10 +192,12 @@
  * @property {(number|null)[]} probability
  * @property {(number|null)[]} scale             s_t, px
  * @property {(number|null)[]} weight            w_t
- * @property {number[]} classes                  classes that the columns of `votes` and `probabilities` are for (the leading ones)
+ * @property {number[]} classes                  labels that the columns of `votes` and `probabilities` are for (the leading ones); -1: the set lacks it
+ * @property {(string|null)[]} [words]           what the engine calls each of them, where the set lacks that
  * @property {(number[]|null)[]} votes           fused share of each of `classes`, 0..1
  * @property {(number[]|null)[]} probabilities   P(c | x_t) of each of `classes`
  * @property {(number|null)[]} top               argmax of P(c | x_t)
+ * @property {(string|null)[]} [top_word]        what the engine calls it, where the set lacks that
  * @property {(number|null)[]} top_probability
  * @property {number[]} learned                  samples learned
  * @property {number[]} unlearned
@@ -181,6 +221,7 @@
  * @property {0|1|2} source
  * @property {Box} box
  * @property {number|null} class_id
+ * @property {string|null} [word]      what the engine calls it, where the set lacks that
  * @property {number|null} share
  * @property {{box: Box, sigma: [number, number, number, number]}|null} prediction   sigma of cx, cy, w, h, px
  * @property {{l_positive: number, confident: boolean}|null} gate
@@ -194,7 +235,7 @@
  * @property {number} revision         0: untouched
  * @property {number|null} class_id    null: the engine's class stands; -1: none of the classes, as a person says
  * @property {'open'|'accepted'|'rejected'|'needs_work'} review
- * @property {boolean} not_a_sign
+ * @property {boolean} not_a_sign      as older versions marked a false positive
  * @property {Segment[]} segments      pieces of engine tracks, in order of frames, disjoint
  * @property {Record<string, KeyFrame>} keys   by ordinal
  * @property {Note[]} notes
@@ -274,6 +315,7 @@
  * @property {boolean} can_export
  * @property {boolean} can_import
  * @property {boolean} needs_pictures
+ * @property {boolean} [ignores]    it has a mark for regions to ignore
  * @property {boolean} key_frames   it marks key frames: the bound of thinning matters
  * @property {Switch[]} export_switches
  * @property {Switch[]} import_switches
@@ -305,7 +347,10 @@
  * @property {string} format
  * @property {'none'|'annotated'|'all'} pictures
  * @property {string[]} states
- * @property {number[]|null} classes
+ * @property {string[]|null} labels    keys; null: all
+ * @property {'leave-out'|'ignore'|'class'} not_in_set   what becomes of signs without a label of the set
+ * @property {'all'|'used'} class_map  labels that the files declare
+ * @property {boolean} balance_labels
  * @property {number|null} min_side    px
  * @property {number} [first]
  * @property {number|null} [stop]
@@ -345,6 +390,8 @@
  * @property {boolean} active
  * @property {string} created
  * @property {string|null} finished
+ * @property {number} [labels]         how many labels it reads
+ * @property {string[]} [lacks]        signs of the library's label set that it does not read
  */
 
 /**
@@ -362,10 +409,10 @@
  * `gained` and `relabelled` name tracks of the what-if; `lost` and `switched` tracks of the run that it replays.
  * @typedef {object} Difference
  * @property {{gained: number, lost: number, switched: number, relabelled: number}} counts
- * @property {{track: number, frame: number, last: number, class_id: number|null}[]} gained
- * @property {{track: number, frame: number, last: number, class_id: number|null}[]} lost
+ * @property {{track: number, frame: number, last: number, class_id: number|null, word?: string|null}[]} gained
+ * @property {{track: number, frame: number, last: number, class_id: number|null, word?: string|null}[]} lost
  * @property {{track: number, parts: number[], frame: number}[]} switched
- * @property {{track: number, before: number|null, after: number|null, frame: number}[]} relabelled
+ * @property {{track: number, before: number|null, after: number|null, words?: (string|null)[], frame: number}[]} relabelled
  */
 
 /**

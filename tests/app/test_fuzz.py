@@ -46,8 +46,10 @@ _STRICTER = frozenset(
         "edit",  # x1 < x2, the track must exist ...
         "adopt_edits",  # from another run of the same video
         "start_export",  # options are the format's, runs are of different videos
+        "bring_label_file",  # the body must be a file of labels
         "change_label_set",  # labels exist, names are plain text, pictures are PNG
-        "get_label_set",  # the version exists
+        "get_label_file",  # the version exists
+        "get_label_set",
         "use_label_set",  # the set exists
         "use_label_set_in_video",
         "train_models",  # there must be something to learn from, folders lie inside the roots

@@ -257,7 +257,7 @@ def test_a_comparison_opens_the_frames_behind_a_number(page: Page, server: LiveS
     page.get_by_role("link", name=f"Review {video['name']}").click()
     page.get_by_role("button", name="Compare").click()
     page.get_by_role("dialog").get_by_role("button", name="Compare").click()
-    expect(page.get_by_role("heading", name="Confusion of classes")).to_be_visible()
+    expect(page.get_by_role("heading", name="Confusion of labels")).to_be_visible()
     page.locator(".figures-table button").first.click()
     place = page.locator(".place").first
     frame = int(place.locator(".place-frames").inner_text().split()[-1].replace(",", "").split("\u2013")[0])

@@ -134,7 +134,7 @@ def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(desk: Desk)
 @pytest.mark.parametrize(("status", "code"), [(507, "storage_full"), (503, "busy")])
 def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page, status: int, code: str) -> None:
     key = "m" + str(state(page)["tracks"]["id"][-1])
-    before = desk.documents().get(key, {"not_a_sign": False})["not_a_sign"]
+    before = desk.documents().get(key, {}).get("ignore", False)
     answer = {"error": {"code": code, "message": "The disk is full. Make room.", "field": None, "details": None}}
     edits = re.compile(r"/api/runs/[0-9a-f]+/edits$")
 
@@ -146,15 +146,15 @@ def test_a_full_disk_or_a_locked_database_keeps_the_edit(desk: Desk, page: Page,
 
     page.route(edits, refuse)
     choose(page, key)
-    page.keyboard.press("Shift+x")
+    page.keyboard.press("u")
     banner = page.locator(".banner").filter(has_text="The disk is full. Make room.")
     banner.first.wait_for()
     assert state(page)["unsaved"] == 1
-    assert state(page)["docs"][key]["not_a_sign"] is not before  # the page shows what was done
-    assert desk.documents().get(key, {"not_a_sign": False})["not_a_sign"] is before
+    assert state(page)["docs"][key].get("ignore", False) is not before  # the page shows what was done
+    assert desk.documents().get(key, {}).get("ignore", False) is before
     page.unroute(edits)  # somebody has made room
     wait(page, lambda s: s["unsaved"] == 0)
-    assert desk.documents()[key]["not_a_sign"] is not before
+    assert desk.documents()[key].get("ignore", False) is not before
     banner.wait_for(state="detached")
 
 
@@ -163,10 +163,10 @@ def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
     key = wait(page, lambda s: s["selected"] is not None)["selected"]
     port = int(desk.server.base.rsplit(":", 1)[1])
     count = len(desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"])
-    before = desk.documents().get(key, {"not_a_sign": False})["not_a_sign"]
+    before = desk.documents().get(key, {}).get("ignore", False)
     desk.server.kill()
     choose(page, key)
-    page.keyboard.press("Shift+x")
+    page.keyboard.press("u")
     wait(page, lambda s: s["unsaved"] == 1)
     page.locator(".banner").first.wait_for()
     page.locator(".saved").filter(has_text="Offline, 1 to save").wait_for()
@@ -174,8 +174,8 @@ def test_a_killed_server_loses_nothing(desk: Desk, page: Page) -> None:
     wait(page, lambda s: s["unsaved"] == 0)
     edits = desk.server.call("GET", f"/runs/{desk.run}/edits")["edits"]
     assert len(edits) == count + 1  # it arrived, once
-    assert edits[-1]["name"] == "set_not_a_sign"
-    assert desk.documents()[key]["not_a_sign"] is not before
+    assert edits[-1]["name"] == "ignore"
+    assert desk.documents()[key].get("ignore", False) is not before
     expect(page.locator(".banner")).to_have_count(0)
 
 

@@ -69,7 +69,7 @@ def test_another_class_keeps_source_score_and_lanes(desk: Desk, tmp_path: Path) 
     expect(page.locator(".lanes-detail-name")).to_contain_text("stop")
 
 
-def test_a_sign_of_none_of_the_classes_and_the_way_back_to_the_engines(desk: Desk) -> None:
+def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(desk: Desk) -> None:
     page = desk.page()
     key = str(next_long_track(page)["selected"])
     page.get_by_role("tab", name="Inspector").click()
@@ -81,9 +81,9 @@ def test_a_sign_of_none_of_the_classes_and_the_way_back_to_the_engines(desk: Des
     )
     page.keyboard.press("l")
     page.locator("dialog[open] input:focus").wait_for()
-    edited(page, lambda: page.get_by_role("button", name="No class", exact=True).click())
+    edited(page, lambda: page.get_by_role("button", name="Not in the set", exact=True).click())
     assert wait(page, lambda s: s["docs"].get(key, {}).get("class_id") == -1)
-    page.locator(".inspector-name", has_text="none of the classes").wait_for()
+    page.locator(".inspector-name", has_text="not in the set").wait_for()
     assert human.inner_text() == f"Label set by a person; the engine says {engine}."
     # a box of its own, then the whole track as the engine says: every box is meant
     page.keyboard.press("l")

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
+import jsonschema_rs
 import pytest
 from pydantic import ValidationError
 
 from tsr_engine.errors import InputError
-from tsr_engine.labels.files import dump_set, parse_set, shipped_set
+from tsr_engine.labels.files import SHIPPED, dump_set, parse_set, shipped_set
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Attribute, Label, LabelSet
+from tsr_engine.labels.schema import schema_text
 from tsr_engine.recognition.catalogue import CATALOGUE
 
 
@@ -124,3 +127,13 @@ def test_words_find_labels() -> None:
 def test_a_file_that_is_no_set_is_told(text: str, told: str) -> None:
     with pytest.raises(InputError, match=told):
         parse_set(text, "mine.json")
+
+
+def test_the_schema_in_the_docs_is_that_of_the_model() -> None:
+    """Made anew by ``python -m tsr_engine.labels.schema > docs/label-set.schema.json``."""
+    text = (Path(__file__).parents[2] / "docs" / "label-set.schema.json").read_text(encoding="utf-8")
+    assert text == schema_text()
+    valid = jsonschema_rs.Draft202012Validator(json.loads(text))
+    for key in SHIPPED:
+        assert valid.is_valid(json.loads(dump_set(shipped_set(key))))
+    assert not valid.is_valid({"schema": 1, "key": "a", "name": "a", "labels": [{"id": "0", "key": "a", "name": "a"}]})

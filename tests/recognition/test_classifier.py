@@ -1,3 +1,4 @@
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,10 +9,16 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tsr_engine.errors import ModelError
-from tsr_engine.io.models import Component, load_component, save_component
+from tsr_engine.io.models import SHIPPED, Component, load_component, save_component
+from tsr_engine.labels.classes import default_keys
+from tsr_engine.params import Params
+from tsr_engine.params.fusion import FusionParams
+from tsr_engine.pipeline import load_components
+from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.recognition.classifier import GEOMETRY, SignClassifier, softmax
 from tsr_engine.recognition.descriptor import CHANNELS, GRID, describe
 from tsr_engine.recognition.features import FeatureMap, windows
+from tsr_engine.recognition.fusion import Fusion
 
 
 def component(seed: int = 0, temperature: float = 1.5) -> Component:
@@ -130,3 +137,50 @@ def test_a_feature_map_states_the_shape_it_wants() -> None:
     assert good.length == 5
     with pytest.raises(ValueError, match=r"hidden must have shape \(100, 5\)"):
         FeatureMap(good.filters, good.filter_bias, np.zeros((99, 5), np.float32), good.hidden_bias)
+
+
+def labelled(labels: Any, count: int = 3) -> Any:
+    good = component()
+    arrays = {**good.arrays, "weights": good.arrays["weights"][:, :count], "bias": good.arrays["bias"][:count]}
+    return SimpleNamespace(arrays=arrays, params={**good.params, "labels": labels})
+
+
+def test_a_component_lists_its_labels() -> None:
+    classifier = SignClassifier.from_component(labelled(["stop", "bus-stop", "C,3a"]))
+    assert classifier.labels == ("stop", "bus-stop", "C,3a")
+    found = classifier.probabilities(crops())
+    assert found.shape == (3, 3)
+    np.testing.assert_allclose(found.sum(axis=1), 1, rtol=1e-6)
+    np.testing.assert_array_equal(
+        classifier.margins(crops()), SignClassifier.from_component(component()).margins(crops())[:, :3]
+    )
+    _, record = Fusion.start(FusionParams(), 3).update(found[0], 40)
+    assert record.votes.shape == (3,)
+
+
+@pytest.mark.parametrize("labels", [["stop", "Stop", "a"], ["stop", "a"], "abc", ["stop", "", "a"], ["a", 3, "b"], []])
+def test_labels_that_cannot_be(labels: Any) -> None:
+    with pytest.raises(ModelError, match="Train it again"):
+        SignClassifier.from_component(labelled(labels))
+
+
+def test_one_label_alone_is_no_choice() -> None:
+    with pytest.raises(ModelError, match="two labels or more"):
+        SignClassifier.from_component(labelled(["stop"], 1))
+
+
+def test_models_that_name_none_have_those_of_the_catalogue(tmp_path: Path) -> None:
+    shipped = load_components(Params())
+    assert shipped.labels is None
+    assert shipped.parts.names == CLASS_NAMES
+    for name in ("detector", "classifier"):
+        one = load_component(name, SHIPPED)
+        if name == "classifier":
+            arrays = {**one.arrays, "weights": one.arrays["weights"][:, :2], "bias": one.arrays["bias"][:2]}
+            one = type(one)(name, arrays, {**one.params, "labels": ["stop", "bus-stop"]})
+        save_component(one, tmp_path)
+    other = load_components(Params(), tmp_path)
+    assert (other.labels, other.parts.names) == (("stop", "bus-stop"), ("stop", "bus-stop"))
+    same = load_component("classifier", SHIPPED)
+    save_component(type(same)("classifier", same.arrays, {**same.params, "labels": list(default_keys())}), tmp_path)
+    assert load_components(Params(), tmp_path).labels is None

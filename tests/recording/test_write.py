@@ -14,7 +14,7 @@ import pytest
 from tsr_engine.errors import EvidenceError, StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.recording import LAYERS, BoxRows, RecordingReport, RecordingRequest, write_recording
-from tsr_engine.recording.layers import TAU_COLOUR, TRACK_COLOURS, UNKNOWN_CLASS
+from tsr_engine.recording.layers import TAU_COLOUR, TRACK_COLOURS
 from tsr_engine.records import FrameEvidence
 
 FIRST, STOP = 1, 26
@@ -149,7 +149,7 @@ def test_classes_have_names_and_colours(back: Any, stored: list[FrameEvidence]) 
     context = back.static("video", "AnnotationContext:context")
     names = {row["class_id"]: row["class_description"]["info"] for row in context[0]}
     assert names[14]["label"] == "14 stop"
-    assert names[UNKNOWN_CLASS]["label"] == "unknown"
+    assert names[43]["label"] == "unknown"
     assert len({names[c]["color"] for c in range(43)}) > 10
     shown = back.column("video/results", "Boxes2D:class_ids")
     for frame in stored:

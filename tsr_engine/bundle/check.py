@@ -23,7 +23,7 @@ from tsr_engine.bundle.slices import write_slice
 from tsr_engine.errors import EvidenceError, ImportFormatError
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import VideoLimits, open_video
-from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.labels.model import MOST_LABELS
 from tsr_engine.records import FrameEvidence
 
 __all__ = ["make_ready"]
@@ -120,8 +120,9 @@ def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
         wrong |= track.state not in _STATES or track.source not in _SOURCES
         wrong |= not np.isfinite(track.box).all() or not 0 < track.track_id < 10**12
         if (seen := track.recognition) is not None:
-            wrong |= not (0 <= seen.class_id < CLASS_COUNT and 0 <= seen.runner_up < CLASS_COUNT)
-            wrong |= seen.probabilities.shape != (CLASS_COUNT,) or seen.votes.shape != (CLASS_COUNT,)
+            classes = len(seen.votes)
+            wrong |= not (0 <= seen.class_id < classes and 0 <= seen.runner_up < classes)
+            wrong |= seen.probabilities.shape != seen.votes.shape or classes > MOST_LABELS
     wrong |= any(event.kind not in _KINDS for event in frame.events)
     wrong |= not np.isfinite(frame.detections.boxes).all()
     for region in frame.regions:

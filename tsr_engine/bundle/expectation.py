@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.labels.classes import class_words, default_keys
+from tsr_engine.labels.model import MOST_LABELS, Key
 
 __all__ = ["Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"]
 
@@ -21,6 +23,10 @@ _Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f
 
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _is_empty(value: object) -> bool:
+    return not value
 
 
 class Bounds(_Part):
@@ -75,8 +81,8 @@ class Expected(_Part):
     id: _Name
     kind: Literal["found", "label", "boxes", "absent", "one", "apart"]
     sign: _Name
-    class_id: Annotated[int, Field(ge=0, le=42)] | None = None
-    """For ``label``."""
+    class_id: Annotated[int, Field(ge=0, lt=MOST_LABELS)] | None = None
+    """For ``label``: number of a class of the model."""
     frames: list[_Frame] = []
     """For ``boxes``."""
     other: _Name | None = None
@@ -100,9 +106,21 @@ class Expectation(_Part):
     bounds: Bounds = Bounds()
     signs: dict[_Name, ExpectedSign] = {}
     expected: list[Expected] = []
+    labels: Annotated[list[Key], Field(max_length=MOST_LABELS, exclude_if=_is_empty)] = []
+    """Keys of the model's classes; empty: those of ``gtsrb-43``."""
+
+    def class_name(self, class_id: int | None) -> str:
+        """Number and name of a class of the model."""
+        names = class_words(self.labels or None)
+        if class_id is None or not 0 <= class_id < len(names):
+            return "nothing known"
+        return f"{class_id} ({names[class_id]})"
 
     @model_validator(mode="after")
     def _check(self) -> Expectation:
+        for one in self.expected:
+            if one.class_id is not None and one.class_id >= len(self.labels or default_keys()):
+                raise ValueError(f"{one.id}: class_id {one.class_id} is none of the model's classes")
         names = [one.id for one in self.expected]
         if len(set(names)) != len(names):
             raise ValueError("two expectations have the same id")

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, ExpectedSign
 from tsr_engine.bundle.layout import Verdict
 from tsr_engine.bundle.output import Output
-from tsr_engine.recognition.catalogue import CATALOGUE
 
-__all__ = ["Finding", "class_name", "judge", "overall", "sentence"]
+__all__ = ["Finding", "judge", "overall", "sentence"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +73,7 @@ def sentence(one: Expected, expectation: Expectation) -> str:
     if one.kind == "found":
         return f"The sign {called} ({span}) is found in at least {bounds.share:.0%} of its frames."
     if one.kind == "label":
-        return f"The sign {called} ({span}) is labelled {class_name(one.class_id)}."
+        return f"The sign {called} ({span}) is labelled {expectation.class_name(one.class_id)}."
     if one.kind == "boxes":
         return (
             f"A box lies on the sign {called} in {_frames(one.frames)}; at most {bounds.eq7:g} of the two areas lies "
@@ -96,13 +95,6 @@ def _called(key: str, sign: ExpectedSign) -> str:
     return f"marked in frame {sign.frames[0]}" if track.startswith("h") else key
 
 
-def class_name(class_id: int | None) -> str:
-    """Number and name of a class."""
-    if class_id is None or not 0 <= class_id < len(CATALOGUE):
-        return "nothing known"
-    return f"{class_id} ({CATALOGUE[class_id].name})"
-
-
 _Answer = tuple[bool, str, int]
 
 
@@ -120,7 +112,7 @@ def _label(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output
         return False, "No track lies on it.", sign.frames[0]
     track = min(counts, key=lambda t: (-counts[t], t))
     label = output.class_of(track)
-    return label == one.class_id, f"Track {track} is labelled {class_name(label)}.", sign.frames[-1]
+    return label == one.class_id, f"Track {track} is labelled {whole.class_name(label)}.", sign.frames[-1]
 
 
 def _boxes(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:

@@ -50,6 +50,7 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, named
 from tsr_engine.io.video import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.labels.classes import RunClasses
 from tsr_engine.pipeline import ResultStream
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
@@ -76,6 +77,7 @@ class BundleRequest:
         expectation: what should have come out.
         corrections: the corrected tracks as the tool stores them, plain JSON values.
         corrected: the same as boxes, for the recording.
+        classes: what the run's class numbers mean in the label set of the corrections; unset: in ``gtsrb-43``.
         tracks: keys of the tracks that it is about.
         table: the video's frame table, if it is at hand.
         limits: what the video may demand.
@@ -97,6 +99,7 @@ class BundleRequest:
     expectation: Expectation = field(default_factory=Expectation)
     corrections: Mapping[str, Any] = field(default_factory=lambda: _NO_CORRECTIONS)
     corrected: BoxRows | None = None
+    classes: RunClasses | None = None
     tracks: tuple[str, ...] = ()
     table: FrameTable | None = None
     limits: VideoLimits | None = None
@@ -275,6 +278,7 @@ class _Maker:
                     request.video,
                     request.table,
                     corrected=request.corrected,
+                    classes=request.classes,
                     limits=request.limits,
                 )
             )

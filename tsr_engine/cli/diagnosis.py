@@ -14,6 +14,8 @@ from typing import Literal
 
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, load_component, read_manifest
+from tsr_engine.labels.classes import classes_of_keys
+from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.version import __version__
 
 Status = Literal["ok", "warning", "missing"]
@@ -179,3 +181,13 @@ def _models(folder: Path) -> Iterator[Check]:
             yield Check(f"model {name}", "missing", str(error), advice)
         else:
             yield Check(f"model {name}", "ok", f"sha256 {component.sha256[:12]}")
+            if name == "classifier" and (keys := component.params.get("labels")) is not None:
+                yield Check("labels of the classifier", "ok", _labels(keys))
+
+
+def _labels(keys: list[str]) -> str:
+    """How many labels a classifier reads, and which of the shipped set of signs it lacks."""
+    lacking = [label.key for label in classes_of_keys(keys, shipped_set(DEFAULT)).lacking()]
+    if not lacking:
+        return f"{len(keys)}; all of {DEFAULT}"
+    return f"{len(keys)}; of {DEFAULT} it lacks {len(lacking)}: {', '.join(lacking)}"

@@ -24,6 +24,7 @@ from tsr_engine.cli.common import (
 from tsr_engine.cli.track import class_name
 from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.errors import InputError, UsageError
+from tsr_engine.recognition.catalogue import CLASS_NAMES
 
 __all__ = ["app"]
 
@@ -168,7 +169,7 @@ def classification(
     console = out_console()
     console.print(f"{report.accuracy:.4f} of {report.pictures} crops are right.")
     for confusion in report.confusions(8):
-        names = class_name(confusion.true), class_name(confusion.predicted)
+        names = class_name(confusion.true, CLASS_NAMES), class_name(confusion.predicted, CLASS_NAMES)
         console.print(f"  {confusion.count} times '{names[0]}' was taken for '{names[1]}'", soft_wrap=True)
 
 

@@ -154,7 +154,7 @@ def report_as_json(report: ReplayReport, changed: list[str], csv: Path | None) -
         "missing_frames": report.missing_frames,
         "seconds": round(report.seconds, 3),
         "csv": None if csv is None else str(csv),
-        "tracks": [track_as_json(track) for track in report.tracks],
+        "tracks": [track_as_json(track, report.class_names) for track in report.tracks],
         "gained": list(report.diff.gained),
         "lost": list(report.diff.lost),
         "switched": [{"track_id": a, "now": list(b)} for a, b in report.diff.switched],
@@ -173,7 +173,7 @@ def print_report(report: ReplayReport, changed: list[str]) -> None:
         soft_wrap=True,
     )
     if report.tracks:
-        console.print(track_table(report.tracks))
+        console.print(track_table(report.tracks, report.class_names))
     diff = report.diff
     if not diff:
         same = report.identical == report.frames
@@ -185,4 +185,5 @@ def print_report(report: ReplayReport, changed: list[str]) -> None:
     for old, now in diff.switched:
         console.print(f"Split: track {old} of the run is now {', '.join(map(str, now))}", soft_wrap=True)
     for track_id, old, new in diff.relabelled:
-        console.print(f"Relabelled: track {track_id}, '{class_name(old)}' is now '{class_name(new)}'", soft_wrap=True)
+        was, became = (class_name(label, report.class_names) for label in (old, new))
+        console.print(f"Relabelled: track {track_id}, '{was}' is now '{became}'", soft_wrap=True)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -140,7 +141,7 @@ def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
         "csv": None if request.csv is None else str(request.csv),
         "evidence": None if request.evidence is None else str(request.evidence),
         "annotated": None if request.annotated is None else str(request.annotated),
-        "tracks": [track_as_json(track) for track in report.tracks],
+        "tracks": [track_as_json(track, report.class_names) for track in report.tracks],
         "events": dict(sorted(report.events.items())),
         "timing_ms": {
             stage: {"frames": count, "median": round(median, 3), "p95": round(p95, 3)}
@@ -150,12 +151,12 @@ def report_as_json(report: RunReport, request: Any) -> dict[str, Any]:
     }
 
 
-def track_as_json(track: Any) -> dict[str, Any]:
-    """One track's summary in JSON's own types."""
+def track_as_json(track: Any, names: Sequence[str]) -> dict[str, Any]:
+    """One track's summary in JSON's own types; ``names`` are those of the classes."""
     return {
         "track_id": track.track_id,
         "class_id": track.class_id,
-        "class_name": class_name(track.class_id),
+        "class_name": class_name(track.class_id, names),
         "share": round(track.share, 4),
         "first_frame": track.first_frame,
         "last_frame": track.last_frame,
@@ -185,13 +186,13 @@ def print_report(report: RunReport, timing: bool) -> None:
             soft_wrap=True,
         )
     if report.tracks:
-        console.print(track_table(report.tracks))
+        console.print(track_table(report.tracks, report.class_names))
     if timing:
         console.print(stage_table(report))
 
 
-def track_table(tracks: list[Any]) -> Any:
-    """A table with one row a track."""
+def track_table(tracks: list[Any], names: Sequence[str]) -> Any:
+    """A table with one row a track; ``names`` are those of the classes."""
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
@@ -203,7 +204,7 @@ def track_table(tracks: list[Any]) -> Any:
         table.add_row(
             str(t.track_id),
             "" if t.class_id < 0 else str(t.class_id),
-            class_name(t.class_id),
+            class_name(t.class_id, names),
             f"{t.first_frame}-{t.last_frame}",
             *(str(t.frames[source]) for source in ("detected", "predicted", "relocalised")),
             f"{t.largest_side:.0f}",
@@ -225,8 +226,6 @@ def stage_table(report: RunReport) -> Any:
     return table
 
 
-def class_name(class_id: int) -> str:
+def class_name(class_id: int, names: Sequence[str]) -> str:
     """The class's name; ``unknown`` for -1."""
-    from tsr_engine.recognition.catalogue import CATALOGUE
-
-    return CATALOGUE[class_id].name if 0 <= class_id < len(CATALOGUE) else "unknown"
+    return names[class_id] if 0 <= class_id < len(names) else "unknown"

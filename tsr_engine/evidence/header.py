@@ -46,6 +46,7 @@ class RunHeader:
         state: ``running`` until the run is closed.
         reason: why it was interrupted or failed, one sentence.
         keep_pixels: whether regions are stored; without them a run cannot be replayed.
+        labels: keys of the classes by number; None: those of ``gtsrb-43``, as in all runs that do not name them.
     """
 
     video: VideoIdentity
@@ -58,6 +59,7 @@ class RunHeader:
     state: RunState = "running"
     reason: str = ""
     keep_pixels: bool = True
+    labels: tuple[str, ...] | None = None
 
     def identity(self) -> str:
         """Digest of all that decides the results: video content, parameters, models, engine, schema."""
@@ -68,7 +70,7 @@ class RunHeader:
             "engine": self.engine_version,
             "schema": self.schema_version,
             "pixels": self.keep_pixels,
-        }
+        } | ({} if self.labels is None else {"labels": list(self.labels)})
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     def ended(self, state: RunState, reason: str = "") -> RunHeader:
@@ -88,6 +90,8 @@ class RunHeader:
                 a, b = mine.get(name, "unset"), theirs.get(name, "unset")
                 if a != b:
                     found.append(f"{title}{name}: {str(a)[:12]} against {str(b)[:12]}")
+        if self.labels != other.labels:
+            found.append("labels: the classes of the two are not the same signs")
         if self.engine_version != other.engine_version:
             found.append(f"engine version: {self.engine_version} against {other.engine_version}")
         if self.schema_version != other.schema_version:
@@ -115,6 +119,8 @@ def write_header(folder: Path, header: RunHeader) -> None:
         StorageError: the folder cannot be written.
     """
     content = asdict(header) | {"identity": header.identity()}
+    if header.labels is None:
+        del content["labels"]
     with atomic_text(folder / RUN_FILE) as stream:
         stream.write(json.dumps(content, indent=1, sort_keys=True) + "\n")
 
@@ -166,4 +172,13 @@ def _header_of(content: dict[str, Any]) -> RunHeader:
         state=cast(RunState, state),
         reason=str(content["reason"]),
         keep_pixels=bool(content["keep_pixels"]),
+        labels=_labels_of(content.get("labels")),
     )
+
+
+def _labels_of(keys: object) -> tuple[str, ...] | None:
+    if keys is None:
+        return None
+    if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
+        raise ValueError(keys)
+    return tuple(keys)

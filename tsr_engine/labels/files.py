@@ -19,6 +19,7 @@ __all__ = ["DEFAULT", "SHIPPED", "dump_set", "load_set", "parse_set", "save_set"
 
 DEFAULT: Final = "gtsrb-43"
 """The set of a new library."""
+_MOST_BYTES: Final = 64 << 20
 _SETS = resources.files("tsr_engine.labels") / "sets"
 SHIPPED: Final = tuple(
     sorted(place.name.removesuffix(".json") for place in _SETS.iterdir() if place.name.endswith(".json"))
@@ -74,7 +75,9 @@ def load_set(path: Path) -> LabelSet:
         InputError: it cannot be read, or is none.
     """
     try:
-        return parse_set(path.read_bytes(), str(path))
+        if path.stat().st_size > _MOST_BYTES:
+            raise InputError(f"{path} is larger than the {_MOST_BYTES} bytes of the largest label set.")
+        return parse_set(path.read_bytes(), path.name)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}.") from None
 

@@ -11,16 +11,18 @@ from pydantic import ValidationError
 __all__ = ["comparable", "first_problem"]
 
 _LOOSE = re.compile(r"[\s_\-./,:;()'\"]+")
+_BETWEEN_NUMBERS = re.compile(rf"(?<=\d){_LOOSE.pattern}(?=\d)")
 
 
 @lru_cache(maxsize=2**16)
 def comparable(name: str) -> str:
     """A name without case, spaces and punctuation, in Unicode's compatible form.
 
-    ``"No parking"``, ``no_parking`` and ``NO-PARKING`` are equal. A name that is punctuation alone stays as it is.
+    ``"No parking"``, ``no_parking`` and ``NO-PARKING`` are equal. Two numbers stay two: ``3.5 t`` is not ``35 t``, but
+    equal to ``3,5t``. A name that is punctuation alone stays as it is.
     """
     folded = unicodedata.normalize("NFKC", name).casefold()
-    return _LOOSE.sub("", folded) or folded
+    return _LOOSE.sub("", _BETWEEN_NUMBERS.sub("|", folded)) or folded
 
 
 def first_problem(error: ValidationError) -> tuple[str, str]:

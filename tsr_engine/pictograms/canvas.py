@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 
 import cv2
 import numpy as np
@@ -54,7 +55,7 @@ def rounded(corners: Points, radius: float, n: int = 8) -> Points:
     for before, at, after in zip(np.roll(corners, 1, 0), corners, np.roll(corners, -1, 0), strict=True):
         u, v = before - at, after - at
         u, v = u / np.hypot(*u), v / np.hypot(*v)
-        half = np.arccos(np.clip(u @ v, -1, 1)) / 2
+        half = np.arccos(np.clip((u * v).sum(), -1, 1)) / 2
         middle = (u + v) / np.hypot(*(u + v))
         centre = at + middle * radius / np.sin(half)
         first, last = at + u * radius / np.tan(half) - centre, at + v * radius / np.tan(half) - centre
@@ -63,6 +64,13 @@ def rounded(corners: Points, radius: float, n: int = 8) -> Points:
         angle = a0 + turn * np.linspace(0, 1, n)
         out.append(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
     return np.concatenate(out)
+
+
+def turned(points: Points, degrees: float) -> Points:
+    """Points rotated clockwise (y down) about the origin."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    x, y = points[:, 0], points[:, 1]
+    return np.stack([x * c - y * s, x * s + y * c], axis=1)
 
 
 def thick(points: Points, width: float) -> list[Points]:
@@ -106,9 +114,38 @@ class Canvas:
             for x, y in (points[0], points[-1]):
                 self.disc(x, y, width / 2, colour)
 
+    def placed(
+        self,
+        scale: float,
+        dx: float = 0.0,
+        dy: float = 0.0,
+        *,
+        mirror: bool = False,
+        turn: float = 0.0,
+        colours: Mapping[Colour, Colour] | None = None,
+    ) -> Canvas:
+        """This canvas with axes of its own: what is drawn on it lands here, moved.
+
+        Args:
+            scale: Length of its unit.
+            dx: Its origin, right.
+            dy: Its origin, down.
+            mirror: Its x axis points to the left.
+            turn: Degrees by which it is turned, clockwise.
+            colours: Colours that are exchanged for others.
+
+        Returns:
+            A canvas to draw on; its silhouette counts for nothing.
+        """
+        return _Placed(self, scale, (dx, dy), mirror, turn, colours or {})
+
     def disc(self, x: float, y: float, radius: float, colour: Colour) -> None:
         """Fill a disc."""
         self.fill(arc(x, y, radius, radius, 0, 360, 72), colour)
+
+    def polygons(self) -> list[Points]:
+        """All filled polygons, in the order in which they cover each other."""
+        return [points for points, _ in self._fills]
 
     def picture(self, size: int) -> NDArray[np.uint8]:
         """The drawing as pixels.
@@ -139,7 +176,7 @@ class Canvas:
         return np.dstack([bgr, alpha])
 
     def svg(self) -> str:
-        """The drawing as an SVG document, 2 units wide and high, transparent around the silhouette."""
+        """The drawing as an SVG document, transparent around the silhouette."""
         clip = "".join(_path(points) for points in self._outlines)
         groups = [
             f'<g fill="#{colour[0]:02x}{colour[1]:02x}{colour[2]:02x}">'
@@ -148,9 +185,31 @@ class Canvas:
             for colour, group in itertools.groupby(self._fills, key=lambda fill: fill[1])
         ]
         return (
-            '<svg xmlns="http://www.w3.org/2000/svg" viewBox="-1 -1 2 2" fill-rule="evenodd">'
+            '<svg xmlns="http://www.w3.org/2000/svg" viewBox="-1000 -1000 2000 2000" fill-rule="evenodd">'
             f'<clipPath id="s"><path d="{clip}"/></clipPath><g clip-path="url(#s)">{"".join(groups)}</g></svg>\n'
         )
+
+
+class _Placed(Canvas):
+    """A canvas whose polygons land on another one."""
+
+    def __init__(
+        self,
+        onto: Canvas,
+        scale: float,
+        origin: tuple[float, float],
+        mirror: bool,
+        turn: float,
+        colours: Mapping[Colour, Colour],
+    ) -> None:
+        super().__init__()
+        self._onto, self._origin, self._colours = onto, np.array(origin), colours
+        self._scale = np.array([-scale if mirror else scale, scale])
+        self._turn = turn
+
+    def fill(self, points: Points, colour: Colour) -> None:
+        scaled = np.asarray(points, np.float64) * self._scale
+        self._onto.fill(turned(scaled, self._turn) + self._origin, self._colours.get(colour, colour))
 
 
 def _fixed(points: Points, n: int) -> NDArray[np.int32]:
@@ -160,5 +219,5 @@ def _fixed(points: Points, n: int) -> NDArray[np.int32]:
 
 
 def _path(points: Points) -> str:
-    """A polygon as data of an SVG path."""
-    return "M" + "L".join(f"{x:.4g},{y:.4g}" for x, y in points) + "Z"
+    """A polygon as data of an SVG path, in thousandths."""
+    return "M" + "L".join(f"{x},{y}" for x, y in np.round(points * 1000).astype(int).tolist()) + "Z"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.pictograms import gtsrb
 from tsr_engine.pictograms.canvas import Canvas
+from tsr_engine.pictograms.vienna import DRAWINGS
 
 __all__ = ["draw", "names", "svg"]
 
@@ -16,7 +17,7 @@ __all__ = ["draw", "names", "svg"]
 @cache
 def names() -> tuple[str, ...]:
     """Names of all drawings."""
-    return tuple(f"gtsrb/{number}" for number in range(gtsrb.N_CLASSES))
+    return (*(f"gtsrb/{number}" for number in range(gtsrb.N_CLASSES)), *(f"vienna/{key}" for key in DRAWINGS))
 
 
 def draw(name: str, size: int) -> NDArray[np.uint8]:
@@ -48,4 +49,5 @@ def svg(name: str) -> str:
 def _drawing(name: str) -> Canvas:
     if name not in names():
         raise KeyError(name)
-    return gtsrb.drawing(int(name.removeprefix("gtsrb/")))
+    family, key = name.split("/", 1)
+    return gtsrb.drawing(int(key)) if family == "gtsrb" else DRAWINGS[key]()

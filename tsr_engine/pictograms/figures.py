@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc
-
-BLACK: Colour = (22, 22, 24)
-RED: Colour = (190, 22, 32)
-WHITE: Colour = (238, 240, 238)
+from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc, turned
+from tsr_engine.pictograms.palette import AMBER, BLACK, RED, SIGNAL_GREEN, WHITE
 
 
 def xy(*flat: float) -> Points:
@@ -19,12 +16,6 @@ def xy(*flat: float) -> Points:
 def moved(points: Points, scale: float, dx: float, dy: float) -> Points:
     """Points scaled about the origin, then shifted."""
     return np.asarray(points * scale + np.array([dx, dy]))
-
-
-def turned(points: Points, degrees: float) -> Points:
-    """Points rotated clockwise (y down) about the origin."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.asarray(points @ np.array([[c, s], [-s, c]]))
 
 
 def arrow(canvas: Canvas, path: Points, width: float, head: float, colour: Colour) -> None:
@@ -41,7 +32,7 @@ def arrow(canvas: Canvas, path: Points, width: float, head: float, colour: Colou
     along = along / np.hypot(*along)
     side = np.array([-along[1], along[0]])
     neck = path[-1] - along * head * 0.72
-    kept = path[:-1][(path[:-1] - neck) @ along < 0]
+    kept = path[:-1][((path[:-1] - neck) * along).sum(1) < 0]
     canvas.stroke(np.concatenate([kept, (neck + along * 0.02)[None]]), width, colour)
     canvas.fill(np.stack([path[-1], neck + side * head / 2, neck - side * head / 2]), colour)
 
@@ -168,11 +159,13 @@ def roadworks(canvas: Canvas) -> None:
 
 def lights(canvas: Canvas) -> None:
     """Three lamps one above the other."""
-    for y, colour in ((-0.10, RED), (0.15, (232, 172, 18)), (0.40, (16, 132, 92))):
+    for y, colour in ((-0.10, RED), (0.15, AMBER), (0.40, SIGNAL_GREEN)):
         canvas.disc(0, y, 0.098, colour)
 
 
-def _walker(canvas: Canvas, scale: float, dx: float, dy: float, *, running: bool = False) -> None:
+def walker(canvas: Canvas, scale: float, dx: float, dy: float, *, running: bool = False) -> None:
+    """A man from the side, walking to the left or running; about 1.1 high at a scale of 1."""
+
     def stroke(points: Points, width: float) -> None:
         canvas.stroke(moved(points, scale, dx, dy), width * scale, BLACK, caps=True)
 
@@ -193,13 +186,13 @@ def _walker(canvas: Canvas, scale: float, dx: float, dy: float, *, running: bool
 
 def pedestrian(canvas: Canvas) -> None:
     """A walking man."""
-    _walker(canvas, 0.86, 0.0, 0.1)
+    walker(canvas, 0.86, 0.0, 0.1)
 
 
 def children(canvas: Canvas) -> None:
     """Two running children hand in hand, the taller on the right."""
-    _walker(canvas, 0.72, 0.14, 0.16, running=True)
-    _walker(canvas, 0.56, -0.24, 0.28, running=True)
+    walker(canvas, 0.72, 0.14, 0.16, running=True)
+    walker(canvas, 0.56, -0.24, 0.28, running=True)
 
 
 def bicycle(canvas: Canvas) -> None:

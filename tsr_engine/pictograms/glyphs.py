@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc
+from tsr_engine.pictograms.letters import LETTERS
+from tsr_engine.pictograms.paths import path
 
 PEN = 0.15
 """Pen width in heights of a digit."""
@@ -13,6 +15,7 @@ _WIDTH = 0.56
 _A = PEN / 2
 _R = _WIDTH / 2 - _A
 _CX = _WIDTH / 2
+_GAP = 0.13
 
 
 def _line(*points: tuple[float, float]) -> Points:
@@ -32,6 +35,7 @@ def _strokes(symbol: str) -> list[Points]:
         "1": [_line((0.08, 0.30), (0.36, top + 0.02)), _line((0.36, 0.0), (0.36, 1.0))],
         "2": [np.concatenate([arc(_CX, top + _R, _R, _R, 180, 385), _line((left + 0.03, bottom), (_WIDTH, bottom))])],
         "3": [np.concatenate([arc(_CX, 0.27, 0.185, 0.195, 205, 450), arc(_CX, 0.695, _R, 0.23, 270, 515)])],
+        "4": [_line((0.36, 0.0), (0.06, 0.70), (_WIDTH + 0.02, 0.70)), _line((0.40, 0.40), (0.40, 1.0))],
         "5": [
             np.concatenate(
                 [
@@ -41,6 +45,10 @@ def _strokes(symbol: str) -> list[Points]:
             )
         ],
         "6": [_ring(0.69, _R, 0.235), np.concatenate([arc(0.47, 0.66, 0.395, 0.60, 180, 262), _line((0.46, top))])],
+        "9": [
+            _ring(0.31, _R, 0.235),
+            np.concatenate([arc(_WIDTH - 0.47, 0.34, 0.395, 0.60, 0, 82), _line((0.10, bottom))]),
+        ],
         "7": [_line((0.0, top), (right, top), (0.20, 1.0))],
         "8": [_ring(0.27, 0.175, 0.195), _ring(0.71, _R, 0.215)],
         "S": [np.concatenate([arc(_CX, 0.28, _R, 0.205, 335, 90), arc(_CX, 0.705, _R, 0.22, -90, 155)])],
@@ -57,7 +65,19 @@ def _strokes(symbol: str) -> list[Points]:
             ),
         ],
     }
-    return table[symbol]
+    return table[symbol] if symbol in table else [path(line) for line in LETTERS[symbol][1]]
+
+
+def _advance(symbol: str) -> float:
+    """Width of a symbol, in heights of a digit."""
+    if symbol in LETTERS:
+        return LETTERS[symbol][0] / 100
+    return 0.44 if symbol == "1" else _WIDTH
+
+
+def text_width(text: str) -> float:
+    """Width of a text, in heights of a digit."""
+    return sum(_advance(symbol) for symbol in text) + _GAP * (len(text) - 1)
 
 
 def write(canvas: Canvas, text: str, height: float, cx: float, cy: float, colour: Colour, squeeze: float = 1.0) -> None:
@@ -65,18 +85,17 @@ def write(canvas: Canvas, text: str, height: float, cx: float, cy: float, colour
 
     Args:
         canvas: Where to draw.
-        text: Digits 0-3, 5-8 and the letters of STOP.
+        text: Digits, capitals, some small letters and signs.
         height: Height of the symbols in units of the canvas.
         cx: Centre, right.
         cy: Centre, down.
         colour: Ink (r, g, b), sRGB.
         squeeze: Horizontal scale of the symbols.
     """
-    gap = 0.13
-    advance = [0.44 if symbol == "1" else _WIDTH for symbol in text]
-    x = -(sum(advance) + gap * (len(text) - 1)) / 2
+    advance = [_advance(symbol) for symbol in text]
+    x = -(sum(advance) + _GAP * (len(text) - 1)) / 2
     for symbol, step in zip(text, advance, strict=True):
         for points in _strokes(symbol):
             placed = np.stack([cx + (points[:, 0] + x) * height * squeeze, cy + (points[:, 1] - 0.5) * height], axis=1)
             canvas.stroke(placed, PEN * height * (0.5 + squeeze / 2), colour)
-        x += step + gap
+        x += step + _GAP

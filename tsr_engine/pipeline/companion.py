@@ -8,6 +8,7 @@ from typing import Protocol
 from tsr_engine.gating.perceptual_hash import HashMemory
 from tsr_engine.params import Params
 from tsr_engine.protocols import CropClassifier, PixelSource, Sighting
+from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.recognition.fusion import Fusion
 from tsr_engine.records import FloatArray, Recognition, Relocalisation, Sample
 
@@ -48,6 +49,7 @@ class Parts:
 
     Attributes:
         classifier: class probabilities of crops.
+        names: what people read for each of its classes.
         make_online: makes the online detector of a new track.
         look: a closer look at the windows that it finds.
     """
@@ -55,6 +57,7 @@ class Parts:
     classifier: CropClassifier
     make_online: OnlineMaker | None = None
     look: Looker | None = None
+    names: tuple[str, ...] = CLASS_NAMES
 
 
 @dataclass(slots=True)
@@ -71,9 +74,9 @@ class Companion:
     """Fused class so far."""
 
     @classmethod
-    def start(cls, params: Params, box: FloatArray) -> Companion:
+    def start(cls, params: Params, box: FloatArray, classes: int) -> Companion:
         """The memory of a track in its first frame."""
-        return cls(box, HashMemory.empty(), Fusion.start(params.fusion))
+        return cls(box, HashMemory.empty(), Fusion.start(params.fusion, classes))
 
     def vote(self, probabilities: FloatArray, scale: float) -> Recognition:
         """Add one frame's class probabilities (Eq. 4)."""

@@ -16,6 +16,7 @@ from tsr_engine.detection.onnx import Layout, OnnxDetector
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest
+from tsr_engine.labels.classes import class_words, default_keys
 from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.params import Params
@@ -43,12 +44,14 @@ class Components:
         parts: what the core needs.
         models: component name -> sha256, recorded with the run.
         learned_lambda: ``lambda`` of Eq. 2 as it was learned (Eq. 8).
+        labels: keys of the classifier's classes; None: those of ``gtsrb-43``.
     """
 
     detector: OfflineDetector
     parts: Parts
     models: Mapping[str, str] = field(default_factory=dict)
     learned_lambda: float = 0.0
+    labels: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,9 +95,11 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     look = None
     if isinstance(detector, AcfDetector):
         look = CloserLook(detector.model, detector.tightness, params.detector.outline_passes)
-    parts = Parts(SignClassifier.from_component(found["classifier"]), _online(params, found.get("online")), look)
+    classifier = SignClassifier.from_component(found["classifier"])
+    labels = classifier.labels if classifier.labels not in ((), default_keys()) else None
+    parts = Parts(classifier, _online(params, found.get("online")), look, class_words(labels))
     learned = 0.0 if detector.prior is None else detector.prior.weight
-    return Components(detector, parts, models, learned)
+    return Components(detector, parts, models, learned, labels)
 
 
 def load_network(network: Network, params: Params, prior: Component | None = None) -> tuple[OnnxDetector, str]:

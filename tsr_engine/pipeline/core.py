@@ -25,7 +25,6 @@ from tsr_engine.pipeline.frame import FrameInput
 from tsr_engine.pipeline.sentences import astray, rejected, relabelled, relocalised, sought
 from tsr_engine.products import dot, solve
 from tsr_engine.protocols import DETECTION, PixelSource, Sight
-from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import (
     Event,
@@ -219,7 +218,9 @@ class TrackingCore:
         """What the next frame needs to know of this one's result; starts the memory of a new track."""
         companion = self._companions.get(status.track_id)
         if companion is None:
-            companion = self._companions[status.track_id] = Companion.start(self.params, status.box)
+            companion = self._companions[status.track_id] = Companion.start(
+                self.params, status.box, len(self._parts.names)
+            )
         companion.box = status.box
         if not self._visible(status.box):
             return
@@ -251,7 +252,7 @@ class TrackingCore:
                 recognition = companion.vote(row, float(np.sqrt(width * height)))
                 recognitions[status.track_id] = recognition
                 if companion.label is not None and companion.label != recognition.class_id:
-                    names = CATALOGUE[companion.label].name, CATALOGUE[recognition.class_id].name
+                    names = self._parts.names[companion.label], self._parts.names[recognition.class_id]
                     events.append(relabelled(status.track_id, *names, recognition.share))
                 companion.label = recognition.class_id
         return recognitions

@@ -87,6 +87,8 @@ CATALOGUE: tuple[SignClass, ...] = (
 """All classes; the position is the class number."""
 
 CLASS_COUNT = len(CATALOGUE)
+CLASS_NAMES = tuple(sign.name for sign in CATALOGUE)
+"""What people read for each class."""
 
 MIRRORED: tuple[tuple[int, int], ...] = (
     *((c, c) for c in (11, 12, 13, 15, 17, 18, 22, 26, 30, 35)),

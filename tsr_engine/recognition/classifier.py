@@ -39,28 +39,33 @@ class SignClassifier:
 
     features: FeatureMap
     weights: Array
-    """Shape (h, 43): one hyperplane a class."""
+    """Shape (h, c): one hyperplane a class."""
     bias: Array
-    """Shape (43,)."""
+    """Shape (c,)."""
     temperature: float
     """Margins are divided by it before the softmax, > 0."""
     margin: float = MARGIN
     """Border on each side of the box that a crop must carry, as a share of the box's side."""
     paired: bool = False
     """A crop is read in two views (:mod:`~.views`), and the hyperplanes judge the mean of their features."""
+    labels: tuple[str, ...] = ()
+    """Key of the label that each class is; empty: the 43 classes of the catalogue."""
 
     def __post_init__(self) -> None:
-        shape = (self.features.length, CLASS_COUNT)
-        if self.weights.shape != shape or self.bias.shape != (CLASS_COUNT,):
+        count = len(self.labels) or CLASS_COUNT
+        if count < 2 or len({key.casefold() for key in self.labels}) != len(self.labels):
+            raise ValueError("SignClassifier needs two labels or more, each with a key of its own.")
+        shape = (self.features.length, count)
+        if self.weights.shape != shape or self.bias.shape != (count,):
             raise ValueError(
-                f"SignClassifier needs weights {shape} and bias ({CLASS_COUNT},). "
+                f"SignClassifier needs weights {shape} and bias ({count},). "
                 f"Got {self.weights.shape} and {self.bias.shape} instead."
             )
         if not (np.isfinite(self.temperature) and self.temperature > 0):
             raise ValueError(f"The temperature must be finite and > 0. Got {self.temperature} instead.")
 
     def margins(self, crops: Sequence[Picture]) -> Array:
-        """Decision values of the 43 hyperplanes, shape (n, 43); > 0 speaks for the class.
+        """Decision values of the hyperplanes, shape (n, c); > 0 speaks for the class.
 
         Args:
             crops: BGR, uint8, any sizes: a sign's box and its ``margin``.
@@ -71,7 +76,7 @@ class SignClassifier:
         return self.margins_of(self.read(crops))
 
     def margins_of(self, features: Array) -> Array:
-        """Decision values of the 43 hyperplanes, shape (n, 43), for features (n, h)."""
+        """Decision values of the hyperplanes, shape (n, c), for features (n, h)."""
         return linear(features, self.weights, self.bias)
 
     def read(self, crops: Sequence[Picture]) -> Array:
@@ -91,7 +96,7 @@ class SignClassifier:
         return mean
 
     def probabilities(self, crops: list[Picture]) -> Array:
-        """``P(c | x)``, shape (n, 43), rows sum to 1; a row does not depend on the rest of the batch.
+        """``P(c | x)``, shape (n, c), rows sum to 1; a row does not depend on the rest of the batch.
 
         Args:
             crops: as for ``margins``.
@@ -100,7 +105,12 @@ class SignClassifier:
 
     @classmethod
     def from_arrays(
-        cls, arrays: Mapping[str, NDArray[Any]], temperature: float, *, paired: bool = False
+        cls,
+        arrays: Mapping[str, NDArray[Any]],
+        temperature: float,
+        *,
+        paired: bool = False,
+        labels: Sequence[str] = (),
     ) -> SignClassifier:
         """From arrays named as the attributes of :class:`FeatureMap` and of this class, of any float type.
 
@@ -109,11 +119,13 @@ class SignClassifier:
             ValueError: shapes do not fit together, or the temperature is not positive.
         """
         weights, bias = (np.ascontiguousarray(arrays[name], dtype=np.float32) for name in ("weights", "bias"))
-        return cls(FeatureMap.from_arrays(arrays), weights, bias, temperature, paired=paired)
+        return cls(FeatureMap.from_arrays(arrays), weights, bias, temperature, paired=paired, labels=tuple(labels))
 
     @classmethod
     def from_component(cls, component: Any) -> SignClassifier:
         """The classifier that a model component (``arrays`` and ``params``) holds.
+
+        The parameter ``labels`` lists the keys of its classes; a component without it has the 43 of the catalogue.
 
         Raises:
             ModelError: missing or misshapen arrays, or weights for another descriptor.
@@ -127,7 +139,11 @@ class SignClassifier:
                 "Train it again with `tsr train classifier`."
             )
         try:
-            return cls.from_arrays(arrays, float(params["temperature"]), paired=bool(params.get("paired", False)))
+            labels = params.get("labels", [])
+            if not isinstance(labels, list) or not all(isinstance(key, str) and key.strip() for key in labels):
+                raise ValueError("labels must be a list of keys")
+            paired = bool(params.get("paired", False))
+            return cls.from_arrays(arrays, float(params["temperature"]), paired=paired, labels=labels)
         except (KeyError, ValueError, IndexError, TypeError) as error:
             raise ModelError(
                 f"The classifier component is damaged: {error}. Train it again with `tsr train classifier`."

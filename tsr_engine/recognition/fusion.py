@@ -48,12 +48,12 @@ class Fusion:
 
     params: FusionParams
     votes: FloatArray
-    """Shape (43,): ``sum_t w_t P(c | x_t)`` (Eq. 4)."""
+    """Shape (c,): ``sum_t w_t P(c | x_t)`` (Eq. 4)."""
 
     @classmethod
-    def start(cls, params: FusionParams) -> Fusion:
-        """The state before the first frame."""
-        votes = np.zeros(CLASS_COUNT)
+    def start(cls, params: FusionParams, count: int = CLASS_COUNT) -> Fusion:
+        """The state before the first frame, with a number of classes >= 2."""
+        votes = np.zeros(count)
         votes.setflags(write=False)
         return cls(params, votes)
 
@@ -61,7 +61,7 @@ class Fusion:
         """Add one frame.
 
         Args:
-            probabilities: ``P(c | x_t)``, shape (43,).
+            probabilities: ``P(c | x_t)``, shape (c,).
             scale: ``s_t``, the crop's side in px.
 
         Returns:
@@ -71,8 +71,8 @@ class Fusion:
             ValueError: probabilities of another shape, negative, not finite or all zero, or a bad scale.
         """
         p = np.asarray(probabilities, dtype=np.float32)
-        if p.shape != (CLASS_COUNT,):
-            raise ValueError(f"Probabilities must have shape ({CLASS_COUNT},). Got {p.shape} instead.")
+        if p.shape != self.votes.shape:
+            raise ValueError(f"Probabilities must have shape {self.votes.shape}. Got {p.shape} instead.")
         if not (np.isfinite(p).all() and (p >= 0).all() and p.sum() > 0):
             raise ValueError("Probabilities must be finite, >= 0 and not all zero.")
         weight = frame_weight(scale, self.params)

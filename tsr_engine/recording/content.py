@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.recording.layers import class_number
-
 __all__ = ["BoxRows", "Frames", "Lines", "Moments", "Series"]
 
 Ints = NDArray[np.int64]
@@ -61,7 +59,8 @@ class BoxRows:
     Attributes:
         frame: ordinal of each box, shape (n,).
         boxes: edges ``x1, y1, x2, y2``, px, shape (n, 4).
-        class_id: shape (n,), -1: unknown.
+        class_id: shape (n,), -1: none; of the run, its class numbers; of what people have said, ids of the label set;
+            in the recording, as that numbers labels.
         labels: one text a box.
     """
 
@@ -96,10 +95,6 @@ class BoxRows:
         """Number of boxes in each frame, with its zeros."""
         found: Ints = np.bincount(self.frame - frames.first, minlength=len(frames)).astype(np.int64)
         return found
-
-    def class_numbers(self) -> NDArray[np.uint16]:
-        """Classes as the recording numbers them."""
-        return np.array([class_number(c) for c in self.class_id.tolist()], dtype=np.uint16)
 
 
 @dataclass(frozen=True, slots=True)

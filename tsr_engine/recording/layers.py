@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from colorsys import hls_to_rgb
 from dataclasses import dataclass
 from typing import Final
-
-from tsr_engine.recognition.catalogue import CATALOGUE, Category
 
 __all__ = [
     "EVENTS",
@@ -15,12 +12,9 @@ __all__ = [
     "TAU_COLOUR",
     "TIME_TIMELINE",
     "TRACK_COLOURS",
-    "UNKNOWN_CLASS",
     "VIDEO",
     "Layer",
     "Rgb",
-    "class_colour",
-    "class_number",
     "track_entity",
 ]
 
@@ -31,8 +25,6 @@ TIME_TIMELINE: Final = "time"
 VIDEO: Final = "video"
 """Entity of the picture; the layers lie below it, so that they are drawn over it."""
 EVENTS: Final = "events"
-UNKNOWN_CLASS: Final = len(CATALOGUE)
-"""Class number that boxes without a class carry."""
 
 Rgb = tuple[int, int, int]
 """A colour, 0 to 255 each."""
@@ -98,22 +90,6 @@ TRACK_COLOURS: Final[tuple[Rgb, ...]] = (
 )
 """Colours of lines in the plots, in the order of tracks: a viewer's own may give two tracks nearly the same one. They
 keep off the threshold's."""
-_HUES: Final[dict[Category, float]] = {"prohibitory": 0.0, "danger": 0.11, "mandatory": 0.6, "other": 0.42}
-_NO_CLASS: Final[Rgb] = (190, 190, 190)
-
-
-def class_colour(class_id: int) -> Rgb:
-    """Colour of a class: near that of its category, another hue and lightness from class to class."""
-    if not 0 <= class_id < len(CATALOGUE):
-        return _NO_CLASS
-    hue = _HUES[CATALOGUE[class_id].category] + 0.022 * (class_id % 5 - 2)
-    r, g, b = hls_to_rgb(hue % 1.0, 0.5 + 0.07 * (class_id % 3), 0.85)
-    return round(r * 255), round(g * 255), round(b * 255)
-
-
-def class_number(class_id: int | None) -> int:
-    """A class as the recording numbers it."""
-    return UNKNOWN_CLASS if class_id is None or not 0 <= class_id < UNKNOWN_CLASS else class_id
 
 
 def track_entity(track_id: int, *parts: str) -> str:

@@ -12,16 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.recognition.catalogue import CATALOGUE
 from tsr_engine.recording.content import BoxRows, Frames, Moments, Series
 from tsr_engine.recording.layers import (
     FRAME_TIMELINE,
     TIME_TIMELINE,
-    UNKNOWN_CLASS,
     VIDEO,
     Layer,
     Rgb,
-    class_colour,
 )
 
 if TYPE_CHECKING:
@@ -99,11 +96,9 @@ class Sink:
         """A page of text."""
         self._static(entity, self._rr.TextDocument(markdown, media_type="text/markdown"))
 
-    def classes(self) -> None:
-        """Names and colours of the classes, for everything below the picture."""
-        rr = self._rr
-        infos = [(c.id, f"{c.id} {c.name}", class_colour(c.id)) for c in CATALOGUE]
-        self._static(VIDEO, rr.AnnotationContext([*infos, (UNKNOWN_CLASS, "unknown", class_colour(-1))]))
+    def classes(self, infos: list[tuple[int, str, Rgb]]) -> None:
+        """Numbers, names and colours of the labels, for everything below the picture."""
+        self._static(VIDEO, self._rr.AnnotationContext(infos))
 
     def video(self, entity: str, data: bytes, frames: Frames, nanos: Ints) -> None:
         """The clip, and which of its pictures each frame shows."""
@@ -118,7 +113,7 @@ class Sink:
         halves = (rows.boxes[:, 2:] - rows.boxes[:, :2]) / 2
         counts = rows.counts(frames)
         columns: dict[str, Any] = {"centers": centres, "half_sizes": halves, "labels": list(rows.labels)}
-        columns["class_ids"] = rows.class_numbers()
+        columns["class_ids"] = rows.class_id.astype(np.uint16)
         self._columns(layer.entity, frames, frames.ordinal, rr.Boxes2D.columns(**columns).partition(counts))
         style: dict[str, Any] = {"radii": [-layer.radius], "show_labels": labelled}
         if layer.colour is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
@@ -10,20 +11,15 @@ import numpy as np
 
 from tsr_engine.errors import UsageError
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recording.classes import RecordedClasses
 from tsr_engine.recording.content import BoxRows, Frames, Lines, Moments, Series
 
-__all__ = ["LEADING", "box_layers", "class_name", "events", "frames_of", "track_lines"]
+__all__ = ["LEADING", "box_layers", "events", "frames_of", "track_lines"]
 
 LEADING = 5
 """Most classes whose votes are drawn."""
 
 Row = tuple[Any, ...]
-
-
-def class_name(class_id: int | None) -> str:
-    """Short name of a class for labels."""
-    return CATALOGUE[class_id].short if class_id is not None and 0 <= class_id < len(CATALOGUE) else "?"
 
 
 def frames_of(reader: EvidenceReader, first: int | None, stop: int | None, called: str = "the run") -> Frames:
@@ -61,7 +57,7 @@ def frames_of(reader: EvidenceReader, first: int | None, stop: int | None, calle
     )
 
 
-def box_layers(reader: EvidenceReader, frames: Frames) -> Iterator[tuple[str, BoxRows]]:
+def box_layers(reader: EvidenceReader, frames: Frames, classes: RecordedClasses) -> Iterator[tuple[str, BoxRows]]:
     """Name and boxes of every layer that the engine made; each is read when it is asked for."""
     span = (frames.first, frames.first + len(frames))
     found = reader.query(
@@ -102,7 +98,9 @@ def box_layers(reader: EvidenceReader, frames: Frames) -> Iterator[tuple[str, Bo
         "WHERE t.frame >= ? AND t.frame < ? AND t.state <> 'dead' ORDER BY t.frame, t.row",
         span,
     )
-    yield "results", _rows(found, [_result(row) for row in found], [row[8] for row in found])
+    results = _rows(found, [_result(row, classes) for row in found])
+    seen = np.array([-1 if row[8] is None else row[8] for row in found], np.int64)
+    yield "results", replace(results, class_id=seen)
 
 
 def events(reader: EvidenceReader, frames: Frames) -> Moments:
@@ -143,7 +141,7 @@ _VALUES = {
 _SCORES = ("with prior", "raw", "prior")
 
 
-def track_lines(reader: EvidenceReader, frames: Frames) -> Iterator[Lines]:
+def track_lines(reader: EvidenceReader, frames: Frames, classes: RecordedClasses) -> Iterator[Lines]:
     """Values over time of every track that was ever confirmed and lives in the frames."""
     span = (frames.first, frames.first + len(frames))
     labels = dict(reader.query("SELECT track_id, class_id FROM tracks"))
@@ -156,14 +154,14 @@ def track_lines(reader: EvidenceReader, frames: Frames) -> Iterator[Lines]:
         logs = np.log10(judged.values[positive])
         values["gate/log10_l_positive"] = Series(judged.at[positive], logs, ("log10 L",))
         values["score"] = Series(at, np.array([row[3:6] for row in rows], np.float64), _SCORES)
-        values["votes"] = _votes(at, [row[15] for row in rows])
+        values["votes"] = _votes(at, [row[15] for row in rows], classes)
         states = _states(at, [row[2] for row in rows], span[1])
         label = labels.get(track_id)
         kept = {name: series for name, series in values.items() if len(series.at)}
         yield Lines(track_id, -1 if label is None else label, kept, states)
 
 
-def _votes(at: Any, blobs: list[bytes | None]) -> Series:
+def _votes(at: Any, blobs: list[bytes | None], classes: RecordedClasses) -> Series:
     """Share of each leading class in all votes so far."""
     have = [i for i, blob in enumerate(blobs) if blob is not None]
     if not have:
@@ -171,7 +169,7 @@ def _votes(at: Any, blobs: list[bytes | None]) -> Series:
     votes = np.stack([np.frombuffer(blobs[i] or b"", "<f8") for i in have])
     share = votes / np.maximum(votes.sum(axis=1, keepdims=True), 1e-300)
     leading = [c for c in np.argsort(-share.max(axis=0), kind="stable")[:LEADING].tolist() if share[:, c].max() > 0]
-    return Series(at[have], share[:, leading], tuple(f"{c} {class_name(c)}" for c in leading))
+    return Series(at[have], share[:, leading], tuple(classes.title(c) for c in leading))
 
 
 def _states(at: Any, sources: list[str], stop: int) -> tuple[Any, tuple[str, ...]]:
@@ -201,11 +199,11 @@ def _one(at: Any, values: list[float | None], name: str) -> Series:
     return Series(at[keep], column[keep, None], (name.rpartition("/")[2].replace("_", " "),))
 
 
-def _rows(rows: list[Row], labels: list[str], classes: list[int | None] | None = None) -> BoxRows:
-    """Rows that begin with frame and four edges."""
+def _rows(rows: list[Row], labels: list[str]) -> BoxRows:
+    """Rows that begin with frame and four edges, without a class."""
     table = np.array([row[:5] for row in rows], dtype=np.float64).reshape(-1, 5)
-    ids = [-1] * len(rows) if classes is None else [-1 if c is None else c for c in classes]
-    return BoxRows(table[:, 0].astype(np.int64), table[:, 1:].copy(), np.array(ids, np.int64), tuple(labels))
+    ids = np.full(len(rows), -1)
+    return BoxRows(table[:, 0].astype(np.int64), table[:, 1:].copy(), ids, tuple(labels))
 
 
 def _one_sigma(row: Row) -> tuple[float, float, float, float]:
@@ -217,10 +215,10 @@ def _one_sigma(row: Row) -> tuple[float, float, float, float]:
     return cx - sx, cy - sy, cx + sx, cy + sy
 
 
-def _result(row: Row) -> str:
+def _result(row: Row, classes: RecordedClasses) -> str:
     share = "" if row[9] is None else f" {row[9]:.0%}"
     state = "" if row[6] == "confirmed" else f" {row[6]}"
-    return f"#{row[5]} {class_name(row[8])}{share}{state} {row[7]}"
+    return f"#{row[5]} {classes.short(row[8])}{share}{state} {row[7]}"
 
 
 def _verdict(l_positive: float | None, confident: int | None) -> str:

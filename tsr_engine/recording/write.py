@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,13 +21,16 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
+from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.recording.about import about_text
 from tsr_engine.recording.blueprint import PLOTTED, Opening, make_blueprint
+from tsr_engine.recording.classes import RecordedClasses
 from tsr_engine.recording.clip import Clip, cut_clip
 from tsr_engine.recording.content import BoxRows, Frames, Lines, Moments, Series
 from tsr_engine.recording.layers import EVENTS, LAYERS, TAU_COLOUR, TRACK_COLOURS, VIDEO, Rgb, track_entity
 from tsr_engine.recording.sink import Sink, load_sdk, video_stamps
-from tsr_engine.recording.stored import LEADING, box_layers, class_name, events, frames_of, track_lines
+from tsr_engine.recording.stored import LEADING, box_layers, events, frames_of, track_lines
 
 __all__ = ["RecordingReport", "RecordingRequest", "write_recording"]
 
@@ -53,6 +56,8 @@ class RecordingRequest:
         notes: further facts for the page "About".
         called: what a refusal calls the run, in the middle of a sentence; unset: by its folder.
         limits: what the video may demand; unset: ``VideoLimits()``.
+        classes: what the run's class numbers mean in a label set, of which ``corrected`` and ``truth`` have ids; unset:
+            in ``gtsrb-43``.
     """
 
     evidence: Path
@@ -71,6 +76,7 @@ class RecordingRequest:
     notes: Mapping[str, str] = field(default_factory=dict)
     called: str = ""
     limits: VideoLimits | None = None
+    classes: RunClasses | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,14 +141,18 @@ def write_recording(
         frames = frames_of(reader, request.first, request.stop, called)
         progress(0, 4)
         picture = beside.submit(_picture, request, reader.header.video, called, frames)
-        layers = {name: rows.within(frames) for name, rows in box_layers(reader, frames)}
+        classes = RecordedClasses(request.classes or classes_of_keys(reader.header.labels, shipped_set(DEFAULT)))
+        layers = {
+            name: replace(rows, class_id=classes.of_classes(rows.class_id)).within(frames)
+            for name, rows in box_layers(reader, frames, classes)
+        }
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
-                layers[name] = rows.within(frames)
-        lines = _ordered(list(track_lines(reader, frames)), request.focus_track)
+                layers[name] = replace(rows, class_id=classes.of_labels(rows.class_id)).within(frames)
+        lines = _ordered(list(track_lines(reader, frames, classes)), request.focus_track)
         moments = events(reader, frames)
         progress(1, 4)
-        content = _Content(request, reader, frames, layers, lines, moments)
+        content = _Content(request, reader, classes, frames, layers, lines, moments)
         return _write(content, picture, progress, began)
 
 
@@ -150,6 +160,7 @@ def write_recording(
 class _Content:
     request: RecordingRequest
     reader: EvidenceReader
+    classes: RecordedClasses
     frames: Frames
     layers: dict[str, BoxRows]
     lines: list[Lines]
@@ -169,6 +180,8 @@ class _Content:
         picture = None if self.request.video is None else self.request.exact
         digest.update(repr((self.frames.first, len(self.frames), picture, self.title())).encode())
         digest.update(repr((self.request.focus_frame, self.request.focus_track, dict(self.request.notes))).encode())
+        if self.request.classes is not None:
+            digest.update(repr(self.classes.infos).encode())
         for name in ("corrected", "truth"):
             rows = self.layers.get(name)
             if rows is not None:
@@ -242,7 +255,7 @@ def _log(content: _Content, sink: Sink) -> None:
     """Everything that needs no picture."""
     frames = content.frames
     sink.name(content.title())
-    sink.classes()
+    sink.classes(content.classes.infos)
     corrected = content.layers.get("corrected")
     for name, rows in content.layers.items():
         # a result lies under its corrected box, where two labels cannot be read
@@ -255,7 +268,7 @@ def _log(content: _Content, sink: Sink) -> None:
             "gate/log10_tau", frames, Series(frames.ordinal, np.log10(every), ("log10 tau",)), "gate", [TAU_COLOUR]
         )
     for order, one in enumerate(content.lines):
-        _log_track(one, order, frames, sink)
+        _log_track(one, order, content, sink)
     sink.log_entries(EVENTS, frames, content.moments)
 
 
@@ -281,8 +294,8 @@ def _log_picture(content: _Content, sink: Sink, clip: Clip | None, picture: str)
         sink.video(VIDEO, clip.data, frames, clip.nanos)
 
 
-def _log_track(one: Lines, order: int, frames: Frames, sink: Sink) -> None:
-    title = f"#{one.track_id} {class_name(one.class_id)}"
+def _log_track(one: Lines, order: int, content: _Content, sink: Sink) -> None:
+    frames, title = content.frames, f"#{one.track_id} {content.classes.short(one.class_id)}"
     for value, series in one.values.items():
         shown = title if value in PLOTTED else ""
         sink.scalars(track_entity(one.track_id, value), frames, series, shown, _colours(order, value, series))

@@ -7,11 +7,10 @@ from typing import Any, Final
 import numpy as np
 
 from app.space.colours import INK, Entry, Paint, linear, paint
-from app.space.data import sign_sizes
+from app.space.data import UNKNOWN_SIZE
 from app.space.geometry import UPRIGHT, Camera, focal_length, frustum_scale, metric_positions
 from app.space.scenes.stage import ENGINES, Image, Look, Stage, drop
 from app.space.wish import Wish
-from tsr_engine.recognition.catalogue import CATALOGUE
 
 __all__ = ["DriveScene"]
 
@@ -36,7 +35,7 @@ class DriveScene:
         self._stage = stage
         self._root = stage.scene.add_frame("/drive", show_axes=False)
         data = stage.data
-        self._paint: Paint = paint("class", data.track, data.class_id, data.source, data.verdict)
+        self._paint: Paint = paint("class", data.track, data.class_id, data.source, data.verdict, data.sign_names)
         self._camera = Camera(data.width, data.height, focal_length(data.width, 60.0))
         self._frustum: Any = None
         self._moving: list[Any] = []
@@ -107,7 +106,8 @@ class DriveScene:
         past, future = [], []
         for track in near.tolist():
             rows = np.flatnonzero(data.track == track)
-            size = float(sign_sizes(data.class_id[[track]])[0]) * wish.size
+            sign = data.sign(track)
+            size = (UNKNOWN_SIZE if sign is None else sign.size) * wish.size
             places = metric_positions(self._camera, data.boxes[rows], size)
             far = places[:, 1] > FARTHEST
             segments = np.stack([places[:-1], places[1:]], axis=1)[~(far[:-1] | far[1:])]
@@ -136,13 +136,13 @@ class DriveScene:
     def _draw_sign(self, track: int, place: np.ndarray[Any, Any], size: float, chosen: bool) -> None:
         data, scene = self._stage.data, self._stage.scene
         x, y, z = (float(v) for v in place)
-        known = int(data.class_id[track])
+        sign = data.sign(track)
         shown = size * ENLARGED
-        if 0 <= known < len(CATALOGUE):
+        if sign is not None and sign.pictogram:
             self._moving.append(
                 scene.add_image(
                     f"/drive/sign{track}",
-                    self._stage.pictogram(known),
+                    self._stage.pictogram(sign.pictogram),
                     shown,
                     shown,
                     format="png",

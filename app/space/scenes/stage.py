@@ -44,7 +44,7 @@ class Stage:
         data: the run.
         hits: the run's detections.
         prior: the spatial prior in force; None: there is none.
-        pictogram: a class as RGBA.
+        pictogram: a drawing (see ``Label.pictogram``) as RGBA.
         on_pick: told of the track (its position) and the frame that was clicked.
     """
 
@@ -52,7 +52,7 @@ class Stage:
     data: SpaceData
     hits: Callable[[], Hits]
     prior: Callable[[], Prior | None]
-    pictogram: Callable[[int], Image]
+    pictogram: Callable[[str], Image]
     on_pick: Callable[[int, int], None] = lambda track, frame: None
 
 

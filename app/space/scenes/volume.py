@@ -10,7 +10,6 @@ from app.space.colours import COLOURS, INK, Paint, linear, paint
 from app.space.geometry import UPRIGHT, Volume, bead_places, corner_rows, nice_step, pick_rows, strands
 from app.space.scenes.stage import ENGINES, Image, Look, Stage, clock, drop
 from app.space.wish import Wish
-from tsr_engine.recognition.catalogue import CATALOGUE
 
 __all__ = ["VolumeScene"]
 
@@ -65,7 +64,7 @@ class VolumeScene:
             self._around = around
             first, last = data.seconds(np.array(around))
             self._volume = Volume(data.width, data.height, float(first), float(last), depth=12.0)
-            self._paint = paint(wish.colour, data.track, data.class_id, data.source, data.verdict)
+            self._paint = paint(wish.colour, data.track, data.class_id, data.source, data.verdict, data.sign_names)
             self._draw_fixed()
         if anew or before is None or wish.frame != before.frame:
             self._draw_now(wish.frame)
@@ -258,8 +257,8 @@ class VolumeScene:
                     "/volume/chosen", segments, INK.selected, thickness=5.0, thickness_units="screen"
                 )
             )
-        known = data.class_id[chosen]
-        name = CATALOGUE[known].name if 0 <= known < len(CATALOGUE) else "not recognised"
+        sign = data.sign(chosen)
+        name = "not recognised" if sign is None else sign.name
         self._chosen.append(
             self._stage.scene.add_label(
                 "/volume/name",

@@ -2,6 +2,7 @@
 /** Every route of the server as a typed function. Shapes: `../types.js`. All reject with `ApiError`. */
 
 import {createSend, queryText, readJson} from './http.js';
+import {labelRoutes} from './labels.js';
 import {expectColumns, expectList, expectObject} from './shapes.js';
 import {upload} from './upload.js';
 
@@ -51,12 +52,11 @@ export function createApi(setup = {}) {
 
   return {
     base,
+    ...labelRoutes(base, json),
 
     // -- session and catalogue
     /** @param {Call} [call] @returns {Promise<import('../types.js').Session>} */
     session: async (call) => expectObject('GET /session', await json('/session', call), {version: 'string', author: 'string', roots: 'array', presets: 'array'}),
-    /** @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} */
-    labels: async (call) => expectList('GET /labels', await json('/labels', call), {id: 'number', name: 'string', picture: 'string'}),
     /** @param {Call} [call] @returns {Promise<import('../types.js').Parameter[]>} */
     parameters: async (call) => expectList('GET /parameters', await json('/parameters', call), {section: 'string', name: 'string', type: 'string'}),
 
@@ -204,7 +204,7 @@ export function createApi(setup = {}) {
      *
      * @param {string} video
      * @param {File} file
-     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, author?: string|null}} query
+     * @param {{as: 'annotation'|'truth'|'run', format?: string|null, run?: string|null, name?: string, switches?: string, label_map?: string, unknown?: 'refuse'|'add'|'skip', author?: string|null}} query
      * @param {Sending} [options]
      * @returns {Promise<import('../types.js').ImportResult>}
      */

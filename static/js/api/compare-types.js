@@ -36,7 +36,7 @@
  * @property {number} first                      frames that both have
  * @property {number} last
  * @property {Record<string, Figure>} figures
- * @property {{classes: number[], cells: Cell[]}} confusion
+ * @property {{classes: number[], words?: Record<string, string>, cells: Cell[]}} confusion   `words`: what models call signs that the set lacks, by a number from -10 down
  */
 
 /** @typedef {{name: string, kind: string, tracks: number, boxes: number, names: Record<string, string>, edited: boolean}} Side   names: of tracks that people have made, by key; edited: a run on which people have said something */

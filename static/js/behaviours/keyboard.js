@@ -88,6 +88,6 @@ export function listenToKeys(app, refuse, draw = () => {}) {
     event.preventDefault();
     // one press, one verdict: a key that is held must not judge, cut or delete what comes up under it
     if (event.repeat && !operation.repeats) return;
-    runOperation(app, operation, refuse);
+    runOperation(app, operation, refuse, name);
   }, { signal: app.signal });
 }

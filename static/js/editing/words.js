@@ -26,7 +26,7 @@ const NAMES = {
   follow: 'Track followed',
   set_occluded: 'Occlusion marked',
   set_outside: 'Out of sight marked',
-  set_not_a_sign: 'Marked as no sign',
+  set_not_a_sign: 'Verdict',
   ignore: 'Region to ignore marked',
   attribute: 'Attribute changed',
   set_review: 'Verdict',

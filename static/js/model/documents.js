@@ -222,3 +222,10 @@ export function showsFrom(doc, frame) {
 export function isEmpty(doc) {
   return doc.segments.length === 0 && !Object.values(doc.keys).some((key) => key.box !== null && !key.outside);
 }
+
+/**
+ * The verdict on a track. Documents of older versions say by a mark of its own that it is no sign.
+ * @param {TrackDoc} doc
+ * @returns {TrackDoc['review']}
+ */
+export const verdictOf = (doc) => (doc.not_a_sign ? 'rejected' : doc.review);

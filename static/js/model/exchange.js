@@ -6,21 +6,25 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./join.js').Span} Span
  */
-import { NO_CLASS } from './documents.js';
+import { NO_CLASS, verdictOf } from './documents.js';
+import { isCorrected } from './corrected.js';
 import { labelOf } from './effective.js';
 import { framesIn, shownRuns } from './shown_runs.js';
 
 export { NO_CLASS };
 
-/** Everything but what people have rejected. */
-export const DEFAULT_STATES = /** @type {readonly string[]} */ (['open', 'accepted', 'needs_work', 'rejected']);
+/** What people have accepted or edited; false positives go out apart, for they are no signs. */
+export const DEFAULT_STATES = /** @type {readonly string[]} */ (['edited', 'accepted', 'rejected']);
 
 /**
  * @typedef {object} Choice   what an export dialog remembers
  * @property {string} format
  * @property {'none'|'annotated'|'all'} pictures
  * @property {string[]} states
- * @property {number[]|null} classes
+ * @property {string[]|null} labels   keys; null: all
+ * @property {'leave-out'|'ignore'|'class'} not_in_set   what becomes of signs without a label of the set
+ * @property {'all'|'used'} class_map  labels that the files declare
+ * @property {boolean} balance
  * @property {string} min_side         as typed
  * @property {boolean} split
  * @property {[string, string, string]} shares   train, val, test, as typed
@@ -32,7 +36,7 @@ export const DEFAULT_STATES = /** @type {readonly string[]} */ (['open', 'accept
 
 /** @type {Choice} */
 export const FIRST_CHOICE = {
-  format: 'cvat-video', pictures: 'none', states: [...DEFAULT_STATES], classes: null, min_side: '', split: false,
+  format: 'cvat-video', pictures: 'none', states: [...DEFAULT_STATES], labels: null, not_in_set: 'leave-out', class_map: 'all', balance: false, min_side: '', split: false,
   shares: ['80', '20', '0'], split_by: 'sign', seed: '0', thin_px: '0.5', switches: {},
 };
 
@@ -56,8 +60,12 @@ export function restoreChoice(text) {
   return {
     format: text_(kept.format) ? kept.format : FIRST_CHOICE.format,
     pictures: ['none', 'annotated', 'all'].includes(kept.pictures) ? kept.pictures : 'none',
-    states: list(kept.states, text_) && kept.states.length ? kept.states : [...DEFAULT_STATES],
-    classes: list(kept.classes, Number.isInteger) ? kept.classes : null,
+    // a choice of before label sets says nothing of what is only edited: it went out with all that is open
+    states: 'labels' in kept && list(kept.states, text_) && kept.states.length ? kept.states : [...DEFAULT_STATES],
+    labels: list(kept.labels, text_) ? kept.labels : null,
+    not_in_set: ['ignore', 'class'].includes(kept.not_in_set) ? kept.not_in_set : 'leave-out',
+    class_map: kept.class_map === 'used' ? 'used' : 'all',
+    balance: kept.balance === true,
     min_side: text_(kept.min_side) ? kept.min_side : '',
     split: kept.split === true,
     shares: list(kept.shares, text_) && kept.shares.length === 3 ? kept.shares : [...FIRST_CHOICE.shares],
@@ -86,30 +94,51 @@ export function numberIn(text, { name, low, high, whole = false, empty }) {
 }
 
 /**
+ * @typedef {object} Out   how much goes out
+ * @property {number} tracks
+ * @property {number} boxes       at most
+ * @property {number} rejected    false positives, which go out apart
+ * @property {number} open        tracks that stay behind because nobody has judged or edited them
+ * @property {number} unlabelled  tracks that stay behind because they have no label of the set
+ * @property {Map<number, number>} byLabel   tracks that go out, by the id of their label
+ */
+
+/**
  * About how much of a run goes out: its tracks exactly, boxes as an upper bound. What people have rejected goes out apart,
  * for it is no sign.
  *
  * @param {TrackColumns} tracks
  * @param {readonly TrackDoc[]} docs
- * @param {{states: readonly string[], classes: readonly number[]|null, first: number, last: number}} rule   last: inclusive
- * @returns {{tracks: number, boxes: number, rejected: number}}
+ * @param {{states: readonly string[], labels: ReadonlySet<number>|null, notInSet: string, first: number, last: number}} rule   labels: ids; last: inclusive
+ * @param {(id: number) => number} stands   the id that stands for a merged one
+ * @returns {Out}
  */
-export function countOut(tracks, docs, { states, classes, first, last }) {
+export function countOut(tracks, docs, { states, labels, notInSet, first, last }, stands = (id) => id) {
   const at = new Map(tracks.id.map((id, place) => [id, place]));
   const touched = new Set(docs.map(({ key }) => key));
-  const total = { tracks: 0, boxes: 0, rejected: 0 };
+  /** @type {Out} */
+  const total = { tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0, byLabel: new Map() };
 
   /** @param {string} state @param {number|null} class_id @param {readonly Span[]} runs @param {number} share   of their frames that have a box */
   function add(state, class_id, runs, share) {
     const boxes = framesIn(runs, first, last);
-    if (boxes === 0 || !states.includes(state)) return;
-    if (classes !== null && !classes.includes(class_id ?? NO_CLASS)) return;
+    if (boxes === 0) return;
+    if (!states.includes(state) && !(state === 'edited' && states.includes('open'))) {
+      if (state === 'open') total.open += 1;
+      return;
+    }
+    const label = stands(class_id ?? NO_CLASS);
     if (state === 'rejected') {
-      total.rejected += 1;
+      if (labels === null || labels.has(label)) total.rejected += 1;
+      return;
+    }
+    if (label === NO_CLASS ? notInSet === 'leave-out' : labels !== null && !labels.has(label)) {
+      if (label === NO_CLASS) total.unlabelled += 1;
       return;
     }
     total.tracks += 1;
     total.boxes += Math.round(boxes * share);
+    total.byLabel.set(label, (total.byLabel.get(label) ?? 0) + 1);
   }
 
   tracks.id.forEach((id, place) => {
@@ -119,27 +148,11 @@ export function countOut(tracks, docs, { states, classes, first, last }) {
   });
   for (const doc of docs) {
     const runs = shownRuns(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
-    add(doc.not_a_sign ? 'rejected' : doc.review, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
+    const verdict = verdictOf(doc);
+    const edited = verdict === 'open' && (isCorrected(doc, tracks) || doc.attributes !== undefined);
+    add(edited ? 'edited' : verdict, labelOf(doc, (id) => tracks.class_id[at.get(id) ?? -1] ?? null), runs, 1);
   }
   return total;
-}
-
-/**
- * Class names of another tool, one a line: `stop sign = 14`.
- *
- * @param {string} text
- * @returns {{map: Record<string, number>}|{error: string}}
- */
-export function parseLabelMap(text) {
-  /** @type {Record<string, number>} */
-  const map = {};
-  for (const [at, line] of text.split('\n').entries()) {
-    if (line.trim() === '') continue;
-    const match = /^\s*(.+?)\s*=\s*(\d{1,2})\s*$/.exec(line);
-    if (!match || Number(match[2]) > 42) return { error: `Line ${at + 1}: write a name, “=”, and a class number from 0 to 42. Got “${line.trim().slice(0, 40)}”.` };
-    map[match[1]] = Number(match[2]);
-  }
-  return { map };
 }
 
 const ENDINGS = ['mp4', 'm4v', 'mov', '3gp', 'mkv', 'webm', 'avi', 'ts', 'm2ts', 'mts', 'm2t', 'mpg', 'mpeg', 'vob', 'flv', 'wmv', 'asf', 'h264', '264', 'avc', 'h265', '265', 'hevc', 'gif', 'apng', 'webp'];

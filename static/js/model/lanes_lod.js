@@ -15,7 +15,7 @@
  * @property {Int32Array} first
  * @property {Int32Array} last
  * @property {Int32Array} row
- * @property {Int16Array} classId      `NO_CLASS`: none, `NOT_A_SIGN`: a person says so
+ * @property {Int32Array} classId      `NO_CLASS`: none
  * @property {Uint8Array} review       0 open, 1 accepted, 2 rejected, 3 needs work
  * @property {Int32Array} rowStart     bars of row r: rowStart[r] .. rowStart[r + 1]
  * @property {Int32Array} pieceStart   pieces of bar b: pieceStart[b] .. pieceStart[b + 1]
@@ -32,7 +32,7 @@
  * @property {number} most             of all buckets
  */
 import { NO_CLASS } from './documents.js';
-import { className } from './label_words.js';
+import { className } from './labels.js';
 import { clamp } from './geometry.js';
 import { packIntervals } from './interval_packing.js';
 
@@ -40,20 +40,18 @@ export const CORRECTED = 3;
 /** @type {Record<TrackDoc['review'], number>} */
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
 export { NO_CLASS };
-/** In place of a class: a person says that it is no sign. */
-export const NOT_A_SIGN = -2;
 /** Frames between two bars of a row. */
 const GAP = 4;
 
 /** @param {TrackEntry} entry */
-const classIdOf = (entry) => (entry.not_a_sign ? NOT_A_SIGN : entry.class_id ?? NO_CLASS);
+const classIdOf = (entry) => entry.class_id ?? NO_CLASS;
 
 /**
  * What stands on a bar.
  * @param {readonly import('../types.js').Label[]} labels
  * @param {number} classId   as the index has it
  */
-export const barName = (labels, classId) => (classId === NOT_A_SIGN ? 'not a sign' : className(labels, classId === NO_CLASS ? null : classId));
+export const barName = (labels, classId) => className(labels, classId === NO_CLASS ? null : classId);
 
 /**
  * @param {readonly TrackEntry[]} entries
@@ -296,7 +294,7 @@ function blank(count, rows) {
     first: new Int32Array(count),
     last: new Int32Array(count),
     row: new Int32Array(count),
-    classId: new Int16Array(count),
+    classId: new Int32Array(count),
     review: new Uint8Array(count),
     rowStart: new Int32Array(rows + 1),
     pieceStart: new Int32Array(count + 1),

@@ -29,13 +29,14 @@ const NAMED = 3;
  * @param {import('../types.js').TrackDoc|undefined} doc
  * @param {number|null} engine   the engine's class of it; null: none
  * @param {(id: number) => string} nameOf
+ * @param {string|null} [word]   what the engine calls it, where the set lacks that
  * @returns {string|null} null: nothing
  */
-export function whoseLabel(doc, engine, nameOf) {
+export function whoseLabel(doc, engine, nameOf, word = null) {
   if (!doc) return null;
   const words = [];
   if (doc.class_id !== null) {
-    const other = engine === null ? '' : engine === doc.class_id ? '; the engine says the same' : `; the engine says ${nameOf(engine)}`;
+    const other = engine === null ? '' : engine === doc.class_id && word === null ? '; the engine says the same' : `; the engine says ${word ?? nameOf(engine)}`;
     words.push(`Label set by a person${other}.`);
   }
   const own = keyFramesOf(doc).flatMap((frame) => {

@@ -16,7 +16,7 @@
  * @property {number} left        open and needs work: what a person still has to decide
  */
 import { NO_CLASS } from './documents.js';
-import { className } from './label_words.js';
+import { engineName, labelFor, resolved } from './labels.js';
 import { trackEntries } from './track_entries.js';
 
 /** @type {QueueFilter} */
@@ -53,7 +53,7 @@ export function nextInQueue(state, direction) {
   const queue = queueOf(entries, review.filter, state.labels);
   const selected = entries.find((entry) => entry.key === review.selected);
   const others = queue.filter((entry) => entry !== selected);
-  const compare = comparator(review.filter.sort);
+  const compare = comparator(review.filter.sort, state.labels);
   const before = selected === undefined ? (direction > 0 ? 0 : others.length) : others.filter((entry) => compare(entry, selected) < 0).length;
   if (direction < 0) return others[before - 1]?.key ?? null;
   const working = review.filter.review === 'all' && others.some(isLeft);
@@ -82,15 +82,14 @@ export function endOfQueue(state, direction) {
  *
  * @param {readonly TrackEntry[]} entries
  * @param {QueueFilter} filter
- * @param {readonly Label[]} labels   for the search by name
+ * @param {readonly Label[]} labels   for names, and for which label stands for a merged one
  * @returns {TrackEntry[]}
  */
 export function queueOf(entries, filter, labels) {
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
-  const names = words.length > 0 ? new Map(labels.map((label) => [label.id, label.name.toLowerCase()])) : null;
   return entries
-    .filter((entry) => passes(entry, filter) && (names === null || words.every((word) => mentions(entry, word, names))))
-    .sort(comparator(filter.sort));
+    .filter((entry) => passes(entry, filter, labels) && words.every((word) => mentions(entry, word, labels)))
+    .sort(comparator(filter.sort, labels));
 }
 
 /**
@@ -122,10 +121,11 @@ export function queueCounts(entries) {
 /**
  * @param {TrackEntry} entry
  * @param {QueueFilter} filter
+ * @param {readonly Label[]} labels
  */
-function passes(entry, filter) {
+function passes(entry, filter, labels) {
   return (
-    (filter.class_id === null || (entry.class_id ?? NO_CLASS) === filter.class_id) &&
+    (filter.class_id === null || resolved(labels, entry.class_id ?? NO_CLASS) === resolved(labels, filter.class_id)) &&
     (filter.review === 'all' || entry.review === filter.review) &&
     (!filter.with_notes || entry.notes.length > 0) &&
     entry.doubt >= filter.least_doubt &&
@@ -138,40 +138,42 @@ function passes(entry, filter) {
 /**
  * @param {TrackEntry} entry
  * @param {string} word
- * @param {Map<number, string>} names
+ * @param {readonly Label[]} labels
  */
-function mentions(entry, word, names) {
+function mentions(entry, word, labels) {
   if (entry.name === word || (entry.track !== null && String(entry.track) === word)) return true;
   if (entry.track === null && entry.name.includes(word)) return true;
-  if (entry.class_id !== null && names.get(entry.class_id)?.includes(word)) return true;
-  if (entry.class_id === NO_CLASS && className([], NO_CLASS).includes(word)) return true;
-  if (entry.not_a_sign && 'not a sign'.includes(word)) return true;
-  return [...entry.reasons, ...entry.notes].some((text) => text.toLowerCase().includes(word));
+  const label = labelFor(labels, entry.class_id);
+  if (label && [label.name, label.key, ...label.aliases].some((text) => text.toLowerCase().includes(word))) return true;
+  if (entry.class_id === NO_CLASS && engineName(labels, NO_CLASS, entry.word).toLowerCase().includes(word)) return true;
+  return [...entry.reasons, ...entry.notes, ...entry.answers].some((text) => text.toLowerCase().includes(word));
 }
 
 /**
  * A total order, so that equal tracks never change places.
  *
  * @param {QueueFilter['sort']} sort
+ * @param {readonly Label[]} labels   in their order
  * @returns {(a: TrackEntry, b: TrackEntry) => number}
  */
-function comparator(sort) {
+function comparator(sort, labels) {
   /** @param {TrackEntry} a @param {TrackEntry} b */
   const tie = (a, b) => a.first - b.first || (a.key < b.key ? -1 : a.key > b.key ? 1 : 0);
   switch (sort) {
     case 'time':
       return tie;
-    case 'class':
-      return (a, b) => classPlace(a) - classPlace(b) || tie(a, b);
+    case 'class': {
+      const places = new Map(labels.map(({ id }, place) => [id, place]));
+      /** Tracks without a label come last. @param {TrackEntry} entry */
+      const place = ({ class_id }) => places.get(resolved(labels, class_id ?? NO_CLASS)) ?? 1e9;
+      return (a, b) => place(a) - place(b) || tie(a, b);
+    }
     case 'score':
       return (a, b) => finite(a.score) - finite(b.score) || tie(a, b);
     default:
       return (a, b) => b.rank - a.rank || tie(a, b); // not the doubt, which changes with an edit: rows would run away from the person
   }
 }
-
-/** Tracks without a class come last. @param {TrackEntry} entry */
-const classPlace = ({ class_id }) => (class_id === null || class_id === NO_CLASS ? 1e9 : class_id);
 
 /** @param {number} score @returns {number} tracks without a score come last */
 function finite(score) {

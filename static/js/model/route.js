@@ -5,7 +5,7 @@
  *     #/                                        library
  *     #/review/VIDEO/RUN?frame=12&track=m7      RUN may be `-`: the newest
  *     #/compare?a=run:R&b=annotation:R
- *     #/models, #/files
+ *     #/models, #/files, #/labels
  *
  * @typedef {import('../state-types.js').Route} Route
  */
@@ -22,7 +22,7 @@ export function formatRoute(route) {
     return `#/review/${route.video}/${route.run ?? '-'}${pairs.length ? `?${pairs.join('&')}` : ''}`;
   }
   if (route.screen === 'compare') return `#/compare?a=${encodeURIComponent(route.a)}&b=${encodeURIComponent(route.b)}`;
-  if (route.screen === 'models' || route.screen === 'files') return `#/${route.screen}`;
+  if (route.screen === 'models' || route.screen === 'files' || route.screen === 'labels') return `#/${route.screen}`;
   return '#/';
 }
 
@@ -49,7 +49,7 @@ export function parseRoute(hash) {
   if (parts[0] === 'compare' && side.test(values.a ?? '') && side.test(values.b ?? '')) {
     return {screen: 'compare', a: values.a, b: values.b};
   }
-  if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files')) return {screen: parts[0]};
+  if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files' || parts[0] === 'labels')) return {screen: parts[0]};
   return {screen: 'library'};
 }
 

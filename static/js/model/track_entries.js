@@ -20,12 +20,14 @@
  * @property {number} doubt           0..1
  * @property {number} rank            the queue's order; as of when the columns were asked for, whatever people do since
  * @property {number} score           best final score; NaN: no detection
+ * @property {string|null} word         what the engine calls it, where that is its label and the set lacks it
  * @property {string[]} reasons       plain sentences
- * @property {TrackDoc['review']} review
- * @property {boolean} not_a_sign
+ * @property {TrackDoc['review']} review   also `rejected` where an older version has marked it as no sign
+ * @property {boolean} ignore         neither a sign nor background
  * @property {readonly string[]} notes   their texts
+ * @property {readonly string[]} answers   attributes that people have set, in any frame: `ground=red`
  */
-import { NO_CLASS } from './documents.js';
+import { NO_CLASS, verdictOf } from './documents.js';
 import { spanOf } from './effective.js';
 import { shownRuns } from './shown_runs.js';
 import { piecesOfDocument } from './track_lane.js';
@@ -89,14 +91,16 @@ function machineEntry(tracks, i, key) {
     last: tracks.last[i],
     runs: [[tracks.first[i], tracks.last[i]]],
     class_id: tracks.class_id[i],
+    word: tracks.word?.[i] ?? null,
     relabelled: false,
     doubt: tracks.doubt[i],
     rank: tracks.rank[i],
     score: tracks.score[i] ?? Number.NaN,
     reasons: tracks.reasons[i] ?? [],
     review: 'open',
-    not_a_sign: false,
+    ignore: false,
     notes: [],
+    answers: [],
   };
 }
 
@@ -128,31 +132,39 @@ function documentEntry(tracks, columnOf, doc, column) {
     last: span?.last ?? first,
     runs,
     class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
+    word: known && doc.class_id === null ? (tracks.word?.[column] ?? null) : null,
     relabelled: doc.class_id !== null,
     doubt: known ? doubtOf(tracks, column, doc) : 0,
     rank: known ? tracks.rank[column] : 0,
     score: known ? tracks.score[column] : Number.NaN,
     reasons: known ? reasonsOf(tracks, column, doc) : ['A person drew it.'],
-    review: doc.review,
-    not_a_sign: doc.not_a_sign,
+    review: verdictOf(doc),
+    ignore: doc.ignore === true,
     notes: doc.notes.map(({ text }) => text),
+    answers: answersOf(doc),
   };
+}
+
+/** @param {TrackDoc} doc @returns {string[]} */
+function answersOf(doc) {
+  const said = [doc.attributes, ...Object.values(doc.keys).map(({ attributes }) => attributes)];
+  return [...new Set(said.flatMap((one) => Object.entries(one ?? {}).map(([name, value]) => `${name}=${value === true ? 'yes' : value === false ? 'no' : value}`)))];
 }
 
 /**
  * Whether a person calls an engine's track something else. The twin of `overruled` in app/evidence/disagreement.py, but
- * for the review state.
+ * for the review state, which a mark as no sign counts as here.
  *
  * @param {TrackColumns} tracks
  * @param {number} column
  * @param {TrackDoc} doc
  */
 function overruled(tracks, column, doc) {
-  return doc.not_a_sign || (doc.class_id !== null && doc.class_id !== (tracks.class_id[column] ?? NO_CLASS));
+  return doc.class_id !== null && doc.class_id !== (tracks.class_id[column] ?? NO_CLASS);
 }
 
 /** @param {TrackDoc} doc */
-const isDecided = (doc) => doc.review === 'accepted' || doc.review === 'rejected';
+const isDecided = (doc) => ['accepted', 'rejected'].includes(verdictOf(doc));
 
 /** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */
 function doubtOf(tracks, column, doc) {
@@ -162,7 +174,7 @@ function doubtOf(tracks, column, doc) {
 /** @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc @returns {string[]} */
 function reasonsOf(tracks, column, doc) {
   const found = [];
-  if (overruled(tracks, column, doc) && !isDecided(doc)) found.push(doc.not_a_sign ? 'A person says that it is not a sign.' : 'A person calls it something else than the engine.');
+  if (overruled(tracks, column, doc) && !isDecided(doc)) found.push('A person calls it something else than the engine.');
   const engines = tracks.reasons[column];
   if (engines.length > 0 && !isWhole(tracks, column, doc)) found.push(`About ${trackName(`m${tracks.id[column]}`)} as the engine made it:`);
   return found.concat(engines);

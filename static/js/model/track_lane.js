@@ -20,17 +20,20 @@
  *
  * @typedef {object} Reading
  * @property {number} class_id
+ * @property {string|null} [word]            what the engine calls it, where the set lacks that
  * @property {number} share
  * @property {number|null} runner_up
+ * @property {string|null} [runner_up_word]
  * @property {number} runner_up_share  0 without a runner-up
  */
+import { NO_CLASS } from './documents.js';
 import { sentencesOf } from './plain_words.js';
 import { trackName } from './track_name.js';
 
 /** Classes whose votes are told, as in the engine's lanes. */
 const LEADING = 6;
 /** What of a lane is no column with an entry a frame. @type {ReadonlySet<keyof TrackLane>} */
-const NOT_BY_FRAME = new Set(/** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'events', 'votes', 'probabilities']));
+const NOT_BY_FRAME = new Set(/** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'words', 'events', 'votes', 'probabilities']));
 
 /** What was asked for last: lanes and inspector ask for the same. @type {{asked: string, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
 let latest = null;
@@ -146,13 +149,13 @@ function joined(pieces) {
 
 /** @param {Piece[]} pieces @returns {TrackLane} */
 function voted(pieces) {
-  const { classes, votes, probabilities } = fuse(pieces);
+  const { classes, words, votes, probabilities } = fuse(pieces);
   /** @param {keyof TrackLane} name */
   const column = (name) => pieces.flatMap(({ lane, from, to }) => /** @type {unknown[]} */ (lane[name]).slice(from, to));
   const columns = /** @type {(keyof TrackLane)[]} */ (Object.keys(pieces[0].lane)).filter((name) => !NOT_BY_FRAME.has(name));
   return /** @type {TrackLane} */ ({
     .../** @type {object} */ (Object.fromEntries(columns.map((name) => [name, column(name)]))),
-    id: pieces[0].lane.id, tau: pieces[0].lane.tau, symmetry_floor: pieces[0].lane.symmetry_floor, classes, votes, probabilities,
+    id: pieces[0].lane.id, tau: pieces[0].lane.tau, symmetry_floor: pieces[0].lane.symmetry_floor, classes, words, votes, probabilities,
     events: pieces.flatMap((piece) => piece.lane.events.filter(({ frame }) => isOf(piece, frame))),
   });
 }
@@ -162,29 +165,29 @@ function voted(pieces) {
  * the engine's track; what a frame was read as counts even if that is none of them.
  *
  * @param {Piece[]} pieces
- * @returns {{classes: number[], votes: (number[]|null)[], probabilities: (number[]|null)[]}}
+ * @returns {{classes: number[], words: (string|null)[], votes: (number[]|null)[], probabilities: (number[]|null)[]}}
  */
 function fuse(pieces) {
-  /** P by class of each entry. @type {(Map<number, number>|null)[]} */
+  /** P by label, or by the engine's word for it, of each entry. @type {(Map<number|string, number>|null)[]} */
   const seen = [];
   /** @type {(number|null)[]} */
   const weights = [];
   for (const { lane, from, to } of pieces) {
     for (let i = from; i < to; i += 1) {
       const known = lane.probabilities[i];
-      const [top, p] = [lane.top[i], lane.top_probability[i]];
-      const all = known && new Map(lane.classes.map((id, c) => [id, known[c]]));
+      const [top, p] = [lane.top_word?.[i] ?? lane.top[i], lane.top_probability[i]];
+      const all = known && new Map(lane.classes.map((id, c) => /** @type {[number|string, number]} */ ([lane.words?.[c] ?? id, known[c]])));
       if (all && top !== null && p !== null && !all.has(top)) all.set(top, p);
       seen.push(all);
       weights.push(all && lane.weight[i]);
     }
   }
-  /** @type {Map<number, number>} */
+  /** @type {Map<number|string, number>} */
   const sums = new Map();
   seen.forEach((all, i) => all?.forEach((p, id) => sums.set(id, (sums.get(id) ?? 0) + (weights[i] ?? 0) * p)));
-  const classes = [...sums].filter(([, sum]) => sum > 0).sort((a, b) => b[1] - a[1] || a[0] - b[0]).slice(0, LEADING).map(([id]) => id);
-  const probabilities = seen.map((all) => all && classes.map((id) => all.get(id) ?? 0));
-  const so = new Float64Array(classes.length);
+  const leading = [...sums].filter(([, sum]) => sum > 0).sort((a, b) => b[1] - a[1] || (a[0] < b[0] ? -1 : 1)).slice(0, LEADING).map(([id]) => id);
+  const probabilities = seen.map((all) => all && leading.map((id) => all.get(id) ?? 0));
+  const so = new Float64Array(leading.length);
   let whole = 0;
   const votes = probabilities.map((shares, i) => {
     const weight = weights[i];
@@ -193,7 +196,8 @@ function fuse(pieces) {
     shares.forEach((p, c) => { so[c] += weight * p; });
     return Array.from(so, (sum) => sum / whole);
   });
-  return { classes, votes, probabilities };
+  const classes = leading.map((id) => (typeof id === 'string' ? NO_CLASS : id));
+  return { classes, words: leading.map((id) => (typeof id === 'string' ? id : null)), votes, probabilities };
 }
 
 /** Shares of the lane's `classes` once all of its frames have voted; null: none has. @param {Pick<TrackLane, 'votes'>} lane @returns {number[]|null} */
@@ -203,5 +207,6 @@ export const lastVotes = ({ votes }) => votes.filter((shares) => shares !== null
 function readingOf(lane) {
   const last = lastVotes(lane);
   if (!last || lane.classes.length === 0) return null;
-  return { class_id: lane.classes[0], share: last[0], runner_up: lane.classes[1] ?? null, runner_up_share: last[1] ?? 0 };
+  const [word = null, runner_up_word = null] = lane.words ?? [];
+  return { class_id: lane.classes[0], word, share: last[0], runner_up: lane.classes[1] ?? null, runner_up_word, runner_up_share: last[1] ?? 0 };
 }

@@ -1,6 +1,12 @@
 // @ts-check
-/** Judging tracks: accept, reject, needs work, label, not a sign, notes. */
+/** Judging tracks: accept, false positive, needs work, label, ignore, notes. */
 
+import { verdictOf } from '../model/documents.js';
+import { labelAt } from '../model/effective.js';
+import { offeredLabels } from '../model/labels.js';
+import { trackName } from '../model/track_name.js';
+import { docOf } from '../editing/revisions.js';
+import { engineClass } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
 import { endOfQueue, nextInQueue, queueCounts, shownQueue } from '../model/queue.js';
 import { openTrack } from './navigate.js';
@@ -10,6 +16,41 @@ import { editSelected, needsRun, needsTrack, operation } from './helpers.js';
 /** @typedef {import('../page-types.js').App} App */
 
 const GROUP = 'Verdict';
+const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9];
+
+/**
+ * Give a track a verdict, unless it has it. A mark of an older version that says it is no sign goes with any other one.
+ * @param {{edit: (command: import('../types.js').Command) => boolean}} app
+ * @param {import('../state-types.js').ReviewState} review
+ * @param {string} key
+ * @param {import('../types.js').TrackDoc['review']} verdict
+ * @returns {boolean} whether it is done
+ */
+export function giveVerdict(app, review, key, verdict) {
+  const doc = review.docs[key];
+  if (doc?.not_a_sign && verdict !== 'rejected' && !app.edit({ name: 'set_not_a_sign', key, frame: review.frame, value: false })) return false;
+  return (doc?.review ?? 'open') === verdict || app.edit({ name: 'set_review', key, frame: review.frame, review: verdict });
+}
+
+/**
+ * Give the selected track the label that is pinned to a digit.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {string} digit
+ * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} [say]
+ */
+export function givePinned(app, digit, say = toast) {
+  const { review, labels } = app.store.get();
+  const label = offeredLabels(labels).find(({ pinned }) => String(pinned) === digit);
+  if (!review?.selected) return;
+  if (!label) {
+    say(`No label is pinned to ${digit}. Pin one on the Labels page.`, { topic: 'pinned' });
+    return;
+  }
+  const doc = docOf(review, review.selected);
+  const name = `Track ${trackName(review.selected, review.docs[review.selected])}`;
+  if (doc && doc.class_id === label.id && labelAt(doc, review.frame, (track) => engineClass(review, track)) === label.id) say(`${name} is ${label.name} already.`, { topic: 'pinned' });
+  else if (editSelected(app, { name: 'relabel_track', class_id: label.id })) say(`${name}: ${label.name}`, { topic: 'pinned' });
+}
 
 /**
  * Judge the selected track and go on with the next one that is left. A verdict that it has already stays: a key that is
@@ -22,9 +63,10 @@ export function judge(app, review, say = toast) {
   const before = app.store.get();
   const key = before.review?.selected;
   if (!key) return;
-  const present = before.review?.docs[key]?.review ?? 'open';
+  const doc = before.review?.docs[key];
+  const present = doc ? verdictOf(doc) : 'open';
   const next = nextInQueue(before, 1);
-  if (present !== review && !editSelected(app, { name: 'set_review', review })) return;
+  if (before.review && !giveVerdict(app, before.review, key, review)) return;
   const { left } = queueCounts(shownQueue(app.store.get()));
   if (left === 0) say('Nothing in the queue is left to be decided.', { topic: 'queue' });
   else if (next !== null) openTrack(app, next);
@@ -34,7 +76,8 @@ export function judge(app, review, say = toast) {
 /** @type {import('../page-types.js').Operation[]} */
 export const verdicts = [
   operation({ id: 'accept', label: 'Accept the track and go to the next', keys: ['A'], icon: 'accept', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'accepted') }),
-  operation({ id: 'reject', label: 'Reject the track and go to the next', keys: ['X'], icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
+  operation({ id: 'reject', label: 'False positive, go to the next', keys: ['X'],
+    tooltip: 'The track is no sign: it counts nowhere, and a retraining takes its places for background. Then the next (X)', icon: 'reject', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'rejected') }),
   operation({ id: 'needs-work', label: 'The track needs work, go to the next', keys: ['W'], icon: 'needs_work', group: GROUP, disabled: needsTrack, run: (app) => judge(app, 'needs_work') }),
   operation({
     id: 'judge-shown', label: 'Judge all shown tracks …', keys: ['Shift+A'], group: GROUP, disabled: needsRun,
@@ -42,7 +85,7 @@ export const verdicts = [
   }),
   operation({
     id: 'relabel', label: 'Relabel', keys: ['L'], icon: 'label', group: GROUP, disabled: needsTrack,
-    tooltip: 'Choose the class of the track, or of this box alone (L)',
+    tooltip: 'Choose the label of the track, or of this box alone (L). Labels that are pinned to a digit: (Ctrl+1) to (Ctrl+9)',
     run: (app) => {
       const { review } = app.store.get();
       if (!review?.selected) return;
@@ -50,11 +93,15 @@ export const verdicts = [
     },
   }),
   operation({
-    id: 'not-a-sign', label: 'Not a sign', keys: ['Shift+X'], icon: 'not_a_sign', group: GROUP, disabled: needsTrack,
+    id: 'pinned-label', label: 'Give a pinned label', keys: DIGITS.map((digit) => `Ctrl+${digit}`), group: GROUP, disabled: needsTrack,
+    run: (app, key) => givePinned(app, String(key).slice(-1)),
+  }),
+  operation({
+    id: 'ignore', label: 'Ignore the track, or no longer', keys: ['U'], icon: 'ignore', group: GROUP, disabled: needsTrack,
+    tooltip: 'Neither a sign nor background: comparisons leave the track out, and no training learns from it (U)',
     run: (app) => {
       const { review } = app.store.get();
-      const present = review?.selected ? review.docs[review.selected]?.not_a_sign ?? false : false;
-      editSelected(app, { name: 'set_not_a_sign', value: !present });
+      editSelected(app, { name: 'ignore', value: !(review?.selected && review.docs[review.selected]?.ignore) });
     },
   }),
   operation({

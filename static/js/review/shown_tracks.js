@@ -11,10 +11,13 @@
  * @property {'engine'|'corrected'|'interpolated'|'proposed'} origin   proposed: followed, not accepted yet
  * @property {boolean} occluded
  * @property {number|null} class_id     null: none is known; -1: none of the classes, as a person says
+ * @property {string|null} word        what the engine calls it, where that is its label and the set lacks it
  * @property {boolean} not_a_sign      a person says so
  * @property {boolean} edited          this box is not the engine's any more: its place, its label or whether it is hidden is a person's
  * @property {import('../types.js').OverlayTrack|null} engine
  */
+import { isCorrected } from '../model/corrected.js';
+import { NO_CLASS, beganAs } from '../model/documents.js';
 import { boxAt } from '../model/effective.js';
 import { proposalAt } from '../model/following.js';
 
@@ -35,13 +38,14 @@ export function shownTracks(review, frame = review.frame) {
     const key = `m${track.id}`;
     // a track that is confirmed later is shown from its first frame on
     if (review.docs[key] || !(classes.has(track.id) || track.state === 'confirmed')) continue;
-    shown.push({ key, box: track.box, origin: 'engine', occluded: false, class_id: classes.get(track.id) ?? track.class_id, not_a_sign: false, edited: false, engine: track });
+    shown.push({ key, box: track.box, origin: 'engine', occluded: false, class_id: classes.get(track.id) ?? track.class_id, word: wordOf(review, track.id) ?? track.word ?? null, not_a_sign: false, edited: false, engine: track });
   }
   for (const doc of Object.values(review.docs)) {
     const at = boxAt(doc, frame, machineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
-    shown.push({ key: doc.key, ...at, not_a_sign: doc.not_a_sign, edited: isEdited(at, doc, segment ? classes.get(segment.track) ?? null : null), engine: (segment && engine.get(segment.track)) ?? null });
+    const behind = at.class_id === NO_CLASS && doc.class_id === null && doc.keys[frame]?.class_id == null ? beganAs(doc) : null;
+    shown.push({ key: doc.key, ...at, word: behind === null ? null : wordOf(review, behind), not_a_sign: doc.not_a_sign, edited: isEdited(at, doc, segment ? classes.get(segment.track) ?? null : null), engine: (segment && engine.get(segment.track)) ?? null });
   }
   return withProposal(review, frame, shown, classes);
 }
@@ -62,7 +66,7 @@ function withProposal(review, frame, shown, classes) {
   const doc = review.docs[following.key];
   const class_id = own?.class_id ?? doc?.class_id ?? classes.get(Number(following.key.slice(1))) ?? null;
   /** @type {ShownTrack} */
-  const proposed = { key: following.key, box: proposal.box, origin: 'proposed', occluded: false, class_id, not_a_sign: doc?.not_a_sign ?? false, edited: true, engine: own?.engine ?? null };
+  const proposed = { key: following.key, box: proposal.box, origin: 'proposed', occluded: false, class_id, word: own?.word ?? null, not_a_sign: doc?.not_a_sign ?? false, edited: true, engine: own?.engine ?? null };
   return [...shown.filter((one) => one !== own), proposed];
 }
 
@@ -94,19 +98,6 @@ export function secondShown(review) {
 export const shownSigns = (review) => shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
 
 /**
- * Whether a track is another one than the engine's: after undoing everything it is the engine's again.
- * @param {import('../types.js').TrackDoc} doc
- * @param {ReviewState['tracks']} tracks
- */
-export function isCorrected(doc, tracks) {
-  const at = doc.key.startsWith('m') && tracks ? tracks.id.indexOf(Number(doc.key.slice(1))) : -1;
-  const [piece, ...others] = doc.segments;
-  const whole = tracks !== null && at >= 0 && others.length === 0 && piece !== undefined
-    && piece.track === tracks.id[at] && piece.first <= tracks.first[at] && piece.last >= tracks.last[at];
-  return !whole || doc.gone || doc.class_id !== null || doc.not_a_sign || Object.keys(doc.keys).length > 0;
-}
-
-/**
  * Tracks of which people have said what should have come out: accepted, rejected or corrected; notes alone say nothing.
  * @param {ReviewState} review
  * @returns {string[]}
@@ -126,6 +117,11 @@ export const isAwaited = ({ frame, overlays, run }) => run !== null && run.first
 
 /** The fused class of an engine track; null: it has none. @param {ReviewState} review @param {number} track @returns {number|null} */
 export const engineClass = (review, track) => classesOf(review).get(track) ?? null;
+
+/** What the engine calls a track, where the set lacks that. @param {ReviewState} review @param {number} track @returns {string|null} */
+function wordOf({ tracks }, track) {
+  return tracks?.word?.[tracks.id.indexOf(track)] ?? null;
+}
 
 /** @type {WeakMap<object, Map<number, number|null>>} */
 const known = new WeakMap();

@@ -16,6 +16,7 @@ export const initialState = () => ({
   route: { screen: 'library' },
   session: null,
   labels: [],
+  labelSets: null,
   parameters: [],
   videos: null,
   runs: {},

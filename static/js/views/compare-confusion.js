@@ -1,7 +1,7 @@
 // @ts-check
 /** The confusion matrix: a table that is also a heat map; right cells are on the diagonal. */
 
-import {className} from '../model/label_words.js';
+import {className, labelFor} from '../model/labels.js';
 import {h} from './dom.js';
 import {count, plural} from './format.js';
 
@@ -33,10 +33,13 @@ export function arrangeConfusion({classes, cells}) {
  * What a cell says, as the title of its places.
  * @param {Pick<Cell, 'reference'|'candidate'>} cell
  * @param {readonly Label[]} labels
+ * @param {Record<string, string>} [words]   what models call signs that the set lacks
  */
-export function cellWords({reference, candidate}, labels) {
-  if (candidate === null) return `${className(labels, reference)}, missed`;
-  return `${reference === null ? 'Nothing there' : className(labels, reference)}, called ${className(labels, candidate)}`;
+export function cellWords({reference, candidate}, labels, words = {}) {
+  /** @param {number|null} id */
+  const name = (id) => words[String(id)] ?? className(labels, id);
+  if (candidate === null) return `${name(reference)}, missed`;
+  return `${reference === null ? 'Nothing there' : name(reference)}, called ${name(candidate)}`;
 }
 
 /**
@@ -49,14 +52,14 @@ export function createConfusion(found, labels, show) {
   const {rows, columns, cell, most} = arrangeConfusion(found.confusion);
   /** @param {number|null} id @param {string} none */
   const head = (id, none) => {
-    const label = labels.find((other) => other.id === id);
-    const words = id === null ? none : className(labels, id);
-    return h('span', {class: 'matrix-head', title: words}, label && h('img', {src: label.picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, words));
+    const picture = labelFor(labels, id)?.picture;
+    const words = id === null ? none : found.confusion.words?.[String(id)] ?? className(labels, id);
+    return h('span', {class: 'matrix-head', title: words}, picture && h('img', {src: picture, alt: '', width: 24, height: 24}), h('span', {class: 'truncate'}, words));
   };
   /** @param {Cell} entry */
   const tone = (entry) => entry.reference === entry.candidate ? 'right' : 'wrong';
   return h('section', {class: 'compare-confusion', 'aria-labelledby': 'confusion-title'},
-    h('h2', {id: 'confusion-title'}, 'Confusion of classes'),
+    h('h2', {id: 'confusion-title'}, 'Confusion of labels'),
     rows.length === 0 ? h('p', {class: 'muted'}, 'No boxes to compare in these frames.') : h('div', {class: 'matrix-frame', role: 'region', 'aria-labelledby': 'confusion-title', tabIndex: 0},
       h('table', {class: 'matrix'},
         h('caption', {class: 'muted small'}, 'Rows: the reference. Columns: what the candidate says. Numbers: boxes.'),
@@ -67,7 +70,7 @@ export function createConfusion(found, labels, show) {
             if (!entry) return h('td');
             // A root brings out the few wrong ones beside many right ones.
             const heat = Math.sqrt(entry.count / most);
-            const says = cellWords(entry, labels);
+            const says = cellWords(entry, labels, found.confusion.words);
             return h('td', {class: `matrix-cell matrix-${tone(entry)} ${heat > 0.55 ? 'matrix-strong' : ''}`, style: {'--heat-part': heat.toFixed(3)}},
               h('button', {type: 'button', title: `${says}: ${plural(entry.count, 'box', 'boxes')}`, 'aria-label': `${says}: ${plural(entry.count, 'box', 'boxes')}`, onclick: () => show({title: says, side: entry.reference === null ? 'candidate' : 'reference', frames: entry.frames, lasts: entry.lasts, tracks: entry.tracks, partners: entry.partners, places: entry.frames.length})}, count(entry.count)));
           })))))));

@@ -47,7 +47,7 @@ export function createCompare(app) {
     content.replaceChildren(h('h1', {class: 'visually-hidden'}, 'Compare'), waiting('The two are compared', {retry: () => load(a, b), signal: both, after: 20_000}));
     try {
       const found = await app.api.compare(a, b, {signal: both});
-      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels({signal: both});
+      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels(null, {signal: both});
       if (both.aborted) return;
       show(found, a, b, labels);
       tellRuns(app.store.get());

@@ -3,7 +3,7 @@
 
 import {ApiError, sentence} from '../api/errors.js';
 import {openStream} from '../api/events.js';
-import {hideBanner, setArtefacts, setConnection, setLabels, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
+import {hideBanner, setArtefacts, setConnection, setModels, setParameters, setRuns, setSession, setVideos, showBanner} from '../store/actions/page.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
@@ -69,8 +69,8 @@ export function startLive(app, hooks = {}) {
   async function reload() {
     clearTimeout(repeat);
     try {
-      await app.load(() => Promise.all([api.session(), api.labels(), api.parameters(), api.videos()]),
-        (state, [session, labels, parameters, videos]) => setVideos(setParameters(setLabels(setSession(state, session), labels), parameters), videos));
+      await app.load(() => Promise.all([api.session(), app.labels.reload(), api.parameters(), api.videos()]),
+        (state, [session, , parameters, videos]) => setVideos(setParameters(setSession(state, session), parameters), videos));
       store.dispatch((state) => hideBanner(state, 'load'));
       // runs are told apart by their models; without those everything else goes on
       await app.load(() => Promise.all([api.artefacts(), api.models().catch(() => store.get().models)]),

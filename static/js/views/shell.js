@@ -6,6 +6,7 @@ import {createCompare} from './compare.js';
 import {createDialogs} from './dialogs/layer.js';
 import {h} from './dom.js';
 import {createFiles} from './files.js';
+import {createLabels} from './labels/index.js';
 import {createLibrary} from './library.js';
 import {createModels} from './models.js';
 import {createReview} from './review.js';
@@ -24,6 +25,7 @@ const SCREENS = {
   compare: {title: 'Compare', create: createCompare},
   models: {title: 'Models', create: createModels},
   files: {title: 'Files', create: createFiles},
+  labels: {title: 'Labels', create: createLabels},
 };
 
 /**

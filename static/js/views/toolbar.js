@@ -1,6 +1,7 @@
 // @ts-check
 /** The operations as buttons, each with its key in the tooltip. */
 
+import { verdictOf } from '../model/documents.js';
 import { runOperation } from '../operations/registry.js';
 import { followFocus, h, leaveKeysToPicture } from './dom.js';
 import { icon, isIcon } from './icons.js';
@@ -17,7 +18,7 @@ const BAR = [
   ['select-mode', 'draw', 'new-box', 'merge', 'split', 'key-frame', 'interpolate'],
   ['follow', 'extend-first', 'extend-last'],
   ['occluded', 'outside', 'delete-from', 'delete-track'],
-  ['relabel', 'not-a-sign', 'note'],
+  ['relabel', 'ignore', 'note'],
   ['accept', 'reject', 'needs-work'],
   ['previous-in-queue', 'next-in-queue', 'to-track'],
   ['fit', 'actual-size', 'zoom-track', 'few-labels', 'what-if'],
@@ -35,13 +36,18 @@ const PRESSED = {
   'space-view': (review) => review.beside === 'space',
   'few-labels': (review) => review.fewLabels,
   'select-mode': (review) => review.mode === 'select',
-  accept: (review) => docOfSelected(review)?.review === 'accepted',
-  reject: (review) => docOfSelected(review)?.review === 'rejected',
-  'needs-work': (review) => docOfSelected(review)?.review === 'needs_work',
-  'not-a-sign': (review) => docOfSelected(review)?.not_a_sign === true,
+  accept: (review) => verdictOfSelected(review) === 'accepted',
+  reject: (review) => verdictOfSelected(review) === 'rejected',
+  'needs-work': (review) => verdictOfSelected(review) === 'needs_work',
+  ignore: (review) => docOfSelected(review)?.ignore === true,
 };
 /** @param {import('../state-types.js').ReviewState} review */
 const docOfSelected = (review) => (review.selected ? review.docs[review.selected] : undefined);
+/** @param {import('../state-types.js').ReviewState} review */
+const verdictOfSelected = (review) => {
+  const doc = docOfSelected(review);
+  return doc && verdictOf(doc);
+};
 
 /**
  * @param {App} app
@@ -98,4 +104,4 @@ export function createToolbar(app) {
 }
 
 /** @param {Operation} operation */
-const short = (operation) => ({ accept: 'Accept', reject: 'Reject', 'needs-work': 'Needs work', 'what-if': 'What if' })[operation.id] ?? operation.label;
+const short = (operation) => ({ accept: 'Accept', reject: 'False positive', 'needs-work': 'Needs work', 'what-if': 'What if' })[operation.id] ?? operation.label;

@@ -58,6 +58,7 @@ export function createTopBar(app) {
   const links = [
     h('a', {class: 'nav-link', href: '#/', dataset: {screen: 'library'}}, 'Library'),
     h('a', {class: 'nav-link', href: '#/files', dataset: {screen: 'files'}}, 'Files', making),
+    h('a', {class: 'nav-link', href: '#/labels', dataset: {screen: 'labels'}}, 'Labels'),
     h('a', {class: 'nav-link', href: '#/models', dataset: {screen: 'models'}}, 'Models'),
   ];
   const element = h('header', {class: 'topbar'},

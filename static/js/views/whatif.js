@@ -1,6 +1,7 @@
 // @ts-check
 /** What a what-if changed: tracks gained, lost, switched, relabelled; each opens its frame. */
 
+import {engineName} from '../model/labels.js';
 import {formatRoute} from '../model/route.js';
 import {h} from './dom.js';
 import {openOver} from './open-over.js';
@@ -28,12 +29,12 @@ const KINDS = /** @type {const} */ ([
 export function changesOf(run, kind, labels) {
   /** @type {Record<string, any>[]} */
   const entries = run.summary.difference?.[kind] ?? [];
-  /** @param {number|null} id */
-  const name = (id) => id === null ? 'no class' : labels.find((label) => label.id === id)?.name ?? `class ${id}`;
+  /** @param {number|null} id @param {string|null|undefined} word */
+  const name = (id, word) => engineName(labels, id, word);
   return entries.map((entry, at) => {
     const text = kind === 'switched' ? `into ${entry.parts.length} parts at frame ${count(entry.frame)}`
-      : kind === 'relabelled' ? `${name(entry.before)} → ${name(entry.after)}`
-      : `${name(entry.class_id)}, frames ${count(entry.frame)}–${count(entry.last)}`;
+      : kind === 'relabelled' ? `${name(entry.before, entry.words?.[0])} → ${name(entry.after, entry.words?.[1])}`
+      : `${name(entry.class_id, entry.word)}, frames ${count(entry.frame)}–${count(entry.last)}`;
     return {key: `${kind}${at}`, text, frame: entry.frame, track: entry.track, own: kind === 'gained' || kind === 'relabelled'};
   });
 }

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from app.edits.service import EditService
 from app.events import EventBus
+from app.labels.store import start
 from app.storage.database import Database
 from app.storage.models import Base, Run, Video
 from tsr_engine.labels.model import LabelSet
@@ -49,9 +50,10 @@ def make_desk(url: str, labels: LabelSet | None = None) -> Desk:
     Base.metadata.create_all(database.engine)
     with database.write() as session:
         session.add(Video(id=VIDEO, name="v", path="/v", size=1, warnings=[], state="ready", frames=FRAMES))
+        if labels is not None:
+            start(session, labels, "ann", "Made.")
+            session.get_one(Video, VIDEO).label_set = labels.key
         session.flush()
         session.add(Run(id=RUN, video_id=VIDEO, state="complete", parameters={}, models={}, summary={}))
     evidence = ToyEvidence()
-    of_video = None if labels is None else lambda _session, _video: labels
-    service = EditService(database, EventBus(), evidence, labels=of_video)  # type: ignore[arg-type]
-    return Desk(database, service, evidence)
+    return Desk(database, EditService(database, EventBus(), evidence), evidence)  # type: ignore[arg-type]

@@ -14,6 +14,9 @@ from app.evidence.doubt import CLEAR_RATIO, Disagreement, DoubtInput, doubts
 from app.evidence.tables import confirmed_boxes
 from app.evidence.tracks import track_facts
 from app.storage.models import Run, TrackDocument
+from tsr_engine.labels.files import shipped_set
+
+GTSRB = shipped_set("gtsrb-43")
 
 
 def sure(**changes: Any) -> DoubtInput:
@@ -21,9 +24,9 @@ def sure(**changes: Any) -> DoubtInput:
     given: dict[str, Any] = {
         "frames": [30],
         "predicted": [0],
-        "class_id": [14],
+        "name": ["stop"],
         "share": [0.95],
-        "runner_up": [13],
+        "runner_up": ["give way"],
         "runner_up_share": [0.05],
         "closest": [np.inf],
         "closest_frame": [-1],
@@ -34,8 +37,9 @@ def sure(**changes: Any) -> DoubtInput:
     }
     given |= changes
     floats = {"share", "runner_up_share", "closest", "closest_value"}
-    arrays = {k: np.array(v, float if k in floats else int) for k, v in given.items() if k != "tau"}
-    return DoubtInput(**arrays, tau=given["tau"])
+    plain = {"name", "runner_up", "tau"}
+    arrays = {k: v if k in plain else np.array(v, float if k in floats else int) for k, v in given.items()}
+    return DoubtInput(**arrays)
 
 
 def test_a_clear_track_is_not_doubtful() -> None:
@@ -49,7 +53,7 @@ def test_a_clear_track_is_not_doubtful() -> None:
     [
         ({"share": [0.5], "runner_up_share": [0.2]}, 0.5, "'stop' has 50% of the votes, 'give way' 20%."),
         ({"share": [0.4], "runner_up_share": [0.4]}, 1.0, "'stop' has 40% of the votes, 'give way' 40%."),
-        ({"class_id": [-1], "share": [np.nan]}, 1.0, "It was never recognised."),
+        ({"name": [None], "share": [np.nan]}, 1.0, "It was never recognised."),
         ({"frames": [9]}, 0.35, "It is short: 9 frames."),
         ({"frames": [1], "judged": [0]}, 0.7, "It is short: 1 frame."),
         ({"predicted": [9]}, 0.3, "9 of its 30 frames are predictions without a measurement."),
@@ -87,9 +91,9 @@ def test_doubt_never_falls_when_a_track_gets_worse() -> None:
     given = DoubtInput(
         frames=rng.integers(1, 60, n),
         predicted=np.zeros(n, int),
-        class_id=rng.integers(0, 43, n),
+        name=["stop"] * n,
         share=rng.uniform(0.3, 1, n),
-        runner_up=rng.integers(0, 43, n),
+        runner_up=["give way"] * n,
         runner_up_share=rng.uniform(0, 0.3, n),
         closest=rng.exponential(1, n),
         closest_frame=np.zeros(n, int),
@@ -113,10 +117,10 @@ def test_doubt_never_falls_when_a_track_gets_worse() -> None:
 def test_another_run_that_says_something_else(home: Any) -> None:
     with home.reader() as reader:
         mine, facts = confirmed_boxes(reader), track_facts(reader)
-    agrees = against_run(mine, mine, facts, "Run 2", (0, 75))
+    agrees = against_run(mine, mine, facts, "Run 2", (0, 75), GTSRB)
     assert agrees.weight.tolist() == [0.0] * len(facts.id)
     relabelled = replace(mine, class_id=np.where(mine.track == 0, 30, mine.class_id))
-    other = against_run(mine, relabelled, facts, "Run 2", (0, 75))
+    other = against_run(mine, relabelled, facts, "Run 2", (0, 75), GTSRB)
     assert other.weight[0] == 1.0
     assert other.sentence[0] == "Run 2 calls it 'ice or snow'."
     assert other.weight[1:].tolist() == [0.0] * (len(facts.id) - 1)
@@ -130,11 +134,11 @@ def test_another_run_that_says_something_else(home: Any) -> None:
         ignore=mine.ignore[first],
         source=mine.source[first],
     )
-    lost = against_run(mine, without, facts, "Run 2", (0, 75))
+    lost = against_run(mine, without, facts, "Run 2", (0, 75), GTSRB)
     assert lost.weight.tolist() == [0.0] + [0.5] * (len(facts.id) - 1)
     assert lost.sentence[1] == "Run 2 has no such track."
     # What the other run never looked at says nothing.
-    unseen = against_run(mine, without, facts, "Run 2", (0, int(facts.last[1])))
+    unseen = against_run(mine, without, facts, "Run 2", (0, int(facts.last[1])), GTSRB)
     assert unseen.weight.tolist() == [0.0] * len(facts.id)
 
 
@@ -155,7 +159,7 @@ def test_a_person_who_says_something_else(home: Any) -> None:
         ({"class_id": other, "review": "accepted"}, False),
         ({"not_a_sign": True, "review": "rejected"}, False),
     ):
-        found = overruled({first: document, "h123456": {"class_id": 3}, second: {}}, facts)
+        found = overruled({first: document, "h123456": {"class_id": 3}, second: {}}, facts, GTSRB)
         assert found.tolist() == [expected, False, *rest], document
 
 

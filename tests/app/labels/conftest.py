@@ -10,12 +10,13 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from databases import cluster, database, database_url
+from evidence_fixtures import toy_homes
 
 from app.events import EventBus
 from app.labels.service import LabelService
 from app.storage.database import Database
 
-__all__ = ["cluster", "database", "database_url"]
+__all__ = ["cluster", "database", "database_url", "toy_homes"]
 
 
 @pytest.fixture

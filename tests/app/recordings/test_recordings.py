@@ -45,7 +45,7 @@ def test_tracks_are_called_as_on_the_page(server: Server, home: Any) -> None:
     half = Segment(track=track.track_id, first=middle, last=track.last_frame)
     made = (TrackDoc(key="h000001", keys=drawn), TrackDoc(key="h000002", segments=(half,)))
     documents = {doc.key: doc for doc in made}
-    rows = corrected_rows(place.folder, documents)
+    rows = corrected_rows(place.folder, documents, place.classes)
     assert rows is not None
     labels = set(rows.labels)
     for name in ("drawn at 7 ", f"#{track.track_id} from {middle} "):

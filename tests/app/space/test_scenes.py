@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.space.data import Hits, SpaceData
+from app.space.data import Hits, Sign, SpaceData
 from app.space.host import Host
 from app.space.prior import Prior
 from app.space.scenes.stage import Stage
@@ -43,6 +43,7 @@ def make_data(tracks: int, length: int = 25, spread: int = 40) -> SpaceData:
         boxes=np.stack([centre[:, 0], centre[:, 1], centre[:, 0] + side, centre[:, 1] + side], axis=1),
         source=rng.integers(0, 3, len(frame)),
         verdict=rng.integers(0, 3, len(frame)),
+        signs={n: Sign(f"sign {n}", pictogram=f"gtsrb/{n}" if n % 2 else "") for n in range(43)},
     )
 
 

@@ -5,7 +5,7 @@ import { detailColumns, placeAt } from '../../../static/js/model/detail_columns.
 import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/model/gate_lane.js';
 import { hashBits } from '../../../static/js/model/hash_bits.js';
 import { packIntervals } from '../../../static/js/model/interval_packing.js';
-import { CORRECTED, NOT_A_SIGN, barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
+import { CORRECTED, barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
 import { countsAs, sentencesOf, short, sourceAt, symmetryAt, symmetryHint, verdictAt } from '../../../static/js/model/plain_words.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
@@ -13,6 +13,7 @@ import { documentLane } from '../../../static/js/model/track_lane.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { paintDetail } from '../../../static/js/views/lanes/detail_painter.js';
 import { drive, laneOf } from '../harness/synthetic.js';
+import { label } from '../labels.js';
 
 const { tracks, lanes } = drive(20000, 800);
 const entries = trackEntries(tracks, {});
@@ -72,7 +73,7 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
 
   const none = { m1: { ...accepted.m1, not_a_sign: true } };
   const refused = judgedLaneIndex(once, entriesOf(none), accepted, none);
-  assert.equal(refused?.classId[refused.barOf.get('m1') ?? -1], NOT_A_SIGN);
+  assert.equal(refused?.review[refused.barOf.get('m1') ?? -1], 2, 'as a false positive');
   assert.deepEqual(refused, buildLaneIndex(entriesOf(none), lanes, none));
 
   const key = { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null };
@@ -86,8 +87,8 @@ test('a verdict or a label leaves the bars where they are: the index is the one 
 });
 
 test('every bar is named, also one without a class', () => {
-  const labels = /** @type {any} */ ([{ id: 14, name: 'stop' }]);
-  assert.deepEqual([14, 3, -1, NOT_A_SIGN].map((id) => barName(labels, id)), ['stop', 'class 3', 'no class', 'not a sign']);
+  const labels = [label({ id: 14, name: 'stop' }), label({ id: 40_000, merged_into: 14 })];
+  assert.deepEqual([14, 3, -1, 40_000].map((id) => barName(labels, id)), ['stop', 'label 3', 'no label', 'stop']);
 });
 
 test('queue, lanes and inspector share one list of tracks', () => {

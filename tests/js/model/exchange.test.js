@@ -2,20 +2,25 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { countOut, DEFAULT_STATES, FIRST_CHOICE, isVideoFile, NO_CLASS, numberIn, parseLabelMap, restoreChoice } from '../../../static/js/model/exchange.js';
+import { countOut, DEFAULT_STATES, FIRST_CHOICE, isVideoFile, numberIn, restoreChoice } from '../../../static/js/model/exchange.js';
 
 const tracks = /** @type {any} */ ({ id: [1, 2, 3], first: [0, 50, 90], last: [19, 99, 99], frames: [20, 25, 10], class_id: [14, 2, null] });
 /** @param {object} [more] */
-const rule = (more = {}) => ({ states: [...DEFAULT_STATES], classes: null, first: 0, last: 2 ** 31 - 2, ...more });
+const rule = (more = {}) => ({ states: ['open', 'edited', 'accepted', 'needs_work', 'rejected'], labels: null, notInSet: 'class', first: 0, last: 2 ** 31 - 2, ...more });
+/** @param {any[]} docs @param {any} asked */
+const out = (docs, asked) => {
+  const { tracks: signs, boxes, rejected } = countOut(tracks, docs, asked);
+  return { tracks: signs, boxes, rejected };
+};
 
 test('without corrections every track of the engine goes out', () => {
-  assert.deepEqual(countOut(tracks, [], rule()), { tracks: 3, boxes: 20 + 25 + 10, rejected: 0 });
-  assert.deepEqual(countOut(tracks, [], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
+  assert.deepEqual(out([], rule()), { tracks: 3, boxes: 20 + 25 + 10, rejected: 0 });
+  assert.deepEqual(out([], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
 });
 
 test('classes and frames cut the count; a track that is half inside counts half', () => {
-  assert.deepEqual(countOut(tracks, [], rule({ classes: [14, NO_CLASS] })), { tracks: 2, boxes: 30, rejected: 0 });
-  assert.deepEqual(countOut(tracks, [], rule({ first: 75, last: 95 })), { tracks: 2, boxes: Math.round(21 * 0.5) + 6, rejected: 0 });
+  assert.deepEqual(out([], rule({ labels: new Set([14]) })), { tracks: 2, boxes: 30, rejected: 0 });
+  assert.deepEqual(out([], rule({ first: 75, last: 95 })), { tracks: 2, boxes: Math.round(21 * 0.5) + 6, rejected: 0 });
 });
 
 test('what people said about a track counts instead of the engine', () => {
@@ -23,18 +28,32 @@ test('what people said about a track counts instead of the engine', () => {
   const rejected = { ...emptyDoc(span), review: /** @type {const} */ ('rejected') };
   const nothing = { ...emptyDoc({ track: 1, first: 0, last: 19 }), not_a_sign: true };
   const merged = { ...emptyDoc({ track: 3, first: 90, last: 99 }), gone: true };
-  assert.deepEqual(countOut(tracks, [rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
-  assert.deepEqual(countOut(tracks, [rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
+  assert.deepEqual(out([rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
+  assert.deepEqual(out([rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
   const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
-  assert.deepEqual(countOut(tracks, [own], rule({ classes: [5] })), { tracks: 1, boxes: 1, rejected: 0 });
+  assert.deepEqual(out([own], rule({ labels: new Set([5]), notInSet: 'leave-out' })), { tracks: 1, boxes: 1, rejected: 0 });
 });
 
 test('what was remembered comes back; nonsense is as if nothing was', () => {
-  const kept = { ...FIRST_CHOICE, format: 'yolo', states: ['accepted'], classes: [1, 2], switches: { yolo: { image: 'png' } } };
+  const kept = { ...FIRST_CHOICE, format: 'yolo', states: ['accepted'], labels: ['stop', 'C,3a'], not_in_set: /** @type {const} */ ('ignore'), balance: true, switches: { yolo: { image: 'png' } } };
   assert.deepEqual(restoreChoice(JSON.stringify(kept)), kept);
   for (const text of [null, '', '{', '3', 'null', '[]']) assert.deepEqual(restoreChoice(text), FIRST_CHOICE, String(text));
-  const odd = restoreChoice('{"format": 3, "states": [], "classes": ["x"], "shares": ["1"], "pictures": "many", "switches": []}');
+  const odd = restoreChoice('{"format": 3, "states": [], "labels": [3], "not_in_set": "x", "shares": ["1"], "pictures": "many", "switches": []}');
   assert.deepEqual(odd, FIRST_CHOICE);
+});
+
+test('what stays behind is counted: open, and without a label of the set', () => {
+  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null } } };
+  const relabelled = { ...emptyDoc({ track: 2, first: 50, last: 99 }), class_id: 9 };
+  const noted = { ...emptyDoc({ track: 1, first: 0, last: 19 }), notes: [{ id: 'n', frame: 3, text: 'x', author: 'A', time: '' }] };
+  const found = countOut(tracks, [own, relabelled, noted], rule({ states: [...DEFAULT_STATES], notInSet: 'leave-out' }), (id) => (id === 9 ? 5 : id));
+  assert.deepEqual([found.tracks, found.open, found.unlabelled, [...found.byLabel]], [2, 2, 0, [[5, 2]]], 'a note is no edit; a merged label counts as the other');
+  assert.deepEqual([countOut(tracks, [], rule({ notInSet: 'leave-out' })).unlabelled, countOut(tracks, [], rule({ notInSet: 'ignore' })).tracks], [1, 3]);
+});
+
+test('a choice of before label sets keeps what it can', () => {
+  const before = restoreChoice('{"format": "yolo", "states": ["open", "accepted", "needs_work", "rejected"], "classes": [1]}');
+  assert.deepEqual(before, { ...FIRST_CHOICE, format: 'yolo' });
 });
 
 test('typed numbers are numbers in their range', () => {
@@ -44,14 +63,6 @@ test('typed numbers are numbers in their range', () => {
   for (const text of ['11', '-1', 'x', '1e3', '0x1', 'NaN']) assert.ok('error' in numberIn(text, side), text);
   assert.ok('error' in numberIn('', { name: 'The seed', low: 0, high: 5, whole: true }));
   assert.ok('error' in numberIn('1.5', { name: 'The seed', low: 0, high: 5, whole: true }));
-});
-
-test('class names are read line by line, and a wrong line is named', () => {
-  assert.deepEqual(parseLabelMap('stop sign = 14\n\n a = b=3 '), { map: { 'stop sign': 14, 'a = b': 3 } });
-  for (const text of ['x', 'x = 43', 'x = -1', '= 4']) {
-    const found = parseLabelMap(`a = 1\n${text}`);
-    assert.ok('error' in found && found.error.includes('Line 2'), text);
-  }
 });
 
 test('videos are told from annotations by name', () => {

@@ -3,17 +3,18 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
-import { className } from '../../../static/js/model/label_words.js';
+import { className } from '../../../static/js/model/labels.js';
 import { whoseLabel } from '../../../static/js/model/persons_words.js';
+import { named } from '../labels.js';
 
-const labels = ['speed limit 20 km/h', 'yield'].map((name, id) => ({ id, name, picture: '' }));
+const labels = named(['speed limit 20 km/h', 'yield']);
 /** @param {number} id */
 const nameOf = (id) => className(labels, id);
 const bare = emptyDoc({ track: 7, first: 0, last: 99 });
 const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
 
-test('no word, none of the classes and a class of no name are told apart', () => {
-  assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['no class', 'none of the classes', 'yield', 'class 40']);
+test('no word, not in the set and a number that no label has are told apart', () => {
+  assert.deepEqual([null, NO_CLASS, 1, 40].map((id) => className(labels, id)), ['no label', 'not in the set', 'yield', 'label 40']);
 });
 
 test('whose label it is, and what the engine says', () => {
@@ -29,5 +30,5 @@ test('boxes that are called otherwise than their track are named, a few of many'
   assert.equal(whoseLabel(one, 0, nameOf), 'Single boxes are called otherwise: yield in frame 5.');
   const many = { ...bare, class_id: 0, keys: Object.fromEntries([1, 2, 3, 4, 5].map((frame) => [frame, { ...key, class_id: NO_CLASS }])) };
   assert.equal(whoseLabel(many, 0, nameOf), 'Label set by a person; the engine says the same. Single boxes are called otherwise: '
-    + 'none of the classes in frame 1, none of the classes in frame 2, none of the classes in frame 3 and 2 more.');
+    + 'not in the set in frame 1, not in the set in frame 2, not in the set in frame 3 and 2 more.');
 });

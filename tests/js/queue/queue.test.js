@@ -5,8 +5,9 @@ import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, queueOrder, s
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { drive } from '../harness/synthetic.js';
+import { label } from '../labels.js';
 
-const LABELS = [{ id: 1, name: 'Yield', picture: '' }, { id: 2, name: 'Stop', picture: '' }];
+const LABELS = [label({ id: 1, name: 'Yield', aliases: ['give way'] }), label({ id: 2, name: 'Stop' }), label({ id: 9, name: 'Halt', merged_into: 2 })];
 
 /**
  * @param {object} [docs]
@@ -59,11 +60,34 @@ test('a person’s label and review state count, not the engine’s', () => {
   assert.deepEqual(queueOrder(state(docs, { review: 'open' })), ['m2', 'm3']);
 });
 
+test('a merged label counts as the one that stands for it', () => {
+  const docs = { m1: doc(1, { class_id: 9 }) };
+  assert.deepEqual(queueOrder(state(docs, { class_id: 2 })), ['m2', 'm1']);
+  assert.deepEqual(queueOrder(state(docs, { class_id: 9 })), ['m2', 'm1'], 'a filter from before the merge');
+  assert.deepEqual(queueOrder(state(docs, { text: 'stop' })), ['m2', 'm1']);
+  assert.deepEqual(queueOrder(state(docs, { sort: 'class' })), ['m3', 'm1', 'm2']);
+  assert.deepEqual(queueOrder(state(docs, { text: 'give way' })), ['m3'], 'an alias finds too');
+});
+
+test('attributes are found by name and answer, of the whole track and of single frames', () => {
+  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
+  const docs = { m1: doc(1, { attributes: { ground: 'red', dirty: true } }), m2: doc(2, { keys: { 12: { ...key, attributes: { dirty: false } } } }) };
+  /** @param {string} text */
+  const found = (text) => queueOrder(state(docs, { text }));
+  assert.deepEqual([found('dirty'), found('dirty=yes'), found('dirty=no ground'), found('ground=red')], [['m2', 'm1'], ['m1'], [], ['m1']]);
+});
+
+test('what an older version marked as no sign is a false positive', () => {
+  const docs = { m1: doc(1, { not_a_sign: true }) };
+  assert.deepEqual(queueOrder(state(docs, { review: 'rejected' })), ['m1']);
+  assert.equal(queueCounts(trackEntries(state(docs).review.tracks, docs)).left, 2);
+});
+
 test('none of the classes is an answer of its own: filtered, found and doubted as such', () => {
   const docs = { m1: doc(1, { class_id: NO_CLASS }) };
   assert.deepEqual(queueOrder(state(docs, { class_id: NO_CLASS })), ['m1']);
   assert.deepEqual(queueOrder(state(docs, { class_id: 1 })), ['m3']);
-  assert.deepEqual(queueOrder(state(docs, { text: 'none of' })), ['m1']);
+  assert.deepEqual(queueOrder(state(docs, { text: 'not set' })), ['m1']);
   assert.deepEqual(queueOrder(state(docs, { sort: 'class' })), ['m3', 'm2', 'm1']);
   const { tracks } = state().review;
   assert.equal(trackEntries(tracks, docs).find(({ key }) => key === 'm1')?.doubt, 1);
@@ -127,7 +151,6 @@ test('tracks without a score come last, and the order is total', () => {
 test('whom a person overrules is doubtful until it is decided, and no row moves meanwhile', () => {
   for (const [change, doubt, told] of /** @type {[object, number, string[]][]} */ ([
     [{ class_id: 2 }, 1, ['A person calls it something else than the engine.']],
-    [{ not_a_sign: true }, 1, ['A person says that it is not a sign.']],
     [{ class_id: 2, review: 'needs_work' }, 1, ['A person calls it something else than the engine.']],
     [{ class_id: 2, review: 'accepted' }, 0.1, []],
     [{ not_a_sign: true, review: 'rejected' }, 0.1, []],

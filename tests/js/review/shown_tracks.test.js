@@ -3,7 +3,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { applyCommand } from '../../../static/js/model/commands.js';
-import { isCorrected, shownTracks } from '../../../static/js/review/shown_tracks.js';
+import { isCorrected } from '../../../static/js/model/corrected.js';
+import { shownTracks } from '../../../static/js/review/shown_tracks.js';
 
 const tracks = /** @type {any} */ ({ id: [7], first: [0], last: [99] });
 const spans = [{ track: 7, first: 0, last: 99 }];

@@ -9,7 +9,10 @@ import {firstChoice} from '../../../static/js/views/dialogs/compare.js';
 import {lacking} from '../../../static/js/views/dialogs/add-video.js';
 import {groupOperations} from '../../../static/js/views/dialogs/help.js';
 import {NO_CLASS, emptyDoc} from '../../../static/js/model/documents.js';
-import {findLabels, isSaid, sideOf, votesFor, withFirst} from '../../../static/js/views/dialogs/relabel.js';
+import {finderOf} from '../../../static/js/model/label_finder.js';
+import {mergeWords} from '../../../static/js/views/dialogs/label-merge.js';
+import {furtherRow, isSaid, sideOf, votesFor, withFirst} from '../../../static/js/views/dialogs/relabel.js';
+import {label, named} from '../labels.js';
 import {bytes, clock, figure, frameSpan, percent, timeLeft} from '../../../static/js/views/format.js';
 import {savedWords} from '../../../static/js/views/topbar.js';
 import {findParameters, parseValue, presetValue} from '../../../static/js/views/parameters.js';
@@ -18,7 +21,9 @@ import {changedFrames, changesOf} from '../../../static/js/views/whatif.js';
 /** @param {Partial<import('../../../static/js/types.js').Parameter>} [more] @returns {import('../../../static/js/types.js').Parameter} */
 const parameter = (more = {}) => ({section: 'gate', name: 'tau', type: 'number', default: 15, low: 0, high: 100, choices: null, description: 'largest L that is confident', replayable: true, presets: {paper: 10}, ...more});
 
-const LABELS = ['speed limit 20 km/h', 'speed limit 30 km/h', 'speed limit 80 km/h', 'end of speed limit 80 km/h', 'no overtaking', 'stop'].map((name, id) => ({id, name, picture: ''}));
+const LABELS = named(['speed limit 20 km/h', 'speed limit 30 km/h', 'speed limit 80 km/h', 'end of speed limit 80 km/h', 'no overtaking', 'stop']);
+/** @param {readonly import('../../../static/js/types.js').Label[]} labels @param {string} text */
+const findLabels = (labels, text) => finderOf(labels).search(text, labels);
 
 test('typed values are checked against type and range', () => {
   assert.deepEqual(parseValue(parameter(), ' 2.5e1 '), {value: 25});
@@ -82,7 +87,7 @@ test('what people have said already is not said again; single boxes make a diffe
 });
 
 test('what is written on a sign goes before the number of a class', () => {
-  const all = [...LABELS, ...['ice or snow', 'children'].map((name, i) => ({id: 30 + i, name, picture: ''}))];
+  const all = [...LABELS, ...['ice or snow', 'children'].map((name, i) => label({id: 30 + i, name}))];
   assert.deepEqual(findLabels(all, '30').map(({name}) => name), ['speed limit 30 km/h', 'ice or snow']);
   assert.deepEqual(findLabels(all, '31').map(({name}) => name), ['children']);
 });
@@ -126,12 +131,12 @@ test('a confusion matrix has its rows and columns in order, what one side lacks 
 });
 
 test('a sign of none of the classes is neither missed nor nothing', () => {
-  const labels = /** @type {any} */ ([{id: 14, name: 'stop'}]);
+  const labels = [label({id: 14, name: 'stop'})];
   /** @param {number|null} reference @param {number|null} candidate */
   const words = (reference, candidate) => cellWords({reference, candidate}, labels);
-  assert.equal(words(14, -1), 'stop, called none of the classes');
-  assert.equal(words(-1, null), 'none of the classes, missed');
-  assert.equal(words(null, -1), 'Nothing there, called none of the classes');
+  assert.equal(words(14, -1), 'stop, called not in the set');
+  assert.equal(words(-1, null), 'not in the set, missed');
+  assert.equal(words(null, -1), 'Nothing there, called not in the set');
   assert.equal(words(14, null), 'stop, missed');
   assert.equal(words(null, 14), 'Nothing there, called stop');
   /** @param {number|null} reference @param {number|null} candidate */
@@ -191,7 +196,7 @@ test('two versions of a track differ where they do', () => {
   /** @type {import('../../../static/js/types.js').TrackDoc} */
   const doc = {key: 'm3', revision: 2, class_id: 2, review: 'accepted', not_a_sign: false, segments: [{track: 3, first: 4, last: 9}], keys: {}, notes: [{id: 'n', frame: 4, text: '<img onerror=x>', author: 'A', time: ''}], gone: false, merged_into: null};
   const words = describeDoc(doc, LABELS);
-  assert.equal(words.Class, 'speed limit 80 km/h');
+  assert.equal(words.Label, 'speed limit 80 km/h');
   assert.equal(words.Frames, '4–9');
   assert.equal(words.Notes, 'A: <img onerror=x>');
   assert.equal(describeDoc({...doc, gone: true, merged_into: 'm1'}, LABELS).State, 'merged into #1');
@@ -205,10 +210,28 @@ test('the dialog of classes stands where it does not hide the sign', () => {
   assert.equal(sideOf(review, null), undefined);
 });
 
-test('a class is found by other words for it, behind those that are called so', () => {
+test('a label is found by other words for it, behind those that are called so', () => {
+  const labels = [label({id: 13, name: 'give way', aliases: ['yield']}), label({id: 9, name: 'no overtaking', aliases: ['no passing']}), label({id: 25, name: 'road works', aliases: ['construction']})];
   /** @param {string} text */
-  const found = (text) => findLabels([{id: 13, name: 'give way', picture: ''}, {id: 9, name: 'no overtaking', picture: ''}, {id: 25, name: 'road works', picture: ''}], text).map(({id}) => id);
+  const found = (text) => findLabels(labels, text).map(({id}) => id);
   assert.deepEqual([found('yield'), found('no pass'), found('construction'), found('give'), found('yeti')], [[13], [9], [25], [13], []]);
+});
+
+test('what names no label can be added, what is hidden shown again, what was merged is there by its other name', () => {
+  const labels = [label({id: 0, key: 'stop', name: 'stop'}), label({id: 1, key: 'bus', name: 'bus stop', hidden: true}), label({id: 2, key: 'halt', name: 'halt', merged_into: 0})];
+  assert.deepEqual(furtherRow(labels, 'no parking'), {text: `Add 'no parking'`, hidden: null});
+  assert.deepEqual(furtherRow(labels, '7'), {text: `Add '7'`, hidden: null});
+  assert.equal(furtherRow(labels, '0')?.text, `Add '0'`, 'a number that is an id is no name');
+  assert.equal(furtherRow(labels, 'BUS-stop')?.hidden, labels[1]);
+  assert.deepEqual(['Stop', 'halt', '', '#9', '#'].map((text) => furtherRow(labels, text)), [null, null, null, null, null]);
+});
+
+test('what a merge means is said with the number of tracks', () => {
+  const [a, b] = named(['bus', 'bus stop']);
+  assert.match(mergeWords(a, b, {tracks: 1, videos: 1}), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
+  assert.match(mergeWords(a, b, {tracks: 1200, videos: 3}), /^1,?200 tracks in 3 videos are/);
+  assert.match(mergeWords(a, b, {tracks: 0, videos: 0}), /^No track is 'bus' yet/);
+  assert.match(mergeWords(a, b, null), /^Its names will lead to 'bus stop'/);
 });
 
 test('what a replay changed is said in words, with the frame to open', () => {
@@ -217,7 +240,7 @@ test('what a replay changed is said in words, with the frame to open', () => {
   }}});
   assert.deepEqual(changesOf(run, 'gained', LABELS).map(({text, frame, own}) => [text, frame, own]), [['stop, frames 10–30', 10, true]]);
   assert.match(changesOf(run, 'switched', LABELS)[0].text, /2 parts at frame 44/);
-  assert.equal(changesOf(run, 'relabelled', LABELS)[0].text, 'no class → speed limit 20 km/h');
+  assert.equal(changesOf(run, 'relabelled', LABELS)[0].text, 'no label → speed limit 20 km/h');
   assert.deepEqual(changesOf(run, 'lost', LABELS), []);
 });
 

@@ -14,6 +14,9 @@ export const setSession = (state, session) => ({...state, session});
 /** @param {State} state @param {import('../../types.js').Label[]} labels @returns {State} */
 export const setLabels = (state, labels) => ({...state, labels});
 
+/** @param {State} state @param {import('../../types.js').LabelSetHead[]} labelSets @returns {State} */
+export const setLabelSets = (state, labelSets) => ({...state, labelSets});
+
 /** @param {State} state @param {import('../../types.js').Parameter[]} parameters @returns {State} */
 export const setParameters = (state, parameters) => ({...state, parameters});
 

@@ -3,7 +3,8 @@
 
 import {sentence} from '../../api/errors.js';
 import {describe as words, describeUndone, named} from '../../editing/words.js';
-import {className} from '../../model/label_words.js';
+import {verdictOf} from '../../model/documents.js';
+import {className} from '../../model/labels.js';
 import {trackName} from '../../model/track_name.js';
 import {h, setText} from '../dom.js';
 import {moment} from '../format.js';
@@ -14,7 +15,7 @@ import {twoVersions} from './two-versions.js';
 /** @typedef {import('../../editing/keeping.js').Last} Last */
 
 /** @type {Record<TrackDoc['review'], string>} */
-const REVIEWS = {open: 'not reviewed', accepted: 'accepted', rejected: 'rejected', needs_work: 'needs work'};
+const REVIEWS = {open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work'};
 
 /**
  * A version of a track as rows that can be compared.
@@ -28,9 +29,9 @@ export function describe(doc, labels) {
   const name = doc.class_id === null ? 'as the engine says' : className(labels, doc.class_id);
   const keys = Object.keys(doc.keys).map(Number).sort((a, b) => a - b);
   return {
-    State: doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc.gone ? 'deleted' : REVIEWS[doc.review],
-    Class: name,
-    'Is a sign': doc.not_a_sign ? 'no' : 'yes',
+    State: doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : doc.gone ? 'deleted' : REVIEWS[verdictOf(doc)],
+    Label: name,
+    Ignored: doc.ignore ? 'yes' : 'no',
     Frames: doc.segments.map(({first, last}) => `${first}–${last}`).join(', ') || 'only drawn boxes',
     'Key frames': keys.length === 0 ? 'none' : keys.length > 8 ? `${keys.length}: ${keys[0]} … ${keys[keys.length - 1]}` : keys.join(', '),
     Notes: doc.notes.length === 0 ? 'none' : doc.notes.map((note) => `${note.author}: ${note.text}`).join('; '),

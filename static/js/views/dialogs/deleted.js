@@ -3,7 +3,7 @@
 
 import {deletedTracks, lastWords, pictureOf} from '../../model/deleted.js';
 import {labelOf} from '../../model/effective.js';
-import {className} from '../../model/label_words.js';
+import {className, labelFor} from '../../model/labels.js';
 import {trackName} from '../../model/track_name.js';
 import {seek, select} from '../../store/actions/review.js';
 import {fill, h} from '../dom.js';
@@ -42,9 +42,9 @@ export function deletedDialog({app, close, signal}) {
     fill(list, ...found.map(({doc, first, last}) => {
       const name = trackName(doc.key, doc);
       const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
-      const text = doc.not_a_sign ? 'not a sign' : className(labels, label);
+      const text = className(labels, label);
       const by = said.get(doc.key);
-      return h('li', {class: 'made'}, picture(doc, last, labels.find(({id}) => id === label)?.picture),
+      return h('li', {class: 'made'}, picture(doc, last, labelFor(labels, label)?.picture ?? undefined),
         h('div', {class: 'stack made-text'}, h('strong', null, `Track ${name}`),
           h('span', {class: 'muted small'}, `${text} · ${first === last ? 'frame' : 'frames'} ${frameSpan(first, last)}`),
           h('span', {class: 'muted small'}, by ? `deleted by ${by.author} · ${moment(by.time)}` : '\u00a0')),

@@ -2,6 +2,7 @@
 /** How much would go out, while a person still chooses: from tracks and documents, without reading any box. */
 
 import {countOut} from '../../model/exchange.js';
+import {resolved} from '../../model/labels.js';
 import {h, setText} from '../dom.js';
 import {count, plural} from '../format.js';
 
@@ -15,8 +16,9 @@ const MOST = 12;
 /**
  * @param {import('../../page-types.js').App} app
  * @param {AbortSignal} signal
+ * @param {(byLabel: Map<number, number>|null) => void} tell   tracks that go out by label; null: not known
  */
-export function createExportCount(app, signal) {
+export function createExportCount(app, signal, tell) {
   const element = h('span', {class: 'muted small export-count', role: 'status'});
   /** @type {Map<string, Promise<Known>>} */
   const known = new Map();
@@ -37,22 +39,32 @@ export function createExportCount(app, signal) {
     wanted = request;
     if (request === null || request.runs.length > MOST) {
       setText(element, request === null ? '' : `${plural(request.runs.length, 'video')}`);
+      tell(null);
       return;
     }
     try {
       const runs = await Promise.all(request.runs.map(load));
       if (wanted !== request || signal.aborted) return;
-      const rule = {states: request.states, classes: request.classes, first: request.first ?? 0, last: (request.stop ?? 2 ** 31 - 1) - 1};
-      const sum = {tracks: 0, boxes: 0, rejected: 0};
+      const {labels} = app.store.get();
+      const picked = request.labels && new Set(labels.filter(({key}) => request.labels?.includes(key)).map(({id}) => id));
+      const rule = {states: request.states, labels: picked, notInSet: request.not_in_set, first: request.first ?? 0, last: (request.stop ?? 2 ** 31 - 1) - 1};
+      const sum = {tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0};
+      /** @type {Map<number, number>} */
+      const byLabel = new Map();
       for (const {tracks, docs} of runs) {
-        const out = countOut(tracks, docs, rule);
+        const out = countOut(tracks, docs, rule, (id) => resolved(labels, id));
         sum.tracks += out.tracks;
         sum.boxes += out.boxes;
         sum.rejected += out.rejected;
+        sum.open += out.open;
+        sum.unlabelled += out.unlabelled;
+        for (const [id, found] of out.byLabel) byLabel.set(id, (byLabel.get(id) ?? 0) + found);
       }
-      const apart = sum.rejected ? `${plural(sum.rejected, 'rejected track')} apart` : '';
+      const apart = sum.rejected ? `${plural(sum.rejected, 'false positive')} apart` : '';
       const signs = sum.tracks ? `${plural(sum.tracks, 'track')}, ${request.min_side ? 'at most' : 'about'} ${count(sum.boxes)} boxes` : '';
-      setText(element, [signs, apart].filter(Boolean).join('; ') || 'Nothing would go out: no track fits.');
+      const behind = [sum.open ? `${plural(sum.open, 'open track')} ${sum.open === 1 ? 'stays' : 'stay'} behind` : '', sum.unlabelled ? `${count(sum.unlabelled)} not in the set` : ''];
+      setText(element, [[signs, apart].filter(Boolean).join('; ') || 'Nothing would go out: no track fits', ...behind].filter(Boolean).join('; '));
+      tell(byLabel);
     } catch {
       if (!signal.aborted && wanted === request) setText(element, '');
     }

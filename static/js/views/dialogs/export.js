@@ -2,7 +2,7 @@
 /** Export: which runs, what of them, in which format; then the file as it is made. */
 
 import {ApiError, sentence} from '../../api/errors.js';
-import {NO_CLASS, numberIn, restoreChoice} from '../../model/exchange.js';
+import {numberIn, restoreChoice} from '../../model/exchange.js';
 import {putArtefact, setRuns} from '../../store/actions/page.js';
 import {createArtefactRow} from '../artefact-row.js';
 import {isActive} from '../artefact-words.js';
@@ -11,6 +11,7 @@ import {icon} from '../icons.js';
 import {tellWhenMade} from '../made_notice.js';
 import {recall, remember} from '../preferences.js';
 import {createExportCount} from './export-count.js';
+import {createExportLabels} from './export-labels.js';
 import {createExportRuns} from './export-runs.js';
 import {field, group, numberInput, tick} from './fields.js';
 
@@ -18,7 +19,7 @@ import {field, group, numberInput, tick} from './fields.js';
 /** @typedef {import('../../types.js').Artefact} Artefact */
 /** @typedef {import('../../types.js').ExportRequest} ExportRequest */
 
-const STATES = /** @type {const} */ ([['open', 'Open'], ['accepted', 'Accepted'], ['needs_work', 'Needs work'], ['rejected', 'Rejected, apart']]);
+const STATES = /** @type {const} */ ([['open', 'Open', 'Nobody has judged or edited them yet.'], ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or cut.'], ['accepted', 'Accepted', ''], ['needs_work', 'Needs work', ''], ['rejected', 'False positives, apart', 'They go out in the manifest, as what looks like a sign and is none: background for a retraining.']]);
 const PICTURES = /** @type {const} */ ([['none', 'None', 'Annotations only; the file stays small.'], ['annotated', 'Annotated frames', 'A picture of every frame that has a box.'], ['all', 'All frames', 'A picture of every frame.']]);
 const SPLIT_HELP = 'The shares are of boxes. The same sign in thirty frames is thirty near copies, so signs that share a frame go to one side as a group. The leakage check then proves that no sign and no picture stands on two sides; otherwise nothing is written.';
 
@@ -34,10 +35,10 @@ export function exportDialog({app, data, close, signal}) {
   const error = h('p', {class: 'field-error grow', role: 'alert'});
   const go = h('button', {class: 'btn btn-primary', type: 'submit', disabled: true}, icon('export'), 'Export');
   const runs = createExportRuns(app, data.runs ?? [], check, signal);
-  const counter = createExportCount(app, signal);
+  const counter = createExportCount(app, signal, (byLabel) => labels.show(byLabel));
 
-  const states = STATES.map(([value, label]) => tick('checkbox', {value, checked: kept.states.includes(value), onchange: check}, label));
-  const classes = classPicker(store.get().labels, kept.classes, check);
+  const states = STATES.map(([value, label, title]) => tick('checkbox', {value, title: title || undefined, checked: kept.states.includes(value), onchange: check}, label));
+  const labels = createExportLabels(store.get().labels, kept, check);
   const side = numberInput('export-side', kept.min_side, check, {placeholder: 'all sizes'});
   const first = numberInput('export-first', '', check, {placeholder: '0', inputmode: 'numeric'});
   const last = numberInput('export-last', '', check, {placeholder: 'end', inputmode: 'numeric'});
@@ -52,9 +53,10 @@ export function exportDialog({app, data, close, signal}) {
   const by = h('select', {class: 'select', id: 'export-by', onchange: check}, h('option', {value: 'sign'}, 'by sign'), h('option', {value: 'video'}, 'by video'));
   by.value = kept.split_by;
   const seed = numberInput('export-seed', kept.seed, check, {inputmode: 'numeric'});
+  const balance = tick('checkbox', {checked: kept.balance, onchange: check}, 'Give each side every label that has enough signs');
   const splitFields = h('div', {class: 'stack export-split'},
     h('div', {class: 'export-shares'}, field('Train', shares[0]), field('Validation', shares[1]), field('Test', shares[2]), field('Dealt', by), field('Seed', seed)),
-    h('p', {class: 'field-hint'}, SPLIT_HELP));
+    balance.element, h('p', {class: 'field-hint'}, SPLIT_HELP));
   const thin = numberInput('export-thin', kept.thin_px, check);
   const thinField = field('Largest error between key frames, px', thin, 'Tracks get only as many key frames as straight lines between them need to stay this close; 0 makes every frame one.');
   const name = h('input', {class: 'input', type: 'text', id: 'export-name', maxlength: 120, autocomplete: 'off', placeholder: 'made up from video and format'});
@@ -86,8 +88,8 @@ export function exportDialog({app, data, close, signal}) {
     if (ids.length === 0) return {error: 'Tick at least one video.'};
     const wanted = states.filter(({input}) => input.checked).map(({input}) => input.value);
     if (wanted.length === 0) return {error: 'Tick at least one review state.'};
-    const picked = classes.chosen();
-    if (picked?.length === 0) return {error: 'Tick at least one class.'};
+    const picked = labels.chosen();
+    if (picked?.length === 0 && labels.notInSet() === 'leave-out') return {error: 'Tick at least one label.'};
     const frames = runs.frames();
     const most = frames === null ? 2 ** 31 - 2 : frames - 1;
     const numbers = {
@@ -114,10 +116,10 @@ export function exportDialog({app, data, close, signal}) {
     return {request: {
       runs: ids, format: chosen.name,
       pictures: /** @type {ExportRequest['pictures']} */ (pictures.find(({input}) => input.checked)?.input.value ?? 'none'),
-      states: wanted, classes: picked, min_side: values.side,
+      states: wanted, labels: picked, not_in_set: labels.notInSet(), class_map: labels.classMap(), min_side: values.side,
       first: values.first ?? 0, stop: (values.last ?? null) === null ? null : Number(values.last) + 1,
       split: split.input.checked ? {train: values.train ?? 0, val: values.val ?? 0, test: values.test ?? 0} : null,
-      split_by: by.value === 'video' ? 'video' : 'sign', split_seed: values.seed ?? 0, thin_px: values.thin ?? 0.5,
+      split_by: by.value === 'video' ? 'video' : 'sign', balance_labels: split.input.checked && balance.input.checked, split_seed: values.seed ?? 0, thin_px: values.thin ?? 0.5,
       switches: switchValues(), name: name.value.trim(),
     }};
   }
@@ -129,6 +131,7 @@ export function exportDialog({app, data, close, signal}) {
     splitFields.hidden = !split.input.checked;
     const chosen = chosenFormat();
     thinField.hidden = chosen?.key_frames !== true;
+    labels.allowIgnore(chosen?.ignores !== false);
     const none = pictures[0].input;
     none.disabled = chosen?.needs_pictures === true;
     if (none.disabled && none.checked) pictures[1].input.checked = true;
@@ -143,7 +146,7 @@ export function exportDialog({app, data, close, signal}) {
     if ('error' in found) return;
     go.disabled = true;
     remember('export', JSON.stringify({
-      format: found.request.format, pictures: found.request.pictures, states: found.request.states, classes: found.request.classes, min_side: side.value,
+      format: found.request.format, pictures: found.request.pictures, states: found.request.states, labels: found.request.labels, not_in_set: found.request.not_in_set, class_map: found.request.class_map, balance: balance.input.checked, min_side: side.value,
       split: split.input.checked, shares: shares.map(({value}) => value), split_by: by.value, seed: seed.value, thin_px: thin.value,
       switches: {...kept.switches, [found.request.format]: found.request.switches},
     }));
@@ -205,7 +208,7 @@ export function exportDialog({app, data, close, signal}) {
     body: h('div', {class: 'stack'},
       h('div', {class: 'run-dialog'},
         h('section', {class: 'run-column', 'aria-labelledby': 'export-what'}, h('h3', {id: 'export-what'}, 'What goes out'),
-          runs.element, group('Review states', h('div', {class: 'ticks'}, ...states.map(({element}) => element))), classes.element,
+          runs.element, group('Review states', h('div', {class: 'ticks'}, ...states.map(({element}) => element))), labels.element,
           field('Smallest shorter side, px', side), range),
         h('section', {class: 'run-column', 'aria-labelledby': 'export-how'}, h('h3', {id: 'export-how'}, 'As what'),
           h('div', {class: 'stack'}, field('Format', format), summary), switches,
@@ -228,35 +231,3 @@ export function exportDialog({app, data, close, signal}) {
 
 /** @param {string} name */
 const plain = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll(/[_-]/g, ' ');
-
-/**
- * @param {import('../../types.js').Label[]} labels
- * @param {number[]|null} kept
- * @param {() => void} changed
- */
-function classPicker(labels, kept, changed) {
-  const all = [...labels.map(({id, name}) => ({id, name: `${id} · ${name}`})), {id: NO_CLASS, name: 'without a class'}];
-  const boxes = all.map(({id, name}) => tick('checkbox', {value: String(id), checked: kept === null || kept.includes(id), onchange: tell}, name));
-  const summary = h('summary');
-  const set = (/** @type {boolean} */ on) => {
-    for (const {input} of boxes) input.checked = on;
-    tell();
-  };
-  const element = h('details', {class: 'details'}, summary,
-    h('div', {class: 'row'}, h('button', {class: 'btn btn-small', type: 'button', onclick: () => set(true)}, 'All'), h('button', {class: 'btn btn-small', type: 'button', onclick: () => set(false)}, 'None')),
-    h('div', {class: 'class-ticks', role: 'group', 'aria-label': 'Classes'}, ...boxes.map((box) => box.element)));
-  const chosen = () => {
-    const on = boxes.filter(({input}) => input.checked).map(({input}) => Number(input.value));
-    return on.length === boxes.length ? null : on;
-  };
-  function words() {
-    const on = chosen();
-    setText(summary, on === null ? 'Classes: all' : `Classes: ${on.length} of ${boxes.length}`);
-  }
-  function tell() {
-    words();
-    changed();
-  }
-  words();
-  return {element, chosen};
-}

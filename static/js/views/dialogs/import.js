@@ -2,7 +2,7 @@
 /** Import: a file of another tool laid onto a video, as corrections, as ground truth or as a run. */
 
 import {ApiError, sentence} from '../../api/errors.js';
-import {parseLabelMap} from '../../model/exchange.js';
+import {parseLabelMap} from '../../model/label_mapping.js';
 import {formatRoute} from '../../model/route.js';
 import {putRun, setRuns} from '../../store/actions/page.js';
 import {skippedItems} from '../artefact-row.js';
@@ -14,6 +14,7 @@ import {recall, remember} from '../preferences.js';
 import {runTitle} from '../run-words.js';
 import {createDropField} from './drop-field.js';
 import {field, group, tick} from './fields.js';
+import {createMapping} from './import-labels.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
@@ -55,11 +56,17 @@ export function importDialog({app, data, close, signal}) {
   const format = h('select', {class: 'select', id: 'import-format', onchange: () => showFormat()}, h('option', {value: ''}, 'found out from the file'));
   const summary = h('p', {class: 'muted small'});
   const switches = h('div', {class: 'stack'});
-  const names = h('textarea', {class: 'textarea', id: 'import-names', rows: 3, spellcheck: 'false', placeholder: 'stop sign = 14', oninput: check});
+  const names = h('textarea', {class: 'textarea', id: 'import-names', rows: 3, spellcheck: 'false', placeholder: 'stop sign = stop', oninput: check});
   const result = h('div', {class: 'stack', hidden: true});
+  /** Of the video’s set. @type {readonly import('../../types.js').Label[]} */
+  let labels = store.get().labels;
+  /** The names that have to be answered first. @type {ReturnType<typeof createMapping>|null} */
+  let mapping = null;
+  const mapped = h('div', {class: 'stack', hidden: true});
+  const back = h('button', {class: 'btn', type: 'button', hidden: true, onclick: () => askNames(null)}, 'Back');
   const form = h('div', {class: 'stack'}, drop.element, group('What it becomes', h('div', {class: 'kinds'}, ...kinds.map(({element}) => element))),
     h('div', {class: 'run-fields'}, runField, nameField, h('div', {class: 'stack'}, field('Format', format), summary)), switches,
-    h('details', {class: 'details'}, h('summary', null, 'Class names of the file'), field('One a line: name = class number', names, 'Only for names that the tool does not know by itself.')), refused);
+    h('details', {class: 'details'}, h('summary', null, 'Names of the file'), field('One a line: name = label', names, 'Names that no label has are asked for, with examples, before anything is stored.')), refused);
 
   const kind = () => kinds.find(({input}) => input.checked)?.input.value ?? 'truth';
   /** @returns {'annotation'|'truth'|'run'} */
@@ -85,8 +92,10 @@ export function importDialog({app, data, close, signal}) {
     if (most !== undefined && file.size > most) return `The file has ${bytes(file.size)}, allowed are ${bytes(most)}.`;
     if (as() === 'annotation' && !run.value) return 'There is no complete run to correct yet.';
     if (as() !== 'annotation' && !name.value.trim()) return 'Give it a name.';
-    const map = parseLabelMap(names.value);
-    return 'error' in map ? map.error : '';
+    const map = parseLabelMap(names.value, labels);
+    if ('error' in map) return map.error;
+    const answers = mapping?.read();
+    return answers && 'error' in answers ? answers.error : '';
   }
 
   function check() {
@@ -99,28 +108,54 @@ export function importDialog({app, data, close, signal}) {
 
   async function submit() {
     const file = drop.file();
-    const map = parseLabelMap(names.value);
-    if (!file || problem() !== '' || 'error' in map) return;
+    const map = parseLabelMap(names.value, labels);
+    const answers = mapping?.read() ?? {map: {}, add: [], skip: []};
+    if (!file || problem() !== '' || 'error' in map || 'error' in answers) return;
     go.disabled = true;
     refused.hidden = true;
     remember('import.as', kind());
     const controls = /** @type {NodeListOf<HTMLInputElement|HTMLSelectElement>} */ (switches.querySelectorAll('select, input'));
     const values = Object.fromEntries([...controls].filter(({value}) => value.trim() !== '').map((control) => [control.dataset.name ?? '', control.value.trim()]));
     try {
+      /** @type {Record<string, string|number>} */
+      const meant = {...map.map, ...answers.map};
+      // one request adds all unknown names or leaves all out: where both are wanted, those to add come first
+      if (answers.skip.length) for (const one of answers.add) meant[one] = (await app.labels.change({type: 'add', name: one}, video?.label_set ?? undefined)).label?.key ?? one;
+      const unknown = answers.skip.length ? 'skip' : answers.add.length ? 'add' : 'refuse';
       const found = await api.importFile(data.video, file, {
         as: as(), format: format.value || null, run: as() === 'annotation' ? run.value : null, name: as() === 'annotation' ? file.name.replaceAll('/', '_').slice(0, 120) : name.value.trim(),
-        switches: JSON.stringify(values), label_map: JSON.stringify(map.map), author: recall('author'),
+        switches: JSON.stringify(values), label_map: JSON.stringify(meant), unknown, author: recall('author'),
       }, {signal, onProgress: (sent, total) => setText(error, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server reads and checks the file …')});
       setText(error, '');
+      if (answers.add.length) await app.labels.reload();
       await show(found);
     } catch (thrown) {
       if (signal.aborted) return;
       setText(error, '');
+      if (thrown instanceof ApiError && thrown.code === 'unknown_labels' && Array.isArray(thrown.details.labels)) {
+        askNames(thrown.details.labels);
+        return;
+      }
+      go.disabled = false;
+      if (mapping !== null) {
+        setText(error, sentence(thrown));
+        return;
+      }
       refused.hidden = false;
       fill(refused, icon('alert'), h('div', {class: 'stack'}, h('strong', null, thrown instanceof ApiError && thrown.code === 'bad_file' ? 'The file breaks a rule' : 'This did not work'), h('p', null, sentence(thrown))));
       refused.scrollIntoView({block: 'nearest'});
       go.disabled = false;
     }
+  }
+
+  /** Ask what becomes of names; null: show the form again. @param {import('../../types.js').UnknownLabel[]|null} unknown */
+  function askNames(unknown) {
+    mapping = unknown && createMapping({api, video: data.video, unknown, labels, changed: check, signal});
+    fill(mapped, mapping?.element);
+    form.hidden = mapping !== null;
+    mapped.hidden = back.hidden = mapping === null;
+    check();
+    /** @type {HTMLElement|null} */ (mapped.querySelector('select'))?.focus();
   }
 
   /** @param {ImportResult} found */
@@ -133,7 +168,7 @@ export function importDialog({app, data, close, signal}) {
       app.loader.showTruth(found.id);
     }
     const words = [`${plural(found.tracks, 'track')} with ${plural(found.boxes, 'box', 'boxes')}`, found.same ? `${plural(found.same, 'further track')} the same as before` : ''].filter(Boolean).join('; ');
-    form.hidden = true;
+    form.hidden = mapped.hidden = back.hidden = true;
     result.hidden = false;
     go.hidden = true;
     fill(result, h('p', {class: 'import-done', role: 'status'}, icon('check'), h('strong', null, `Imported: ${words}.`)),
@@ -159,13 +194,14 @@ export function importDialog({app, data, close, signal}) {
 
   async function load() {
     try {
-      const [known, runs] = await Promise.all([api.formats({signal}), app.load(() => api.runs(data.video, {signal}), (state, found) => setRuns(state, data.video, found))]);
+      const [known, own, runs] = await Promise.all([api.formats({signal}), api.labels(video?.label_set ? video.id : null, {signal}), app.load(() => api.runs(data.video, {signal}), (state, found) => setRuns(state, data.video, found))]);
+      labels = own;
       formats = known.filter(({can_import}) => can_import);
       format.append(...formats.map((one) => h('option', {value: one.name}, one.title)));
       const usable = runs.filter(({state}) => state === 'complete');
       fill(run, ...usable.map((one) => h('option', {value: one.id}, runTitle(one))));
-      const own = store.get().review?.run?.id;
-      if (own && usable.some(({id}) => id === own)) run.value = own;
+      const present = store.get().review?.run?.id;
+      if (present && usable.some(({id}) => id === present)) run.value = present;
       check();
     } catch (thrown) {
       if (!signal.aborted) setText(error, sentence(thrown));
@@ -176,7 +212,7 @@ export function importDialog({app, data, close, signal}) {
   if (data.file) drop.set(data.file);
   check();
   return {
-    title: `Import for ${video?.name ?? 'this video'}`, size: 'middle', submit, focus: drop.button, body: h('div', null, form, result),
-    footer: [error, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
+    title: `Import for ${video?.name ?? 'this video'}`, size: 'middle', submit, focus: drop.button, body: h('div', null, form, mapped, result),
+    footer: [error, back, h('button', {class: 'btn', type: 'button', onclick: close}, 'Close'), go],
   };
 }

@@ -14,7 +14,7 @@ import {field, group, numberInput, tick} from './fields.js';
 /** @type {[Review, string, string, string][]} what it is, on the choice, on the button before the number, told after it */
 const VERDICTS = [
   ['accepted', 'Accept', 'Accept', 'accepted'],
-  ['rejected', 'Reject', 'Reject', 'rejected'],
+  ['rejected', 'False positive', 'Mark', 'marked as false positives'],
   ['needs_work', 'Needs work', 'Mark', 'marked as needing work'],
   ['open', 'Open again', 'Open', 'opened again'],
 ];

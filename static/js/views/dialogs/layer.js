@@ -11,6 +11,8 @@
  * - conflict: a `Plan` of editing/keeping.js with `{others, keepMine, takeTheirs}`: who saved, and what the two buttons do
  * - adopted: `{from, to}`: runs
  * - export: `{runs?}`; import: `{video, file?, as?}`; truths: `{video}`; import-bundle: `{file?}`; retrain: `{exports?}`
+ * - label: `{set, labels, label?}`: the one that is changed, else a new one; label-merge: `{set, labels, label, usage}`;
+ *   label-files, label-history: `{set}`
  * - record, bundle, second, settings: nothing
  * - run: `{video}`; whatif: `{run}`; compare: `{video, run?, reference?, candidate?}`
  */
@@ -30,6 +32,10 @@ import {helpDialog} from './help.js';
 import {importDialog} from './import.js';
 import {importBundleDialog} from './import-bundle.js';
 import {judgeDialog} from './judge.js';
+import {labelDialog} from './label.js';
+import {labelFilesDialog} from './label-files.js';
+import {labelHistoryDialog} from './label-history.js';
+import {labelMergeDialog} from './label-merge.js';
 import {noteDialog} from './note.js';
 import {recordDialog} from './record.js';
 import {relabelDialog} from './relabel.js';
@@ -77,6 +83,10 @@ const KINDS = {
   import: importDialog,
   'import-bundle': importBundleDialog,
   judge: judgeDialog,
+  label: labelDialog,
+  'label-files': labelFilesDialog,
+  'label-history': labelHistoryDialog,
+  'label-merge': labelMergeDialog,
   note: noteDialog,
   record: recordDialog,
   relabel: relabelDialog,

@@ -1,9 +1,11 @@
 // @ts-check
-/** Choose one of the classes by typing part of its name or its number; keyboard alone is enough. */
+/** Choose one of the labels by typing part of its name, its code or its number, or add one; keyboard alone is enough. */
 
+import {sentence} from '../../api/errors.js';
 import {NO_CLASS} from '../../model/documents.js';
 import {labelAt, labelOf} from '../../model/effective.js';
-import {OTHER_WORDS, className} from '../../model/label_words.js';
+import {finderOf} from '../../model/label_finder.js';
+import {className, labelFor, offeredLabels, resolved} from '../../model/labels.js';
 import {documentLane, lastVotes} from '../../model/track_lane.js';
 import {trackName} from '../../model/track_name.js';
 import {create as createTrack} from '../../operations/boxes.js';
@@ -11,46 +13,19 @@ import {followDrawn} from '../../operations/follow.js';
 import {docOf} from '../../editing/revisions.js';
 import {shownTrack} from '../../review/shown_tracks.js';
 import {edit} from '../app.js';
-import {h, reconcile, setText} from '../dom.js';
+import {h, setText} from '../dom.js';
 import {percent} from '../format.js';
 import {recall, remember} from '../preferences.js';
+import {labelOfKey, noteRecent, recentLabels} from '../recent_labels.js';
+import {createLabelChoice} from './label-choice.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
 /**
- * The classes that a text finds, best first: names with that number in them, the class of that number, names
- * that begin with it, words that begin with its words, names that contain them, then other words for it. What is written on a sign goes
- * before the number of its class: who types 30 and Enter means the speed limit, not class 30.
+ * The labels in the order in which they are offered before anything is typed: some come first, the others as they are.
  *
  * @param {readonly Label[]} labels
- * @param {string} text
- * @returns {Label[]}
- */
-export function findLabels(labels, text) {
-  const wanted = text.trim().toLowerCase();
-  if (!wanted) return [...labels];
-  const words = wanted.split(/\s+/);
-  /** @param {Label} label */
-  const rank = (label) => {
-    const name = label.name.toLowerCase();
-    const parts = name.split(/[\s/()-]+/);
-    if (/^\d+$/.test(wanted) && parts.includes(wanted)) return 0;
-    if (String(label.id) === wanted) return 1;
-    if (name.startsWith(wanted)) return 2;
-    if (words.every((word) => parts.some((part) => part.startsWith(word)))) return 3;
-    if (words.every((word) => name.includes(word))) return 4;
-    const others = [...parts, ...(OTHER_WORDS[label.id] ?? '').split(' ')];
-    return words.every((word) => others.some((part) => part.startsWith(word))) ? 5 : 6;
-  };
-  return labels.map((label) => ({label, rank: rank(label)})).filter((found) => found.rank < 6)
-    .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id).map((found) => found.label);
-}
-
-/**
- * The classes in the order in which they are offered before anything is typed: some come first, the others as they are.
- *
- * @param {readonly Label[]} labels
- * @param {readonly (number|null|undefined)[]} first   their ids; what is no class is passed over
+ * @param {readonly (number|null|undefined)[]} first   their ids; what is no label is passed over
  * @returns {Label[]}
  */
 export function withFirst(labels, first) {
@@ -67,12 +42,6 @@ export function votesFor(lane) {
   const shares = (lane && lastVotes(lane)) ?? [];
   const read = shares.map((share, i) => /** @type {[number, number]} */ ([Number(lane?.classes[i]), share]));
   return new Map(read.filter(([, share]) => share > 0).sort(([, a], [, b]) => b - a));
-}
-
-/** The class that a box was last drawn for: signs come in series. @returns {number|null} */
-function drawnLast() {
-  const kept = recall('draw.class');
-  return kept ? Number(kept) : null;
 }
 
 /**
@@ -100,11 +69,25 @@ export function sideOf(review, box) {
 }
 
 /**
+ * What can be made of a text that names none of the labels on offer, as the last row of the list.
+ *
+ * @param {readonly Label[]} labels   the whole set
+ * @param {string} text
+ * @returns {{text: string, hidden: Label|null}|null} hidden: the label that it names is only hidden
+ */
+export function furtherRow(labels, text) {
+  if (text === '' || text.startsWith('#')) return null;
+  const named = finderOf(labels).find(text);
+  if (named === null || named.how === 'number') return {text: `Add '${text}'`, hidden: null};
+  return named.label.hidden ? {text: `'${named.label.name}' is hidden: show it again and take it`, hidden: named.label} : null;
+}
+
+/**
  * @param {import('./layer.js').Setup} setup
  * @returns {import('./layer.js').Content}
  */
-export function relabelDialog({app, data, close}) {
-  const {labels, review} = app.store.get();
+export function relabelDialog({app, data, close, signal}) {
+  const {review} = app.store.get();
   /** @type {import('../../state-types.js').Draft|null} */
   const draft = data.draft ?? null;
   /** @type {string|null} */
@@ -113,55 +96,65 @@ export function relabelDialog({app, data, close}) {
   const doc = review && key ? docOf(review, key) : null;
   /** @param {number} id */
   const engineClass = (id) => review?.tracks?.class_id[review.tracks.id.indexOf(id)] ?? null;
-  const current = draft ? drawnLast() : doc && labelAt(doc, frame, engineClass);
   const votes = votesFor(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
-  const offered = withFirst(labels, draft ? [] : [current, ...votes.keys()]);
-  let found = offered;
-  // what the track is now; of none of the classes none is offered, for Enter would take it
-  const present = Math.max(draft ? 0 : -1, offered.findIndex(({id}) => id === current));
-  let untouched = true;
-  let at = present;
-  const list = h('ul', {class: 'labels', role: 'listbox', id: 'labels', 'aria-label': 'Classes'});
-  const search = h('input', {
-    class: 'input', type: 'text', role: 'combobox', autocomplete: 'off', spellcheck: 'false', placeholder: 'Type a name or a number',
-    'aria-label': 'Class', 'aria-expanded': 'true', 'aria-controls': 'labels', 'aria-autocomplete': 'list', oninput: () => {
-      at = search.value.trim() ? 0 : present;
-      untouched = false;
-      show();
-    },
-  });
+  let {labels} = app.store.get();
   const box = h('input', {type: 'radio', name: 'scope', id: 'scope-box', checked: data.scope === 'box', onchange: () => tellBack()});
   const track = h('input', {type: 'radio', name: 'scope', id: 'scope-track', checked: data.scope !== 'box', onchange: () => tellBack()});
   const scopes = h('fieldset', {class: 'row scopes', hidden: draft !== null},
-    h('legend', {class: 'visually-hidden'}, 'What gets the class'),
+    h('legend', {class: 'visually-hidden'}, 'What gets the label'),
     h('label', {class: 'row'}, track, 'Whole track'),
     h('label', {class: 'row'}, box, `Only the box at frame ${frame}`));
-  const none = h('p', {class: 'muted labels-none', role: 'status'});
+  const error = h('p', {class: 'field-error', role: 'alert'});
+  const choice = createLabelChoice({
+    take: choose, placeholder: 'Type a name, a code or a number',
+    aside: ({id}) => ((votes.get(id) ?? 0) >= 0.005 ? percent(votes.get(id)) : ''),
+    last: (text) => {
+      const row = furtherRow(labels, text);
+      return row && {text: row.text, run: () => void change(row.hidden ? {type: 'show', id: row.hidden.id} : {type: 'add', name: text})};
+    },
+  });
+
+  /** The set may change while the dialog is open: what is on offer follows it. */
+  function offer() {
+    labels = app.store.get().labels;
+    const ids = draft ? [labelOfKey(labels, recall('draw.label')), ...recentLabels(labels)]
+      : [resolved(labels, doc && labelAt(doc, frame, engineClass)), ...[...votes.keys()].map((id) => resolved(labels, id)), ...recentLabels(labels)];
+    const some = withFirst(offeredLabels(labels), ids);
+    // what the track is now; of none of the labels none is offered, for Enter would take it
+    choice.offer(labels, some, Math.max(draft ? 0 : -1, some.findIndex(({id}) => id === ids[0])));
+    tellBack();
+  }
+
+  /** Change the set, then give the label that it is about. @param {import('../../types.js').LabelChange} wanted */
+  async function change(wanted) {
+    choice.search.readOnly = true;
+    setText(error, '');
+    try {
+      const {label} = await app.labels.change(wanted);
+      if (signal.aborted) return;
+      if (label !== null) give(label.id);
+    } catch (thrown) {
+      if (signal.aborted) return;
+      setText(error, sentence(thrown));
+      offer();
+    } finally {
+      choice.search.readOnly = false;
+    }
+  }
 
   /** @param {Label} label */
-  function create(label) {
-    const share = votes.get(label.id);
-    return h('li', {class: 'label', role: 'option', id: `label-${label.id}`, onclick: () => choose(label)},
-      h('img', {class: 'label-picture', src: label.picture, alt: '', width: 32, height: 32}),
-      h('span', {class: 'label-id muted small'}, label.id), h('span', {class: 'truncate grow'}, label.name),
-      share !== undefined && share >= 0.005 && h('span', {class: 'muted small', title: 'Share of the engine’s votes for this track'}, percent(share)));
-  }
-
-  function show() {
-    found = findLabels(offered, search.value);
-    reconcile(list, found, ({id}) => String(id), create, (item, label) => item.setAttribute('aria-selected', String(label === found[at])));
-    const chosen = found[at];
-    if (chosen) search.setAttribute('aria-activedescendant', `label-${chosen.id}`);
-    else search.removeAttribute('aria-activedescendant');
-    list.querySelector('[aria-selected="true"]')?.scrollIntoView({block: 'nearest'});
-    setText(none, labels.length === 0 ? 'The classes are not loaded yet.' : found.length ? '' : 'No class has that name. Try fewer letters.');
-  }
-
-  /** @param {Label|undefined} label */
   function choose(label) {
-    if (!label) return;
-    if (draft) remember('draw.class', String(label.id));
-    put(label.id);
+    give(label.id);
+  }
+
+  /** @param {number} id */
+  function give(id) {
+    const label = labelFor(app.store.get().labels, id);
+    if (label) {
+      noteRecent(label);
+      if (draft) remember('draw.label', label.key);
+    }
+    put(id);
   }
 
   /** @param {number|null} class_id */
@@ -184,37 +177,25 @@ export function relabelDialog({app, data, close}) {
     back.hidden = !box.checked && !doc?.key.startsWith('m') && !doc?.segments.length;
   }
 
-  search.addEventListener('keydown', (event) => {
-    const columns = 2;
-    const steps = /** @type {Record<string, number>} */ ({ArrowDown: columns, ArrowUp: -columns, PageDown: 10, PageUp: -10});
-    // Left and right move in the list only where they would not move in the text.
-    if (!search.value) Object.assign(steps, {ArrowRight: 1, ArrowLeft: -1});
-    const step = steps[event.key];
-    if (step !== undefined) {
-      event.preventDefault();
-      at = Math.max(0, Math.min(found.length - 1, at < 0 ? 0 : at + step));
-      untouched = false;
-      show();
-    } else if (event.key === 'Enter') {
-      event.preventDefault();
-      if (untouched && !draft) close();
-      else choose(found[at]);
-    } else if (event.altKey && event.key.toLowerCase() === 'b') {
+  choice.search.addEventListener('keydown', (event) => {
+    if (event.altKey && event.key.toLowerCase() === 'b') {
       event.preventDefault();
       (box.checked ? track : box).checked = true;
       tellBack();
     }
   });
-  // The list has no height yet: the dialog opens after this.
-  requestAnimationFrame(() => list.querySelector('[aria-selected="true"]')?.scrollIntoView({block: 'nearest'}));
-  const unknown = h('button', {class: 'btn', type: 'button', title: 'A sign that is none of these classes', onclick: () => put(NO_CLASS)}, 'No class');
+  if (!draft) choice.onEnter(close);
+  const unknown = h('button', {class: 'btn', type: 'button', title: 'A sign that no label of the set names', onclick: () => put(NO_CLASS)}, 'Not in the set');
   const back = h('button', {class: 'btn', type: 'button', onclick: () => put(null)});
-  tellBack();
-  show();
+  offer();
+  choice.reveal();
   return {
     side: sideOf(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
-    title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Class of the new track', size: 'middle', focus: search,
-    body: h('div', {class: 'stack relabel'}, search, scopes, list, none),
+    title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track', size: 'middle', focus: choice.search,
+    body: h('div', {class: 'stack relabel'}, choice.search, scopes, choice.list, choice.none, error),
     footer: [h('span', {class: 'muted small grow'}, draft ? 'Arrows choose, Enter takes, Escape takes the box back.' : 'Arrows choose, Enter takes, Alt+B switches between track and box.'), ...(draft ? [unknown] : [back, unknown]), h('button', {class: 'btn', type: 'button', onclick: close}, 'Cancel')],
+    update(state) {
+      if (state.labels !== labels) offer();
+    },
   };
 }

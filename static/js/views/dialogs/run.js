@@ -11,6 +11,7 @@ import {icon} from '../icons.js';
 import {createParameters, presetValue} from '../parameters.js';
 import {toast} from '../toasts.js';
 import {runItem, showRun} from './run-item.js';
+import {createVideoLabels} from './video-labels.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
@@ -37,7 +38,7 @@ export function runDialog(setup) {
   return {
     title: `Runs of ${video?.name ?? 'this video'}`, size: 'wide',
     body: h('div', {class: 'run-dialog'},
-      h('section', {class: 'run-column', 'aria-labelledby': 'runs-title'}, h('h3', {id: 'runs-title'}, 'Runs'), none, list),
+      h('section', {class: 'run-column', 'aria-labelledby': 'runs-title'}, h('h3', {id: 'runs-title'}, 'Runs'), none, list, video && createVideoLabels(app, video, signal)),
       h('section', {class: 'run-column', 'aria-labelledby': 'new-run-title'}, h('h3', {id: 'new-run-title'}, 'New run'), form.element)),
     footer: form.footer, submit: form.submit, focus: form.focus,
     update(state) {

@@ -2,6 +2,7 @@
 /** The strip of a track's crops: only those on screen are loaded; the one of the current frame is marked. */
 
 import { placeAt } from '../../model/detail_columns.js';
+import { engineName, labelFor } from '../../model/labels.js';
 import { short } from '../../model/plain_words.js';
 import { isLoaded } from '../../model/track_lane.js';
 import { seek } from '../app.js';
@@ -117,9 +118,9 @@ export function createCrops(app, signal) {
 function createCell(lane, i, labels, url) {
   const probability = lane.top_probability[i];
   const weight = lane.weight[i];
-  const label = labels.find(({ id }) => id === lane.top[i]);
-  return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: read as ${label?.name ?? 'no class'} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}` },
+  const label = labelFor(labels, lane.top[i]);
+  return h('button', { class: 'crop', type: 'button', title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}` },
     h('img', { src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
     h('span', { class: 'crop-frame' }, lane.frame[i]), h('span', { class: 'crop-value' }, weight === null ? 'no vote' : `w ${Number(weight.toPrecision(2))}`),
-    h('span', { class: 'crop-value' }, label && h('img', { class: 'crop-read', src: label.picture, alt: label.name }), `P ${probability === null ? '–' : probability.toFixed(2)}`));
+    h('span', { class: 'crop-value' }, label?.picture && h('img', { class: 'crop-read', src: label.picture, alt: label.name }), `P ${probability === null ? '–' : probability.toFixed(2)}`));
 }

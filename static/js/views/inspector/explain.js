@@ -6,6 +6,7 @@
 
 import { placeAt } from '../../model/detail_columns.js';
 import { hashBits } from '../../model/hash_bits.js';
+import { engineName } from '../../model/labels.js';
 import { personAt } from '../../model/persons_words.js';
 import { countsAs, short, sourceAt, symmetryAt, verdictAt } from '../../model/plain_words.js';
 import { fill, h, s, setText } from '../dom.js';
@@ -78,7 +79,7 @@ function readAs({ state, lane }, i) {
   const top = lane?.top[i] ?? null;
   if (!lane || top === null) return null;
   const weight = lane.weight[i] === null ? 'it has no vote' : `its vote weighs ${short(lane.weight[i])}`;
-  return `Read as ${state.labels.find(({ id }) => id === top)?.name ?? `class ${top}`} with P = ${percent(lane.top_probability[i])}; ${weight}.`;
+  return `Read as ${engineName(state.labels, top, lane.top_word?.[i])} with P = ${percent(lane.top_probability[i])}; ${weight}.`;
 }
 
 /** @param {SymmetryView} symmetry @param {string} url @param {number} floor   the run's symmetry_floor */

@@ -1,26 +1,26 @@
 // @ts-check
 /** Label, probability, runner-up and review state of the selected track. */
 
-import { className } from '../../model/label_words.js';
+import { className, engineName, labelFor } from '../../model/labels.js';
 import { whoseLabel } from '../../model/persons_words.js';
 import { framesIn } from '../../model/shown_runs.js';
-import { edit } from '../app.js';
+import { giveVerdict } from '../../operations/verdicts.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, frameSpan, percent } from '../format.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../types.js').TrackDoc['review']} Review */
-/** @type {{review: Review, label: string, icon: import('../icons.js').IconName, key: string}[]} */
+/** @type {{review: Review, label: string, icon: import('../icons.js').IconName, key: string, title?: string}[]} */
 const CHOICES = [
   { review: 'accepted', label: 'Accept', icon: 'accept', key: 'A' },
-  { review: 'rejected', label: 'Reject', icon: 'reject', key: 'X' },
+  { review: 'rejected', label: 'False positive', icon: 'reject', key: 'X', title: 'No sign: a retraining takes its places for background' },
   { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 
 /** @param {import('../app.js').ViewApp} app @param {AbortSignal} signal */
 export function createHead(app, signal) {
   const picture = h('img', { class: 'inspector-picture', alt: '' });
-  const name = h('h2', { class: 'inspector-name' });
+  const name = h('h2', { class: 'inspector-name', dir: 'auto' });
   const sub = h('p', { class: 'small muted' });
   const human = h('p', { class: 'small inspector-human' });
   const own = h('span', { class: 'inspector-own' });
@@ -31,7 +31,10 @@ export function createHead(app, signal) {
   let key = '';
   const buttons = CHOICES.map((choice) => {
     const button = h('button', { class: 'btn btn-small', type: 'button' }, icon(choice.icon), choice.label);
-    button.addEventListener('click', () => edit(app, key, { name: 'set_review', review: now === choice.review ? 'open' : choice.review }), { signal });
+    button.addEventListener('click', () => {
+      const { review } = app.store.get();
+      if (review) giveVerdict(app, review, key, now === choice.review ? 'open' : choice.review);
+    }, { signal });
     return button;
   });
   return {
@@ -43,14 +46,14 @@ export function createHead(app, signal) {
       const nameOf = (id) => className(state.labels, id);
       key = entry.key;
       now = entry.review;
-      const label = state.labels.find((one) => one.id === entry.class_id);
-      picture.hidden = label === undefined;
-      if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
-      setText(name, entry.not_a_sign ? 'Not a sign' : nameOf(entry.class_id));
+      const address = labelFor(state.labels, entry.class_id)?.picture ?? null;
+      picture.hidden = address === null;
+      setAttribute(picture, 'src', address);
+      setText(name, engineName(state.labels, entry.class_id, entry.word));
       setText(sub, `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`);
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
-      const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf);
+      const whose = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
       human.hidden = whose === null && entry.track !== null;
       setText(human, whose ?? (tracks ? 'Made by a person out of the engine’s tracks.' : 'Drawn by a person.'));
       const read = entry.whole ? readingOf(tracks, i) : found?.reading ?? null;
@@ -58,16 +61,17 @@ export function createHead(app, signal) {
       own.style.setProperty('width', `${(read?.share ?? 0) * 100}%`);
       other.style.setProperty('width', `${(read?.runner_up_share ?? 0) * 100}%`);
       if (read) {
-        const runner = read.runner_up === null ? '' : `; runner-up ${nameOf(read.runner_up)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
+        const called = engineName(state.labels, read.class_id, read.word);
+        const runner = read.runner_up === null ? '' : `; runner-up ${engineName(state.labels, read.runner_up, read.runner_up_word)} ${percent(read.runner_up_share)}, margin ${percent(read.share - read.runner_up_share)}`;
         // of a part the engine has no answer of its own: its frames' votes are counted, and may name another class
-        const asked = !entry.whole ? `These frames alone: ${nameOf(read.class_id)}, fused probability` : entry.relabelled ? `The engine’s ${nameOf(read.class_id)}: fused probability` : 'Fused probability';
+        const asked = !entry.whole ? `These frames alone: ${called}, fused probability` : entry.relabelled ? `The engine’s ${called}: fused probability` : 'Fused probability';
         setText(votes, `${asked} ${percent(read.share)}${runner}`);
       }
       setAttribute(margin, 'aria-label', votes.textContent);
       buttons.forEach((button, k) => {
         const given = CHOICES[k].review === entry.review;
         setAttribute(button, 'aria-pressed', String(given));
-        setAttribute(button, 'title', given ? 'Click again to take the verdict back' : `${CHOICES[k].label} (${CHOICES[k].key})`);
+        setAttribute(button, 'title', given ? 'Click again to take the verdict back' : `${CHOICES[k].title ?? CHOICES[k].label} (${CHOICES[k].key})`);
       });
     },
   };
@@ -78,5 +82,5 @@ function readingOf(tracks, i) {
   const class_id = tracks?.class_id[i] ?? null;
   const share = tracks?.share[i] ?? null;
   if (!tracks || class_id === null || share === null) return null;
-  return { class_id, share, runner_up: tracks.runner_up[i], runner_up_share: tracks.runner_up_share[i] ?? 0 };
+  return { class_id, word: tracks.word?.[i] ?? null, share, runner_up: tracks.runner_up[i], runner_up_word: tracks.runner_up_word?.[i] ?? null, runner_up_share: tracks.runner_up_share[i] ?? 0 };
 }

@@ -4,25 +4,28 @@
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, sentencesOfTrack } from '../../model/track_lane.js';
 import { h } from '../dom.js';
+import { createAttributes } from './attributes.js';
 import { createCrops } from './crops.js';
 import { createEvents } from './events.js';
 import { createExplain } from './explain.js';
 import { createHead } from './head.js';
 import { createNotes } from './notes.js';
+import { createPinned } from './pinned.js';
 import { createRunFacts } from './run_facts.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 
-/** @param {import('../app.js').ViewApp} app */
+/** @param {import('../../page-types.js').App} app */
 export function createInspector(app) {
   const life = new AbortController();
   const explain = createExplain(app, life.signal);
-  const sections = [createHead(app, life.signal), explain, createCrops(app, life.signal), createEvents(app, life.signal), createNotes(app, life.signal)];
+  const sections = [createHead(app, life.signal), createPinned(app, life.signal), createAttributes(app, life.signal), explain, createCrops(app, life.signal), createEvents(app, life.signal), createNotes(app, life.signal)];
   const facts = createRunFacts();
   const body = h('div', { class: 'inspector-track' }, sections.map((section) => section.element));
   const empty = h('div', { class: 'empty' }, h('p', null, 'Select a track in the picture, the lanes or the queue: here stands why its boxes are where they are and why it has its label. J selects the most doubtful one.'));
   const element = h('section', { class: 'inspector panel', 'aria-label': 'Inspector' }, h('div', { class: 'inspector-scroll', tabindex: '0', role: 'group', 'aria-label': 'Selected track' }, body, empty, facts.element));
   /** @type {import('../../state-types.js').ReviewState|null} */ let old = null;
+  /** @type {State['labels']|null} */ let labels = null;
   /** @type {readonly import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
   /** @type {import('../../model/track_lane.js').DocumentLane|null} */ let told = null;
   /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
@@ -31,7 +34,8 @@ export function createInspector(app) {
     /** @param {State} state */
     update(state) {
       const review = state.review;
-      if (review === null || review === old) return;
+      if (review === null || (review === old && state.labels === labels)) return;
+      labels = state.labels;
       if (!old || old.tracks !== review.tracks || old.docs !== review.docs) entries = trackEntries(review.tracks, review.docs);
       old = review;
       const entry = entries.find((one) => one.key === review.selected) ?? null;

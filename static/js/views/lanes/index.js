@@ -6,6 +6,7 @@
  */
 import { countFlips } from '../../model/gate_lane.js';
 import { detailColumns, placeAt } from '../../model/detail_columns.js';
+import { engineName } from '../../model/labels.js';
 import { barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
 import { short, symmetryHint } from '../../model/plain_words.js';
 import { panBy, reveal, spanAround, timeLabel, toFrame, toX, zoomAround } from '../../model/time_axis.js';
@@ -252,7 +253,7 @@ export function createLanes(app) {
     });
     const votes = here >= 0 ? lane.votes[here] : null;
     fillLegend(parts.legend, lane.classes.slice(0, 4).map((id, c) => ({
-      name: state?.labels.find((one) => one.id === id)?.name ?? `class ${id}`,
+      name: engineName(state?.labels ?? [], id, lane?.words?.[c]),
       share: votes ? percent(votes[c]) : '–',
       colour: palette.series[c],
     })));

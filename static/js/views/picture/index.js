@@ -3,7 +3,7 @@
 
 import { NO_CLASS } from '../../model/documents.js';
 import { across, fit, sizeOf, toScreen } from '../../model/geometry.js';
-import { className } from '../../model/label_words.js';
+import { className } from '../../model/labels.js';
 import { NO_RUN } from '../../model/no_tracks.js';
 import { whyNoBox } from '../../model/no_box.js';
 import { listed, trackName } from '../../model/track_name.js';
@@ -143,7 +143,7 @@ export function createPicture(app) {
     ctx.clearRect(0, 0, size.width, size.height);
     // the layers belong to the cursor's frame: they are drawn only while that very picture is on screen
     if (review.shown !== review.frame || review.viewport.zoom === 0) return;
-    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'no class' : names.get(id) ?? String(id)));
+    const counts = paintLayers(ctx, draft ? { ...review, drag: draft } : review, review.viewport, size, inks, (id) => (id === null ? 'no label' : names.get(id) ?? String(id)));
     legend.update(review, counts);
   }
 
@@ -173,7 +173,7 @@ export function createPicture(app) {
     }
     setText(hint, text);
     if (hint.title !== text) hint.title = text;
-    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.not_a_sign ? 'not a sign' : shown.class_id === null ? 'no class' : names.get(shown.class_id)}` : absent ? ', no box here' : ''}` : ''}`;
+    const words = `Frame ${review.frame}${review.selected ? `, track ${trackName(review.selected, review.docs[review.selected])}${shown ? `, ${shown.word ?? (shown.class_id === null ? 'no label' : names.get(shown.class_id))}` : absent ? ', no box here' : ''}` : ''}`;
     if (words !== said) setText(spoken, (said = words));
   }
 

@@ -112,7 +112,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     const weight = review.selected === shown.key ? 2 : 1;
     const proposed = shown.origin === 'proposed';
     const sure = proposed ? ` proposed ${Math.round(100 * (review.following?.proposals[review.frame]?.confidence ?? 0))} %` : '';
-    pen.box(layer, box, named(shown.key, `${shown.not_a_sign ? 'not a sign' : nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight, thin: shown.origin === 'interpolated', dashed: proposed });
+    pen.box(layer, box, named(shown.key, `${shown.not_a_sign ? 'not a sign' : shown.word ?? nameOf(shown.class_id)}${shown.occluded ? ' (occluded)' : ''}${proposed ? sure : gateText}`), { where: 'above', weight, thin: shown.origin === 'interpolated', dashed: proposed });
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
     if (review.selected === shown.key && review.mode !== 'merge') pen.handles(layer, box);

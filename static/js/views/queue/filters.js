@@ -2,10 +2,11 @@
 /** What the queue shows and in which order. */
 
 import { NO_CLASS } from '../../model/documents.js';
+import { resolved } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
 import { filter } from '../app.js';
 import { fill, followFocus, h, leaveKeysToPicture, setAttribute } from '../dom.js';
-import { figure } from '../format.js';
+import { count, figure } from '../format.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../state-types.js').QueueFilter} QueueFilter */
@@ -15,11 +16,11 @@ import { icon } from '../icons.js';
  * @param {AbortSignal} signal
  */
 export function createFilters(app, signal) {
-  const text = h('input', { class: 'input', type: 'search', placeholder: 'Class, number, reason or note', 'aria-label': 'Search tracks' });
-  const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'Rejected']]);
-  const sort = select('Sort by', [['doubt', 'By doubt'], ['time', 'By time'], ['class', 'By class'], ['score', 'By score']]);
+  const text = h('input', { class: 'input', type: 'search', placeholder: 'Label, number, reason or note', 'aria-label': 'Search tracks', title: 'Every word must occur. Attributes are found as name=answer, such as dirty=yes' });
+  const review = select('Review state', [['all', 'Any state'], ['open', 'Open'], ['needs_work', 'Needs work'], ['accepted', 'Accepted'], ['rejected', 'False positive']]);
+  const sort = select('Sort by', [['doubt', 'By doubt'], ['time', 'By time'], ['class', 'By label'], ['score', 'By score']]);
   const doubt = select('Least doubt', [['0', 'Any doubt'], ['0.1', '≥ 10 %'], ['0.25', '≥ 25 %'], ['0.5', '≥ 50 %'], ['0.75', '≥ 75 %']]);
-  const kind = select('Class', [['', 'All classes']]);
+  const kind = select('Label', [['', 'All labels']]);
   const noted = h('button', { class: 'btn btn-icon queue-noted', type: 'button', title: 'Only tracks with notes', 'aria-label': 'Only tracks with notes', onclick: () => filter(app, { with_notes: noted.getAttribute('aria-pressed') !== 'true' }) }, icon('note'));
   text.addEventListener('input', () => filter(app, { text: text.value }), { signal });
   review.addEventListener('change', () => filter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
@@ -40,20 +41,26 @@ export function createFilters(app, signal) {
      * @param {readonly import('../../types.js').Label[]} labels
      */
     update(now, entries, labels) {
-      const present = new Set(entries.map((entry) => entry.class_id));
-      const none = present.has(null) || present.has(NO_CLASS) || now.class_id === NO_CLASS ? [{ id: NO_CLASS, name: 'Without a class' }] : [];
-      const offered = [...labels.filter((label) => present.has(label.id) || label.id === now.class_id), ...none];
-      const key = offered.map((label) => label.id).join();
+      /** Tracks by label. @type {Map<number, number>} */
+      const counts = new Map();
+      for (const entry of entries) {
+        const id = resolved(labels, entry.class_id ?? NO_CLASS);
+        counts.set(id, (counts.get(id) ?? 0) + 1);
+      }
+      const chosen = now.class_id === null ? null : resolved(labels, now.class_id);
+      const offered = [...labels, { id: NO_CLASS, name: 'Without a label' }].filter(({ id }) => counts.has(id) || id === chosen);
+      const options = offered.map(({ id, name }) => /** @type {const} */ ([String(id), `${name} (${count(counts.get(id) ?? 0)})`]));
+      const key = JSON.stringify(options);
       if (key !== listed) {
         listed = key;
-        fill(kind, h('option', { value: '' }, 'All classes'), offered.map((label) => h('option', { value: String(label.id) }, label.name)));
+        fill(kind, h('option', { value: '' }, 'All labels'), options.map(([value, text]) => h('option', { value }, text)));
       }
       if (text.value !== now.text) text.value = now.text;
       setAttribute(noted, 'aria-pressed', String(now.with_notes));
       review.value = now.review;
       sort.value = now.sort;
       doubt.value = String(now.least_doubt);
-      kind.value = now.class_id === null ? '' : String(now.class_id);
+      kind.value = chosen === null ? '' : String(chosen);
       const range = scoreRange(entries);
       for (const [input, value, name] of /** @type {const} */ ([[least, now.least_score, 'Least'], [most, now.most_score, 'Largest']])) {
         setAttribute(input, 'title', `${name} score of a track: the best of its detections${range ? `, here ${figure(range[0])} to ${figure(range[1])}` : ''}`);

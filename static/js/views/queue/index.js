@@ -144,7 +144,7 @@ export function createQueue(app) {
         setText(deleted, `${count(gone)} deleted`);
         deleted.setAttribute('aria-label', `${plural(gone, 'deleted track')}, show`);
         bar.style.setProperty('--part', `${done * 100}%`);
-        meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} rejected, ${count(counts.needs_work)} need work`;
+        meter.title = `${percent(done)} reviewed: ${count(counts.accepted)} accepted, ${count(counts.rejected)} false positives, ${count(counts.needs_work)} need work`;
         setAttribute(meter, 'aria-valuenow', Math.round(done * 100));
         filters.update(review.filter, entries, next.labels);
         empty.update(review, counts.total, order.length === 0 ? 'No track passes these filters.' : '');

@@ -2,20 +2,21 @@
 /** One row of the queue. */
 
 import { NO_CLASS } from '../../model/documents.js';
+import { labelFor } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { figure, frameSpan, percent } from '../format.js';
 
 const STATES = {
   open: { text: 'Open', tone: '' },
   accepted: { text: '✓ Accepted', tone: 'badge-good' },
-  rejected: { text: '✕ Rejected', tone: 'badge-bad' },
+  rejected: { text: '✕ False positive', tone: 'badge-bad' },
   needs_work: { text: '! Needs work', tone: 'badge-warn' },
 };
 
 /** @param {string} key   of the track */
 export function createRow(key) {
   const picture = h('img', { class: 'queue-picture', alt: '', loading: 'lazy', decoding: 'async' });
-  const name = h('span', { class: 'queue-name truncate' });
+  const name = h('span', { class: 'queue-name truncate', dir: 'auto' });
   const number = h('span', { class: 'queue-number muted small' });
   const badge = h('span', { class: 'badge' });
   const reasons = [0, 1].map(() => h('span', { class: 'queue-reason truncate small muted' }));
@@ -37,18 +38,19 @@ export function createRow(key) {
      * @param {{place: number, size: number, top: number, height: number, selected: boolean, marked: boolean, hint: string}} view   marked: for a merge; hint: where it could be extended
      */
     update(entry, labels, view) {
-      const label = labels.find((one) => one.id === entry.class_id);
+      const label = labelFor(labels, entry.class_id);
+      const address = label?.picture ?? null;
       element.style.setProperty('transform', `translateY(${view.top}px)`);
       element.style.setProperty('height', `${view.height}px`);
       setAttribute(element, 'aria-selected', String(view.selected));
       element.classList.toggle('queue-marked', view.marked);
       setAttribute(element, 'aria-posinset', view.place + 1);
       setAttribute(element, 'aria-setsize', view.size);
-      picture.classList.toggle('queue-no-picture', label === undefined);
-      if (label && picture.getAttribute('src') !== label.picture) picture.src = label.picture;
-      if (!label) picture.removeAttribute('src');
-      setText(name, entry.not_a_sign ? 'Not a sign' : (label?.name ?? (entry.class_id === NO_CLASS ? 'None of the classes' : 'No class yet')));
-      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
+      picture.classList.toggle('queue-no-picture', address === null);
+      setAttribute(picture, 'src', address);
+      setText(name, label?.name ?? entry.word ?? (entry.class_id === NO_CLASS ? 'Not in the set' : 'No label yet'));
+      setAttribute(name, 'title', entry.word === null ? null : `What the engine calls it; the label set has no such label`);
+      setText(number, `${entry.name}${entry.relabelled || entry.track === null ? ' · human' : ''}${entry.ignore ? ' · ignored' : ''}${entry.notes.length > 0 ? ` · ${entry.notes.length} ✎` : ''}${view.marked ? ' · to merge' : ''}`);
       setText(badge, STATES[entry.review].text);
       badge.className = `badge ${STATES[entry.review].tone}`;
       const reasonsAndHint = view.hint ? [...entry.reasons, view.hint] : entry.reasons;

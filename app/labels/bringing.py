@@ -1,0 +1,95 @@
+"""Labels of a file, brought into a set of the library, or made a set of their own."""
+
+from __future__ import annotations
+
+from sqlalchemy.orm import Session
+
+from app.errors import Invalid, NotFound
+from app.labels.pictures import is_there
+from app.labels.service import LabelService
+from app.labels.store import newest, start
+from app.labels.views import Brought, KnownLabel, RefusedLabel, label_view
+from tsr_engine.exchange.label_files.collected import FileLabels
+from tsr_engine.labels.adopting import Adopted, adopt_labels
+from tsr_engine.labels.changes import Changed
+from tsr_engine.labels.model import LabelSet
+
+__all__ = ["bring_labels"]
+
+
+def bring_labels(
+    service: LabelService, key: str, author: str, found: FileLabels, *, create: bool = False, file: str = ""
+) -> Brought:
+    """Add the labels of a file that a set lacks.
+
+    Args:
+        service: of the library.
+        key: of the set.
+        author: who brings them.
+        found: what the file says.
+        create: make the set from the file where there is none of that key; ids are then those of the file.
+        file: its name, for the history.
+
+    Raises:
+        NotFound: there is no such set.
+        Invalid: the set would become too large, or the file has no label that can be used.
+    """
+    if not len(found.labels):
+        raise Invalid(f"No label of the file can be used: {found.refused[0].reason}", field="body")
+    told = list(found.told)
+    adopted: Adopted | None = None
+
+    def make(session: Session, labels: LabelSet) -> Changed:
+        nonlocal adopted
+        adopted = adopt_labels(labels, _with_pictures_here(session, found.labels, told))
+        return adopted.changed
+
+    def first(session: Session) -> LabelSet | None:
+        """The set as the file has it; None: there is one of that key."""
+        try:
+            newest(session, key)
+        except NotFound:
+            content = _with_pictures_here(session, found.labels, told)
+            made = content.model_copy(update={"key": key, "version": 1})
+            start(session, made, author, f"Made from {file}." if file else "Made from a file.")
+            return made
+        return None
+
+    made = service.begin(key, first) if create else None
+    refused = [RefusedLabel(name=each.name, reason=each.reason) for each in found.refused]
+    if made is not None:
+        views = [label_view(made, label) for label in made]
+        sentence = f"Made the set '{made.name}' with {len(made)} labels."
+        return Brought(
+            version=1, sentence=sentence, created=True, added=views, known=[], refused=refused, told=_once(told)
+        )
+    labels, changed = service.write(key, author, make)
+    assert adopted is not None
+    names = {label.key: label.name for label in found.labels}
+    known = [KnownLabel(name=names[theirs], id=ours.id, key=ours.key) for theirs, ours in adopted.known.items()]
+    return Brought(
+        version=labels.version,
+        sentence=changed.sentence,
+        created=False,
+        added=[label_view(labels, label) for label in adopted.added],
+        known=known,
+        refused=refused,
+        told=_once(told),
+    )
+
+
+def _with_pictures_here(session: Session, labels: LabelSet, told: list[str]) -> LabelSet:
+    """The set without pictures that the library does not have: a file names them and does not hold them."""
+    content = []
+    for label in labels:
+        if is_there(session, label.pictogram):
+            content.append(label)
+        else:
+            told.append(f"The picture of '{label.name}' was left out: a file names pictures and does not hold them.")
+            content.append(label.model_copy(update={"pictogram": ""}))
+    return labels.model_copy(update={"labels": tuple(content)})
+
+
+def _once(sentences: list[str]) -> list[str]:
+    """Sentences without those that a second attempt has said again."""
+    return list(dict.fromkeys(sentences))

@@ -1,0 +1,58 @@
+"""What the class numbers in a run's evidence mean in the label set of its video."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.labels.store import labels_of_run
+from app.storage.models import Run
+from tsr_engine.labels.classes import RunClasses, classes_of_keys, classes_of_set
+from tsr_engine.labels.model import LabelSet
+
+__all__ = ["RunClasses", "classes_in", "labels_of_model", "run_classes"]
+
+
+def classes_in(session: Session, run: Run) -> RunClasses:
+    """The same, with the newest version of the set of the run's video."""
+    return run_classes(run, labels_of_run(session, run))
+
+
+def labels_of_model(keys: Sequence[str] | None) -> dict[str, Any] | None:
+    """What ``Run.labels`` says of a model whose classes have these keys; None: those of ``gtsrb-43``."""
+    return None if keys is None else {"keys": list(keys)}
+
+
+def run_classes(run: Run, labels: LabelSet) -> RunClasses:
+    """What the class numbers in a run's evidence mean.
+
+    Args:
+        run: ``labels`` of it says what its numbers are: keys by number, ids of a set, or (None) ``gtsrb-43``.
+        labels: the set of the run's video.
+    """
+    told: Mapping[str, Any] = run.labels or {}
+    keys = told.get("keys")
+    return _classes(None if keys is None else tuple(keys), told.get("set"), _Version(labels))
+
+
+class _Version:
+    """One version of a set as a key: it is immutable, so that the object stands for its content."""
+
+    def __init__(self, labels: LabelSet) -> None:
+        self.labels = labels
+
+    def __hash__(self) -> int:
+        return id(self.labels)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Version) and other.labels is self.labels
+
+
+@lru_cache(maxsize=64)
+def _classes(keys: tuple[str, ...] | None, of_set: str | None, version: _Version) -> RunClasses:
+    if of_set is not None:
+        return classes_of_set(of_set, version.labels)
+    return classes_of_keys(keys, version.labels)

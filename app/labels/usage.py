@@ -1,0 +1,55 @@
+"""In how many tracks people have given a label."""
+
+from __future__ import annotations
+
+from sqlalchemy import distinct, func, select
+from sqlalchemy.orm import Session
+
+from app.labels.mentions import uses
+from app.labels.store import newest
+from app.shapes import Model
+from app.storage.database import Database
+from app.storage.models import Run, TrackDocument, Video
+
+__all__ = ["LabelUse", "label_usage"]
+
+
+class LabelUse(Model):
+    """Where a label is used."""
+
+    tracks: int
+    """Tracks of all runs that a person has given the label, without deleted ones."""
+    videos: int
+    """Their videos."""
+
+
+def label_usage(database: Database, key: str) -> dict[int, LabelUse]:
+    """Tracks that people have given each label of a set, by its id; labels without any are left out.
+
+    What a model has read does not count before a person says so. Ids are those that are stored: a merged label keeps
+    its tracks.
+
+    Raises:
+        NotFound: there is no such set.
+    """
+    with database.read() as session:
+        newest(session, key)
+        return _counted(session, key)
+
+
+def _counted(session: Session, key: str) -> dict[int, LabelUse]:
+    label = TrackDocument.document["class_id"].as_integer().label("label")
+    gone = TrackDocument.document["gone"].as_boolean()
+    given = (
+        select(label, TrackDocument.run_id, TrackDocument.key, Run.video_id)
+        .join(Run, Run.id == TrackDocument.run_id)
+        .join(Video, Video.id == Run.video_id)
+        .where(uses(session, key), gone.is_(False))
+        .subquery()
+    )
+    rows = session.execute(
+        select(given.c.label, func.count(), func.count(distinct(given.c.video_id)))
+        .where(given.c.label >= 0)
+        .group_by(given.c.label)
+    )
+    return {number: LabelUse(tracks=tracks, videos=videos) for number, tracks, videos in rows}

@@ -1,0 +1,109 @@
+// @ts-check
+/**
+ * Attributes of tracks: what a form shows, what a value may be, and filters. Pure.
+ *
+ * @typedef {import('../types.js').Attribute} Attribute
+ * @typedef {import('../types.js').AttributeValue} AttributeValue
+ * @typedef {import('../types.js').Label} Label
+ * @typedef {import('../types.js').TrackDoc} TrackDoc
+ *
+ * @typedef {object} AttributeRow   one line of the form
+ * @property {string} name
+ * @property {Attribute|null} attribute   null: the track's label has none of that name; its value stays until it is taken away
+ * @property {AttributeValue|null} value  in this frame; null: nobody has given one, and there is no default
+ * @property {boolean} given              a person has given it, in this frame or in the whole track
+ * @property {boolean} changes            a person has given other values in some frames
+ * @property {number} digit               which of the checkboxes it is, from 1 on; 0: it is none
+ */
+import { attributesAt } from './documents.js';
+
+/** Longest text of a value. */
+export const MOST_TEXT = 1000;
+
+/**
+ * The lines of the form: attributes of the label in its order, then values that an earlier label has left.
+ * @param {Label|undefined} label   of the track in the frame
+ * @param {TrackDoc|null} doc       null: nobody has touched the track
+ * @param {number} frame
+ * @returns {AttributeRow[]}
+ */
+export function attributeRows(label, doc, frame) {
+  const given = new Map(Object.entries(doc ? attributesAt(doc, frame) : {}));
+  const changing = new Set(Object.values(doc?.keys ?? {}).flatMap((key) => Object.keys(key.attributes ?? {})));
+  let digit = 0;
+  const rows = (label?.attributes ?? []).map((attribute) => {
+    const { name } = attribute;
+    const row = {
+      name, attribute, value: given.get(name) ?? attribute.default, given: given.has(name), changes: changing.has(name),
+      digit: attribute.kind === 'checkbox' ? (digit += 1) : 0,
+    };
+    given.delete(name);
+    return row;
+  });
+  return [...rows, ...[...given].map(([name, value]) => ({ name, attribute: null, value, given: true, changes: changing.has(name), digit: 0 }))];
+}
+
+/**
+ * Why a value is none for an attribute, as the server says it; null: it is one.
+ * @param {Attribute} attribute
+ * @param {AttributeValue} value
+ */
+export function attributeProblem({ name, kind, values, low, high }, value) {
+  if (kind === 'checkbox') return typeof value === 'boolean' ? null : `${name} must be true or false.`;
+  if (kind === 'number') {
+    if (typeof value !== 'number' || !Number.isFinite(value)) return `${name} must be a number.`;
+    const within = (low === null || value >= low) && (high === null || value <= high);
+    return within ? null : `${name} must be ${low === null ? `at most ${high}` : high === null ? `at least ${low}` : `within ${low} and ${high}`}.`;
+  }
+  if (typeof value !== 'string') return `${name} must be a text.`;
+  if (kind === 'select') return values.includes(value) ? null : `${name} must be one of ${values.join(', ')}.`;
+  return value.length <= MOST_TEXT ? null : `${name} must have at most ${MOST_TEXT} characters.`;
+}
+
+/**
+ * What a field of the form says; null: nothing, the value is taken away.
+ * @param {Attribute} attribute
+ * @param {string} text   of the field
+ * @returns {AttributeValue|null}
+ */
+export function valueOfText({ kind }, text) {
+  if (text.trim() === '') return null;
+  return kind === 'number' ? Number(text) : text;
+}
+
+/**
+ * Attributes that tracks can be filtered by, with the answers that can be chosen; those of texts and numbers are what
+ * the tracks have.
+ * @param {readonly Label[]} labels
+ * @param {readonly TrackDoc[]} docs
+ * @returns {{name: string, values: AttributeValue[]}[]}   by name
+ */
+export function attributeChoices(labels, docs) {
+  /** @type {Map<string, Set<AttributeValue>>} */
+  const found = new Map();
+  /** @param {string} name @param {readonly AttributeValue[]} values */
+  const add = (name, values) => found.set(name, new Set([...found.get(name) ?? [], ...values]));
+  for (const { attributes } of labels) for (const { name, kind, values } of attributes) add(name, kind === 'checkbox' ? [true, false] : values);
+  for (const doc of docs) {
+    for (const attributes of [doc.attributes, ...Object.values(doc.keys).map((key) => key.attributes)]) {
+      for (const [name, value] of Object.entries(attributes ?? {})) add(name, [value]);
+    }
+  }
+  return [...found].map(([name, values]) => ({ name, values: [...values] })).sort((a, b) => (a.name < b.name ? -1 : 1));
+}
+
+/**
+ * Whether a track has a value in any frame; where a person has given none, the label's default counts.
+ * @param {Label|undefined} label   of the track
+ * @param {TrackDoc|null|undefined} doc
+ * @param {string} name
+ * @param {AttributeValue|null} value   null: any that a person has given
+ */
+export function hasAttribute(label, doc, name, value) {
+  const given = [doc?.attributes, ...Object.values(doc?.keys ?? {}).map((key) => key.attributes)]
+    .flatMap((attributes) => (attributes && Object.hasOwn(attributes, name) ? [attributes[name]] : []));
+  if (value === null) return given.length > 0;
+  if (given.includes(value)) return true;
+  const whole = doc?.attributes && Object.hasOwn(doc.attributes, name);
+  return !whole && label?.attributes.find((one) => one.name === name)?.default === value;
+}

@@ -1,0 +1,139 @@
+// @ts-check
+/**
+ * Finds the label that a word names, and the labels that a search finds. `comparable` and `find` are twins of
+ * tsr_engine/labels/wording.py and matching.py: tests/labels/words.json holds the answers that both give. Pure.
+ *
+ * @typedef {import('../types.js').Label} Label
+ * @typedef {'key'|'name'|'alias'|'short'|'number'} How   what in a label has matched
+ */
+import { labelsById } from './labels.js';
+
+/** What Python's `\s` is, and the punctuation that names are written with. */
+const LOOSE = /[\t-\r\x1c-\x20\x85\xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000_\-./,:;()'"]+/gu;
+const NUMBER = /^(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})$/i;
+
+/** Letters whose case folding is not that of their capital. @type {Record<string, string>} */
+const FOLDED = { ı: 'ı', ẞ: 'ss' };
+const CHEROKEE = /[\u13a0-\u13fd\uab70-\uabbf]/;
+
+/** @param {string} letter */
+function folded(letter) {
+  const own = FOLDED[letter];
+  if (own !== undefined) return own;
+  return CHEROKEE.test(letter) ? letter.toUpperCase() : [...letter.toUpperCase()].map((part) => part.toLowerCase()).join('');
+}
+
+/**
+ * A name without case, spaces and punctuation, in Unicode's compatible form. A name that is punctuation alone stays as it is.
+ * @param {string} name
+ */
+export function comparable(name) {
+  const whole = [...name.normalize('NFKC')].map(folded).join('');
+  return whole.replace(LOOSE, '') || whole;
+}
+
+/** @param {Label} label @param {How} how @returns {readonly string[]} */
+function wordsOf(label, how) {
+  if (how === 'key') return [label.key];
+  if (how === 'name') return [label.name];
+  if (how === 'alias') return label.aliases;
+  // short names are words for most signs; the numbers among them are ids to everybody else
+  return label.short === '' || /^\p{Nd}+$/u.test(label.short) ? [] : [label.short];
+}
+
+/**
+ * @typedef {object} Finder
+ * @property {(word: string) => {label: Label, how: How}|null} find   the label that a word names
+ * @property {(text: string, among: readonly Label[]) => Label[]} search   the labels among some that a text finds, best first; all in their order for no text
+ */
+
+/** @type {WeakMap<readonly Label[], Finder>} */
+const finders = new WeakMap();
+
+/**
+ * Finds in this order: key; name; alias; short name, unless that is a number; id, such as `14`, `00014`, `class 14`, `#14`.
+ * A label that was merged answers with the one that stands for it; hidden labels are found.
+ *
+ * @param {readonly Label[]} labels   not changed after this
+ * @returns {Finder} the same one for the same list
+ */
+export function finderOf(labels) {
+  const before = finders.get(labels);
+  if (before) return before;
+  const standing = labelsById(labels);
+  /** @type {Map<string, {label: Label, how: How}>} */
+  const words = new Map();
+  for (const merged of [false, true]) {
+    for (const how of /** @type {const} */ (['key', 'name', 'alias', 'short'])) {
+      for (const label of labels) {
+        if ((label.merged_into !== null) !== merged) continue;
+        for (const word of wordsOf(label, how)) {
+          const name = comparable(word);
+          if (!words.has(name)) words.set(name, { label: standing.get(label.id) ?? label, how });
+        }
+      }
+    }
+  }
+
+  /** @type {Finder['find']} */
+  function find(word) {
+    const known = words.get(comparable(word));
+    if (known) return known;
+    const number = NUMBER.exec(word.trim());
+    const label = number && standing.get(Number(number[1]));
+    return label ? { label, how: 'number' } : null;
+  }
+
+  /** @type {Map<number, {name: string, parts: string[], others: string[], joined: string[]}>} */
+  const index = new Map();
+  /** @param {Label} label */
+  function indexOf(label) {
+    let known = index.get(label.id);
+    if (!known) {
+      const name = folding(label.name);
+      const others = [label.key, label.short, ...label.aliases].map(folding);
+      known = { name, parts: split(name), others: others.flatMap(split), joined: [label.name, label.key, ...label.aliases].map(comparable) };
+      index.set(label.id, known);
+    }
+    return known;
+  }
+
+  /**
+   * Names with that number in them come first, for what is written on a sign goes before the number of its label: who types 40
+   * and Enter means the speed limit, not label 40. Then what the text names as a whole, names that begin with it, words of
+   * the name that begin with its words, names that contain them, other words for it, and what is written together.
+   * @type {Finder['search']}
+   */
+  function search(text, among) {
+    const wanted = folding(text.trim());
+    if (wanted === '') return [...among];
+    const numbered = /^#\s*(\d{1,9})$/.exec(wanted);
+    if (numbered) return among.filter(({ id }) => id === Number(numbered[1]));
+    const asked = wanted.split(/\s+/);
+    const named = find(text)?.label.id;
+    const together = comparable(text);
+    /** @param {Label} label */
+    const rank = (label) => {
+      const { name, parts, others, joined } = indexOf(label);
+      if (/^\d+$/.test(wanted) && parts.includes(wanted)) return 0;
+      if (label.id === named) return 1;
+      if (name.startsWith(wanted)) return 2;
+      if (asked.every((word) => parts.some((part) => part.startsWith(word)))) return 3;
+      if (asked.every((word) => name.includes(word))) return 4;
+      if (asked.every((word) => parts.some((part) => part.startsWith(word)) || others.some((part) => part.startsWith(word)))) return 5;
+      return joined.some((one) => one.includes(together)) ? 6 : 7;
+    };
+    return among.map((label) => ({ label, rank: rank(label) })).filter((found) => found.rank < 7)
+      .sort((a, b) => a.rank - b.rank || a.label.id - b.label.id).map((found) => found.label);
+  }
+
+  const finder = { find, search };
+  finders.set(labels, finder);
+  return finder;
+}
+
+/** A text as searches compare it: without case, in Unicode's compatible form. @param {string} text */
+const folding = (text) => [...text.normalize('NFKC')].map(folded).join('');
+
+/** @param {string} text */
+const split = (text) => text.split(/[\s/(),._-]+/).filter(Boolean);

@@ -1,0 +1,91 @@
+// @ts-check
+/**
+ * What is typed into the form of a label, as a change of the set. Pure.
+ *
+ * @typedef {import('../types.js').Attribute} Attribute
+ * @typedef {import('../types.js').Label} Label
+ * @typedef {import('../types.js').LabelChange} LabelChange
+ * @typedef {{name: string, kind: Attribute['kind'], mutable: boolean, values: string, low: string, high: string, start: string}} AttributeForm   as typed; values: one a line; start: the default
+ * @typedef {{key: string, name: string, short: string, aliases: string, shape: string, category: string, teach: Label['teach'], colour: string, pinned: string, size_mm: string, mirror: string, attributes: AttributeForm[]}} LabelForm
+ */
+
+export const SHAPES = /** @type {const} */ (['triangle', 'inverted triangle', 'circle', 'octagon', 'diamond', 'rectangle', 'other']);
+export const CATEGORIES = /** @type {const} */ (['prohibitory', 'mandatory', 'danger', 'priority', 'information', 'direction', 'additional', 'other']);
+export const KINDS = /** @type {const} */ ([['checkbox', 'yes or no'], ['select', 'one of several'], ['number', 'number'], ['text', 'text']]);
+
+/** @type {AttributeForm} */
+export const NEW_ATTRIBUTE = Object.freeze({ name: '', kind: 'checkbox', mutable: false, values: '', low: '', high: '', start: '' });
+
+/** The form of a label, or of a new one. @param {Label|null} label @returns {LabelForm} */
+export function formOf(label) {
+  const text = (/** @type {unknown} */ value) => (value === null || value === undefined ? '' : String(value));
+  return {
+    key: label?.key ?? '', name: label?.name ?? '', short: label?.short ?? '', aliases: (label?.aliases ?? []).join('\n'),
+    shape: label?.shape ?? 'other', category: label?.category ?? 'other', teach: label?.teach ?? 'sign', colour: text(label?.colour),
+    pinned: text(label?.pinned), size_mm: text(label?.size_mm), mirror: text(label?.mirror),
+    attributes: (label?.attributes ?? []).map((one) => ({
+      name: one.name, kind: one.kind, mutable: one.mutable, values: one.values.join('\n'), low: text(one.low), high: text(one.high), start: text(one.default),
+    })),
+  };
+}
+
+/** Lines that say something. @param {string} text */
+const lines = (text) => [...new Set(text.split('\n').map((line) => line.trim()).filter(Boolean))];
+
+/** @param {string} text @param {string} what @returns {number|null} @throws {Error} a sentence */
+function numberOf(text, what) {
+  const typed = text.trim();
+  if (typed === '') return null;
+  const value = /^[+-]?(\d+\.?\d*|\.\d+)$/.test(typed) ? Number(typed) : Number.NaN;
+  if (!Number.isFinite(value)) throw new Error(`${what} must be a number, not “${typed.slice(0, 40)}”.`);
+  return value;
+}
+
+/** @param {AttributeForm} form @returns {Attribute} @throws {Error} a sentence */
+function attributeOf({ name, kind, mutable, values, low, high, start }) {
+  const title = name.trim();
+  if (title === '') throw new Error('Give every attribute a name.');
+  const about = `“${title}”`;
+  const choices = kind === 'select' ? lines(values) : [];
+  if (kind === 'select' && choices.length === 0) throw new Error(`${about}: write its answers, one a line.`);
+  const typed = start.trim();
+  /** @type {Attribute['default']} */
+  let value = typed === '' ? null : typed;
+  if (value !== null && kind === 'checkbox') value = typed === 'true';
+  if (value !== null && kind === 'number') value = numberOf(typed, `${about}: the answer where nobody has given one`);
+  if (kind === 'select' && value !== null && !choices.includes(typed)) throw new Error(`${about}: the answer where nobody has given one must be one of its answers.`);
+  const number = kind === 'number';
+  return { name: title, kind, mutable, values: choices, low: number ? numberOf(low, `${about}: the least`) : null, high: number ? numberOf(high, `${about}: the largest`) : null, default: value };
+}
+
+/**
+ * @param {Label|null} label   as it is; null: a new one
+ * @param {LabelForm} form
+ * @returns {{change: LabelChange|null}|{error: string}}   null: nothing is different
+ */
+export function changeOf(label, form) {
+  try {
+    const name = form.name.trim();
+    if (name === '') return { error: 'Give it a name.' };
+    /** @type {Record<string, unknown>} */
+    const fields = {
+      name, short: form.short.trim(), aliases: lines(form.aliases), shape: form.shape, category: form.category, teach: form.teach,
+      colour: form.colour.trim().toLowerCase() || null, attributes: form.attributes.map(attributeOf),
+      pinned: form.pinned === '' ? null : Number(form.pinned), size_mm: numberOf(form.size_mm, 'The width'), mirror: form.mirror.trim() || null,
+    };
+    if (label === null) {
+      const key = form.key.trim();
+      return { change: { type: 'add', ...fields, ...(key ? { key } : {}) } };
+    }
+    const changed = Object.entries(fields).filter(([field, value]) => JSON.stringify(value) !== JSON.stringify(plain(Reflect.get(label, field))));
+    return { change: changed.length ? { type: 'update', id: label.id, ...Object.fromEntries(changed) } : null };
+  } catch (thrown) {
+    return { error: thrown instanceof Error ? thrown.message : String(thrown) };
+  }
+}
+
+/** Attributes in the order of fields that `attributeOf` gives. @param {unknown} value */
+function plain(value) {
+  if (!Array.isArray(value) || typeof value[0] !== 'object') return value;
+  return value.map(({ name, kind, mutable, values, low, high, default: start }) => ({ name, kind, mutable, values, low, high, default: start }));
+}

@@ -1,0 +1,63 @@
+// @ts-check
+/**
+ * What becomes of the names in a file that no label has. Pure.
+ *
+ * @typedef {import('../types.js').Label} Label
+ * @typedef {import('../types.js').UnknownLabel} UnknownLabel
+ * @typedef {{kind: 'label'|'add'|'none'|'skip', word: string}} Answer   word: the label, as typed, where kind is `label`
+ */
+import { NO_CLASS } from './documents.js';
+import { finderOf } from './label_finder.js';
+
+export const ANSWERS = /** @type {const} */ ([['label', 'A label of the set'], ['add', 'Add as a new label'], ['none', 'Not in the set'], ['skip', 'Leave out']]);
+
+/** What is proposed at first. @param {UnknownLabel} unknown @returns {Answer} */
+export const proposed = ({ suggestions: [first] }) => (first ? { kind: 'label', word: first.name } : { kind: 'add', word: '' });
+
+/**
+ * Names of a file with the labels that they mean.
+ *
+ * @param {readonly UnknownLabel[]} unknown
+ * @param {readonly Answer[]} answers      one a name
+ * @param {readonly Label[]} labels
+ * @returns {{map: Record<string, string|number>, add: string[], skip: string[]}|{error: string, at: number}}
+ */
+export function mappingOf(unknown, answers, labels) {
+  /** @type {Record<string, string|number>} */
+  const map = {};
+  /** @type {string[]} */ const add = [];
+  /** @type {string[]} */ const skip = [];
+  for (const [at, { name }] of unknown.entries()) {
+    const { kind, word } = answers[at];
+    if (kind === 'add') add.push(name);
+    else if (kind === 'skip') skip.push(name);
+    else if (kind === 'none') map[name] = NO_CLASS;
+    else {
+      const found = finderOf(labels).find(word);
+      if (found === null) return { error: word.trim() === '' ? `Say which label “${name}” is.` : `No label is called “${word.trim()}”.`, at };
+      map[name] = found.label.key;
+    }
+  }
+  return { map, add, skip };
+}
+
+/**
+ * Names of another tool with labels, one a line: `stop sign = 14`, `yield = give way`.
+ *
+ * @param {string} text
+ * @param {readonly Label[]} labels
+ * @returns {{map: Record<string, string>}|{error: string}}
+ */
+export function parseLabelMap(text, labels) {
+  /** @type {Record<string, string>} */
+  const map = {};
+  for (const [at, line] of text.split('\n').entries()) {
+    if (line.trim() === '') continue;
+    const match = /^\s*(.+?)\s*=\s*([^=]+?)\s*$/.exec(line);
+    if (!match) return { error: `Line ${at + 1}: write a name, “=”, and a label. Got “${line.trim().slice(0, 40)}”.` };
+    const found = finderOf(labels).find(match[2]);
+    if (found === null) return { error: `Line ${at + 1}: no label is called “${match[2].slice(0, 40)}”.` };
+    map[match[1]] = found.label.key;
+  }
+  return { map };
+}

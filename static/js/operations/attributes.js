@@ -1,0 +1,67 @@
+// @ts-check
+/** Attributes of the selected track. */
+
+import { attributeRows } from '../model/attributes.js';
+import { labelAt } from '../model/effective.js';
+import { labelFor } from '../model/labels.js';
+import { docOf } from '../editing/revisions.js';
+import { engineClass, shownTrack } from '../review/shown_tracks.js';
+import { toast } from '../views/toasts.js';
+import { editSelected, needsTrack, operation } from './helpers.js';
+
+/** @typedef {import('../page-types.js').App} App */
+
+const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9];
+
+/**
+ * The lines of the attributes form for the selected track at the cursor.
+ * @param {import('../state-types.js').State} state
+ * @returns {import('../model/attributes.js').AttributeRow[]}
+ */
+export function selectedAttributes(state) {
+  const { review, labels } = state;
+  const doc = review?.selected ? docOf(review, review.selected) : null;
+  if (!review || !doc) return [];
+  const id = labelAt(doc, review.frame, (track) => engineClass(review, track));
+  return attributeRows(labelFor(labels, id), doc, review.frame);
+}
+
+/**
+ * Give the selected track a value. A box of the engine stays the engine's, as where it is marked occluded.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {string} name
+ * @param {import('../types.js').AttributeValue|null} value   null: takes it away
+ * @param {boolean} fromHere   from this frame on; else in the whole track
+ */
+export function giveAttribute(app, name, value, fromHere) {
+  const { review } = app.store.get();
+  const shown = fromHere && review?.selected ? shownTrack(review, review.selected) : null;
+  const box = shown === null || shown.origin === 'engine' ? {} : { box: shown.box };
+  return editSelected(app, { name: 'attribute', attribute: name, value, from_here: fromHere, ...box });
+}
+
+/**
+ * Tick or clear one of the checkboxes of the selected track.
+ * @param {Pick<App, 'store'|'edit'>} app
+ * @param {number} digit
+ * @param {(text: string, options?: import('../views/toasts.js').ToastOptions) => void} [say]
+ */
+export function toggleAttribute(app, digit, say = toast) {
+  const row = selectedAttributes(app.store.get()).find((one) => one.digit === digit);
+  if (!row?.attribute) {
+    say(`The label has no checkbox ${digit}. Add attributes to it on the Labels page.`, { topic: 'attribute' });
+    return;
+  }
+  const value = row.value !== true;
+  const { mutable } = row.attribute;
+  if (giveAttribute(app, row.name, value, mutable)) say(`${row.name}: ${value ? 'yes' : 'no'}${mutable ? ', from this frame on' : ''}`, { topic: 'attribute' });
+}
+
+/** @type {import('../page-types.js').Operation[]} */
+export const attributes = [
+  operation({
+    id: 'attribute', label: 'Tick or clear a checkbox of the track', keys: DIGITS.map((digit) => `Alt+${digit}`), group: 'Verdict', disabled: needsTrack,
+    tooltip: 'The checkboxes of the label in the inspector, in their order (Alt+1) to (Alt+9)',
+    run: (app, key) => toggleAttribute(app, Number(String(key).slice(-1))),
+  }),
+];

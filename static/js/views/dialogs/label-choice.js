@@ -1,0 +1,146 @@
+// @ts-check
+/** A field to type into and the labels that it finds: arrows move, Enter takes. Shared by what asks for a label. */
+
+import {finderOf} from '../../model/label_finder.js';
+import {h, reconcile, setText} from '../dom.js';
+
+/** @typedef {import('../../types.js').Label} Label */
+
+/** What is typed next finds the others: no list needs to be longer. */
+const MOST = 500;
+
+/**
+ * @param {object} setup
+ * @param {(label: Label) => void} setup.take
+ * @param {(label: Label) => string} [setup.aside]   stands behind its name
+ * @param {(text: string) => {text: string, run: () => void}|null} [setup.last]   a last row for what was typed
+ * @param {string} setup.placeholder
+ * @param {number} [setup.columns]
+ */
+export function createLabelChoice({take, aside = () => '', last = () => null, placeholder, columns = 2}) {
+  /** @type {readonly Label[]} */ let labels = [];
+  /** @type {readonly Label[]} */ let offered = [];
+  /** @type {Label[]} */ let found = [];
+  /** @type {{text: string, run: () => void}|null} */ let further = null;
+  let present = 0;
+  let at = 0;
+  let untouched = true;
+  const list = h('ul', {class: `labels`, role: 'listbox', id: 'labels', 'aria-label': 'Labels'});
+  const none = h('p', {class: 'muted labels-none', role: 'status'});
+  const more = h('li', {class: 'label label-add', role: 'option', id: 'label-add', hidden: true, onclick: () => further?.run()});
+  const search = h('input', {
+    class: 'input', type: 'text', role: 'combobox', autocomplete: 'off', spellcheck: 'false', placeholder, maxlength: 200,
+    'aria-label': 'Label', 'aria-expanded': 'true', 'aria-controls': 'labels', 'aria-autocomplete': 'list', oninput: () => {
+      at = search.value.trim() ? 0 : present;
+      untouched = false;
+      show();
+    },
+  });
+
+  /** @param {Label} label */
+  function create(label) {
+    return h('li', {class: 'label', role: 'option', id: `label-${label.id}`, onclick: () => {
+      const now = found.find(({id}) => id === label.id);
+      if (now) take(now);
+    }}, h('img', {class: 'label-picture', alt: '', width: 32, height: 32, loading: 'lazy', decoding: 'async'}),
+    h('span', {class: 'label-id muted small'}, label.id), h('span', {class: 'truncate grow', dir: 'auto'}), h('kbd', {class: 'label-key'}), h('span', {class: 'muted small label-aside'}));
+  }
+
+  /** @param {HTMLElement} row @param {Label} label */
+  function fillRow(row, label) {
+    const [picture, , name, key, beside] = /** @type {HTMLElement[]} */ ([...row.children]);
+    const image = /** @type {HTMLImageElement} */ (picture);
+    picture.classList.toggle('no-picture', label.picture === null);
+    if (label.picture !== null && image.getAttribute('src') !== label.picture) image.src = label.picture;
+    if (label.picture === null) image.removeAttribute('src');
+    setText(name, label.name);
+    row.title = [label.name, label.key, ...label.aliases].join('\n');
+    key.hidden = label.pinned === null;
+    setText(key, label.pinned === null ? '' : `Ctrl+${label.pinned}`);
+    setText(beside, aside(label));
+  }
+
+  function show() {
+    const all = finderOf(labels).search(search.value, offered);
+    found = all.slice(0, MOST);
+    further = last(search.value.trim());
+    reconcile(list, found, ({id}) => String(id), create, fillRow);
+    more.hidden = further === null;
+    setText(more, further?.text ?? '');
+    list.append(more);
+    mark();
+    const hidden = all.length - found.length;
+    setText(none, labels.length === 0 ? 'The labels are not loaded yet.' : found.length === 0 && further === null ? 'No label has that name. Try fewer letters.'
+      : hidden > 0 ? `${hidden} more; type to find them.` : '');
+  }
+
+  /** @type {Element|null} */
+  let marked = null;
+
+  function mark() {
+    const row = at < 0 ? null : at < found.length ? list.children[at] ?? null : further ? more : null;
+    if (marked !== row) marked?.setAttribute('aria-selected', 'false');
+    marked = row;
+    row?.setAttribute('aria-selected', 'true');
+    if (row) search.setAttribute('aria-activedescendant', row.id);
+    else search.removeAttribute('aria-activedescendant');
+    row?.scrollIntoView({block: 'nearest'});
+  }
+
+  search.addEventListener('keydown', (event) => {
+    const steps = /** @type {Record<string, number>} */ ({ArrowDown: columns, ArrowUp: -columns, PageDown: 10, PageUp: -10});
+    // Left and right move in the list only where they would not move in the text.
+    if (!search.value) Object.assign(steps, {ArrowRight: 1, ArrowLeft: -1});
+    const step = steps[event.key];
+    if (step !== undefined) {
+      event.preventDefault();
+      at = Math.max(0, Math.min(found.length - (further ? 0 : 1), at < 0 ? 0 : at + step));
+      untouched = false;
+      mark();
+    } else if (event.key === 'Enter') {
+      event.preventDefault();
+      if (untouched) enter();
+      else takeMarked();
+    } else if ((event.ctrlKey || event.metaKey) && !event.altKey && !event.shiftKey && /^[1-9]$/.test(event.key)) {
+      const pinned = offered.find((label) => label.pinned === Number(event.key));
+      if (!pinned) return;
+      event.preventDefault();
+      take(pinned);
+    }
+  });
+
+  function takeMarked() {
+    const label = found[at];
+    if (label) take(label);
+    else if (at === found.length) further?.run();
+  }
+
+  /** What Enter does before anything is typed or moved. */
+  let enter = takeMarked;
+
+  return {
+    search, list, none,
+    /** @param {() => void} other   before anything is typed or moved */
+    onEnter: (other) => {
+      enter = other;
+    },
+    /**
+     * @param {readonly Label[]} known       the whole set, which is not changed after this
+     * @param {readonly Label[]} some        those that can be taken, in the order in which they are offered
+     * @param {number} at_                   place of the present one; -1: none
+     */
+    offer(known, some, at_) {
+      const before = found[at]?.id;
+      [labels, offered, present] = [known, some, at_];
+      if (untouched) at = present;
+      show();
+      if (!untouched && before !== undefined) {
+        const place = found.findIndex(({id}) => id === before);
+        if (place >= 0) at = place;
+        mark();
+      }
+    },
+    /** The list has no height before the dialog is open. */
+    reveal: () => requestAnimationFrame(mark),
+  };
+}

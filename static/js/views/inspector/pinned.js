@@ -1,0 +1,62 @@
+// @ts-check
+/** The labels that are pinned to digits, one press each, and the picture that an accepted track can give its label. */
+
+import { sentence } from '../../api/errors.js';
+import { labelFor, offeredLabels } from '../../model/labels.js';
+import { givePinned } from '../../operations/verdicts.js';
+import { shownTrack } from '../../review/shown_tracks.js';
+import { fill, h } from '../dom.js';
+import { icon } from '../icons.js';
+import { pngOf } from '../label_picture.js';
+import { toast } from '../toasts.js';
+
+/** @typedef {import('../../types.js').Label} Label */
+
+/** @param {import('../../page-types.js').App} app @param {AbortSignal} signal */
+export function createPinned(app, signal) {
+  const strip = h('div', { class: 'pinned-labels', role: 'group', 'aria-label': 'Pinned labels' });
+  const cut = h('button', { class: 'btn btn-small', type: 'button', title: 'Make the box in this frame the picture of the label; the label has none' }, icon('box'), 'Use as the label’s picture');
+  const element = h('div', { class: 'inspector-pinned' }, strip, cut);
+  /** @type {Label|null} */ let label = null;
+  /** @type {readonly Label[]|null} */ let listed = null;
+
+  cut.addEventListener('click', () => void cutOut(), { signal });
+
+  async function cutOut() {
+    const { review } = app.store.get();
+    const shown = review?.selected ? shownTrack(review, review.selected) : null;
+    if (!review || !label) return;
+    if (!shown) {
+      toast('The track has no box in this frame. Go to a frame where the sign is clear.');
+      return;
+    }
+    cut.disabled = true;
+    try {
+      const { blob } = await app.api.frame(review.video.id, review.frame, { signal });
+      toast((await app.labels.change({ type: 'picture', id: label.id, png: await pngOf(blob, shown.box) })).sentence, { tone: 'good' });
+    } catch (thrown) {
+      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
+    } finally {
+      cut.disabled = false;
+    }
+  }
+
+  /** @param {Label} one */
+  const button = (one) => h('button', { class: 'btn btn-small', type: 'button', title: `${one.name} (Ctrl+${one.pinned})`, onclick: () => givePinned(app, String(one.pinned)) },
+    one.picture && h('img', { class: 'pinned-picture', src: one.picture, alt: '' }), h('span', { class: 'truncate', dir: 'auto' }, one.short || one.name.slice(0, 12)), h('kbd', null, one.pinned));
+
+  return {
+    element,
+    /** @param {import('./index.js').Inspected} inspected */
+    update({ state, entry }) {
+      if (state.labels !== listed) {
+        listed = state.labels;
+        const pinned = offeredLabels(listed).filter((one) => one.pinned !== null).sort((a, b) => Number(a.pinned) - Number(b.pinned));
+        fill(strip, ...pinned.map(button));
+        strip.hidden = pinned.length === 0;
+      }
+      label = labelFor(state.labels, entry.class_id) ?? null;
+      cut.hidden = label === null || label.picture !== null || entry.review !== 'accepted';
+    },
+  };
+}

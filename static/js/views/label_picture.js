@@ -1,0 +1,25 @@
+// @ts-check
+/** Pictures of labels, as the PNG that a set keeps. */
+
+/** Longest side of a picture of a label, px. */
+const SIDE = 256;
+
+/**
+ * @param {Blob} file   a picture
+ * @param {import('../types.js').Box} [box]   the part of it that is wanted, px; the whole
+ * @returns {Promise<string>} PNG, base64
+ * @throws {DOMException} it is no picture that the browser can read
+ */
+export async function pngOf(file, box) {
+  const whole = await createImageBitmap(file);
+  const [x1, y1, x2, y2] = box ? [Math.max(0, Math.floor(box[0])), Math.max(0, Math.floor(box[1])), Math.min(whole.width, Math.ceil(box[2])), Math.min(whole.height, Math.ceil(box[3]))] : [0, 0, whole.width, whole.height];
+  const [width, height] = [Math.max(1, x2 - x1), Math.max(1, y2 - y1)];
+  const scale = Math.min(1, SIDE / Math.max(width, height));
+  const canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale))];
+  const ctx = canvas.getContext('2d');
+  if (!ctx) throw new DOMException('This browser gives no canvas.');
+  ctx.drawImage(whole, x1, y1, width, height, 0, 0, canvas.width, canvas.height);
+  whole.close();
+  return canvas.toDataURL('image/png').split(',')[1];
+}

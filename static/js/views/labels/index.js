@@ -1,0 +1,172 @@
+// @ts-check
+/** The screen of label sets: what signs can be called, and what is known of each label. */
+
+import { sentence } from '../../api/errors.js';
+import { finderOf } from '../../model/label_finder.js';
+import { offeredLabels } from '../../model/labels.js';
+import { openDialog } from '../../store/actions/page.js';
+import { fill, h, setText } from '../dom.js';
+import { emptyState, waiting } from '../empty.js';
+import { count, plural } from '../format.js';
+import { icon } from '../icons.js';
+import { toast } from '../toasts.js';
+import { createTable } from './table.js';
+
+/** @typedef {import('../../types.js').Label} Label */
+
+/**
+ * @param {import('../../page-types.js').App} app
+ * @returns {import('../../page-types.js').View}
+ */
+export function createLabels(app) {
+  const { store, api } = app;
+  const ended = new AbortController();
+  const signal = AbortSignal.any([ended.signal, app.signal]);
+  /** The set that is shown, once it is loaded. @type {{key: string, version: number, labels: Label[], usage: import('./table.js').Usage}|null} */
+  let shown = null;
+  /** The set that is asked for. */
+  let wanted = '';
+  /** @type {number|null} */ let selected = null;
+  let asked = 0;
+  /** @type {readonly import('../../types.js').LabelSetHead[]|null} */
+  let heads = null;
+
+  const sets = h('select', { class: 'select', 'aria-label': 'Label set', onchange: () => void load(sets.value) });
+  const use = h('button', { class: 'btn', type: 'button', hidden: true, title: 'Videos without a set of their own use this one from now on', onclick: () => void useForAll() }, 'Use for the library');
+  const total = h('span', { class: 'muted', role: 'status' });
+  const search = h('input', { class: 'input', type: 'search', placeholder: 'Name, key, alias or #number', 'aria-label': 'Search labels', oninput: show });
+  const hidden = h('input', { type: 'checkbox', onchange: show });
+  const hiddenText = h('span');
+  const edit = h('button', { class: 'btn', type: 'button', title: 'Change the selected label (Enter)', onclick: () => openLabel(current()) }, 'Edit');
+  const merge = h('button', { class: 'btn', type: 'button', title: 'Make the selected label another one; tracks that have it then count as that', onclick: () => {
+    const label = current();
+    if (label && shown) dialog('label-merge', { label, usage: shown.usage && (shown.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) });
+  } }, icon('merge'), 'Merge into …');
+  const hide = h('button', { class: 'btn', type: 'button', onclick: () => void toggleHidden() });
+  const table = createTable({ signal, choose: (label) => {
+    selected = label.id;
+    showActions();
+  }, open: openLabel });
+  const notice = h('div', { class: 'library-notice' }, waiting('The labels are listed', { retry: () => load(wanted), signal }));
+  const none = h('p', { class: 'muted', role: 'status' });
+  const element = h('div', { class: 'labels-page' },
+    h('div', { class: 'labels-head' },
+      h('h1', null, 'Labels'), sets, use, total, h('div', { class: 'grow' }),
+      h('button', { class: 'btn', type: 'button', title: 'Who changed what and when; take a change back', onclick: () => dialog('label-history', {}) }, icon('undo'), 'History'),
+      h('button', { class: 'btn', type: 'button', title: 'Bring in labels of a file or of another set, or save this set as a file', onclick: () => dialog('label-files', {}) }, icon('import'), 'Files'),
+      h('button', { class: 'btn btn-primary', type: 'button', onclick: () => openLabel(null) }, icon('add'), 'Add a label')),
+    h('div', { class: 'labels-head' },
+      h('div', { class: 'input-with-icon library-search' }, icon('search'), search), h('label', { class: 'tick' }, hidden, hiddenText), h('div', { class: 'grow' }), edit, merge, hide),
+    notice, table.element, none);
+
+  const current = () => shown?.labels.find(({ id }) => id === selected) ?? null;
+
+  /** @param {'label'|'label-merge'|'label-files'|'label-history'} kind @param {Record<string, unknown>} data */
+  function dialog(kind, data) {
+    const set = shown;
+    if (set) store.dispatch((state) => openDialog(state, { kind, data: { set: set.key, labels: set.labels, ...data } }));
+  }
+
+  /** @param {Label|null} label   null: a new one */
+  function openLabel(label) {
+    dialog('label', { label });
+  }
+
+  async function toggleHidden() {
+    const label = current();
+    if (!label || !shown) return;
+    try {
+      const { sentence: said } = await app.labels.change({ type: label.hidden ? 'show' : 'hide', id: label.id }, shown.key);
+      toast(said, { tone: 'good' });
+    } catch (thrown) {
+      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
+    }
+  }
+
+  async function useForAll() {
+    try {
+      await api.setDefaultLabelSet(wanted, { signal });
+      await app.labels.reload();
+      toast('Videos without a set of their own use this one now.', { tone: 'good' });
+    } catch (thrown) {
+      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
+    }
+  }
+
+  /** @param {string} key */
+  async function load(key) {
+    const mine = ++asked;
+    if (key !== wanted) selected = null;
+    wanted = key;
+    if (key === '') {
+      await app.labels.reload().catch(failed);
+      return;
+    }
+    try {
+      const version = heads?.find((head) => head.key === key)?.version ?? 0;
+      const labels = await api.labelsOfSet(key, { signal });
+      if (mine !== asked) return;
+      shown = { key, version, labels, usage: shown?.key === key ? shown.usage : null };
+      notice.hidden = true;
+      show();
+    } catch (thrown) {
+      if (mine === asked) failed(thrown);
+      return;
+    }
+    try {
+      const usage = await api.labelUsage(key, { signal });
+      if (mine !== asked || !shown) return;
+      shown = { ...shown, usage };
+      show();
+    } catch {
+      // the table says that it does not know
+    }
+  }
+
+  /** @param {unknown} thrown */
+  function failed(thrown) {
+    if (signal.aborted) return;
+    notice.hidden = false;
+    fill(notice, emptyState({ error: true, icon: 'alert', title: 'The labels could not be listed', text: sentence(thrown),
+      actions: [h('button', { class: 'btn btn-primary', type: 'button', onclick: () => void load(wanted) }, icon('refresh'), 'Try again')] }));
+  }
+
+  function show() {
+    if (!shown) return;
+    const { labels, usage } = shown;
+    const offered = offeredLabels(labels);
+    const found = finderOf(labels).search(search.value, hidden.checked ? labels : offered);
+    setText(total, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
+    setText(hiddenText, `Hidden and merged ones too (${labels.length - offered.length})`);
+    setText(none, found.length > 0 ? '' : labels.length === 0 ? 'The set has no label yet. Add one, or bring some in under Files.' : 'No label has that name. Hidden and merged ones are shown on request.');
+    table.show(labels, found, usage, selected);
+    showActions();
+  }
+
+  function showActions() {
+    const label = current();
+    edit.disabled = label === null;
+    merge.disabled = hide.disabled = label === null || label.merged_into !== null;
+    setText(hide, label?.hidden ? 'Show again' : 'Hide');
+    hide.title = label?.merged_into != null ? 'It was merged; the history takes that back' : label?.hidden ? 'Offer the label again' : 'Offer the label no more; tracks that have it keep it';
+  }
+
+  showActions();
+  return {
+    element,
+    update(state) {
+      if (state.labelSets === heads || state.labelSets === null) return;
+      heads = state.labelSets;
+      const key = heads.some((head) => head.key === wanted) ? wanted : heads.find((head) => head.default)?.key ?? heads[0]?.key ?? '';
+      fill(sets, ...heads.map((head) => h('option', { value: head.key }, `${head.name}${head.default ? ' · the library’s' : ''}`)));
+      sets.value = key;
+      use.hidden = heads.find((head) => head.key === key)?.default !== false;
+      if (key !== shown?.key || heads.find((head) => head.key === key)?.version !== shown?.version) void load(key);
+    },
+    destroy() {
+      ended.abort();
+      table.destroy();
+      element.remove();
+    },
+  };
+}

@@ -1,0 +1,28 @@
+// @ts-check
+/** The labels that were given last in this browser: signs come in series. They are kept by key, for ids are of one set. */
+
+import { recall, remember } from './preferences.js';
+
+/** @typedef {import('../types.js').Label} Label */
+
+/** Labels that are kept. */
+const KEPT = 8;
+
+/** @returns {string[]} */
+function kept() {
+  try {
+    const found = JSON.parse(recall('labels.recent') ?? '[]');
+    return Array.isArray(found) ? found.filter((key) => typeof key === 'string') : [];
+  } catch {
+    return [];
+  }
+}
+
+/** @param {Label} label   that was given just now */
+export const noteRecent = ({ key }) => remember('labels.recent', JSON.stringify([key, ...kept().filter((other) => other !== key)].slice(0, KEPT)));
+
+/** @param {readonly Label[]} labels @param {string|null} key @returns {number|null} */
+export const labelOfKey = (labels, key) => labels.find((label) => label.key === key)?.id ?? null;
+
+/** Ids of the labels that were given last, the latest first. @param {readonly Label[]} labels */
+export const recentLabels = (labels) => kept().flatMap((key) => labelOfKey(labels, key) ?? []);

@@ -1,0 +1,249 @@
+"""Label sets in files of other tools: what comes back from each, what is told, and what is refused and where."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from tsr_engine.errors import InputError, UsageError
+from tsr_engine.exchange.label_files.collected import FileLabels
+from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, format_of, read_labels, write_labels
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
+
+SIDE = Attribute(name="side", kind="select", values=("left", "right, far"), default="left")
+DIRTY = Attribute(name="dirty", kind="checkbox", default=False)
+HEIGHT = Attribute(name="height <m>", kind="number", low=0.5, high=9.0, default=2.0)
+FREE = Attribute(name="count", kind="number", default=-3.0)
+TEXT = Attribute(name="plate", kind="text", default="a & b")
+STRANGE = (
+    Label(id=3, key="stop", name="stop", category="priority", colour="#ff0000", attributes=(SIDE, DIRTY), pinned=1),
+    Label(
+        id=7, key="nö", name="nö parking: <b>'x'</b>", aliases=("Parkverbot",), attributes=(DIRTY, HEIGHT, TEXT, FREE)
+    ),
+    Label(id=8, key="no", name="no", category="danger"),
+    Label(id=9, key="stop-2", name="停车 🛑"),
+    Label(id=10, key="hidden", name="hidden", hidden=True),
+    Label(id=11, key="merged", name="merged", merged_into=3),
+)
+MINE = LabelSet(key="mine", name="Mine", next_id=20, labels=STRANGE)
+
+
+def back(tmp_path: Path, labels: LabelSet, format: str) -> FileLabels:
+    file = tmp_path / LABEL_FORMATS[format].file
+    file.write_text(write_labels(labels, format), encoding="utf-8")
+    assert format_of(file) == format
+    return read_labels(file, "theirs", "Theirs")
+
+
+def read(tmp_path: Path, content: str | bytes | list[Any] | dict[str, Any], file: str = "file") -> FileLabels:
+    path = tmp_path / file
+    text = content if isinstance(content, str | bytes) else json.dumps(content)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_labels(path, "theirs", "Theirs")
+
+
+@pytest.mark.parametrize("format", list(LABEL_FORMATS))
+def test_names_come_back_from_every_format(tmp_path: Path, format: str) -> None:
+    found = back(tmp_path, MINE, format)
+    assert [label.name for label in found.labels.offered()] == [label.name for label in STRANGE[:4]]
+    assert not found.refused
+    assert not found.told
+    shipped = shipped_set("gtsrb-43")
+    assert [label.name for label in back(tmp_path, shipped, format).labels] == [label.name for label in shipped]
+
+
+def test_our_own_file_holds_everything(tmp_path: Path) -> None:
+    assert back(tmp_path, MINE, "tsr").labels == MINE
+
+
+def test_cvat_holds_colours_and_attributes(tmp_path: Path) -> None:
+    found = back(tmp_path, MINE, "cvat").labels
+    assert [label.colour for label in found] == ["#ff0000", None, None, None]
+    assert [label.attributes for label in found] == [label.attributes for label in STRANGE[:4]]
+    assert [label.id for label in found] == [0, 1, 2, 3]
+
+
+def test_coco_holds_ids_and_categories(tmp_path: Path) -> None:
+    found = back(tmp_path, MINE, "coco").labels
+    assert [(label.id, label.category) for label in found] == [
+        (3, "priority"),
+        (7, "other"),
+        (8, "danger"),
+        (9, "other"),
+    ]
+    assert found.next_id == 10
+
+
+def test_label_studio_holds_aliases_digits_colours_and_attributes(tmp_path: Path) -> None:
+    labels = LabelSet(key="a", name="a", next_id=20, labels=STRANGE[:2])
+    found = back(tmp_path, labels, "label-studio").labels
+    first, second = found
+    assert (first.pinned, first.colour, first.attributes) == (1, "#ff0000", (SIDE, DIRTY))
+    assert second.aliases == ("Parkverbot",)
+    assert sorted(second.attributes, key=str) == sorted((DIRTY, HEIGHT, TEXT, FREE), key=str)
+
+
+def test_yolo_numbers_are_places_as_its_reader_wants(tmp_path: Path) -> None:
+    assert yaml.safe_load(write_labels(MINE, "yaml")) == {
+        "names": {at: label.name for at, label in enumerate(STRANGE[:4])}
+    }
+    found = read(tmp_path, "train: a\nnames: {3: stop, 1: no, 7: 1.50}\n", "a.yaml").labels
+    assert [(label.id, label.name) for label in found] == [(1, "no"), (3, "stop"), (7, "1.50")]
+    assert [label.name for label in read(tmp_path, "names: [yes, 'b c']\n").labels] == ["yes", "b c"]
+
+
+def test_cvats_own_file_is_read(tmp_path: Path) -> None:
+    found = read(
+        tmp_path,
+        [
+            {
+                "name": "car",
+                "id": 8661,
+                "color": "#9988FF",
+                "type": "skeleton",
+                "attributes": [
+                    {
+                        "id": 1,
+                        "name": "make",
+                        "input_type": "radio",
+                        "mutable": True,
+                        "values": ["a", "b"],
+                        "default_value": "c",
+                    },
+                    {
+                        "name": "x",
+                        "input_type": "number",
+                        "mutable": False,
+                        "values": ["0", "9", "0.5"],
+                        "default_value": "1",
+                    },
+                    {"name": "broken", "input_type": "select", "mutable": False, "values": []},
+                    {"name": "x", "input_type": "text", "mutable": False, "values": [""]},
+                ],
+            },
+            {"name": "Car", "color": "red"},
+        ],
+    )
+    (car,) = found.labels
+    assert (car.id, car.colour) == (0, "#9988ff")
+    assert [(each.name, each.kind, each.mutable, each.default) for each in car.attributes] == [
+        ("make", "select", True, None),
+        ("x", "number", False, 1.0),
+    ]
+    assert (car.attributes[1].low, car.attributes[1].high) == (0, 9)
+    assert [refused.reason for refused in found.refused] == ["file, label 2: 'Car' is the same label as 'car' here."]
+    assert [sentence.partition(": ")[2] for sentence in found.told] == [
+        "'car' is a label for skeleton; it was taken as one for boxes.",
+        "the default of 'make' is none of its values; it was left out.",
+        "the step of 'x' is not kept.",
+        "an attribute was left out: attribute 'broken': a select has values, and nothing else has.",
+        "the attribute 'x' is there twice; the first counts.",
+        "the colour of 'Car' was left out: 'red' is not written #rrggbb.",
+    ]
+
+
+def test_a_label_studio_configuration_of_people_is_read(tmp_path: Path) -> None:
+    found = read(
+        tmp_path,
+        """<View><Style>.a {}</Style><Header value="Signs"/>
+        <View className="left"><RectangleLabels name="l" toName="img">
+          <Label value="Stop" alias="stop_sign" background="red" hotkey="1"/>
+          <Label value="Yield" background="rgba(0,0,255,0.5)" hotkey="y"/>
+          <Label value="No" background="no colour" hotkey="1"/>
+        </RectangleLabels></View>
+        <Choices name="state" toName="img" perRegion="true" whenTagName="l" whenLabelValue="Stop,No">
+          <Choice value="fine" selected="true"/><Choice value="bent"/></Choices>
+        <Choices name="weather" toName="img"><Choice value="rain"/></Choices>
+        <Choices name="many" toName="img" perRegion="true" choice="multiple"><Choice value="a"/></Choices>
+        <Number name="n" toName="img" perRegion="true" min="0" max="5"/></View>""",
+    )
+    stop, give_way, no = found.labels
+    assert (stop.aliases, stop.colour, stop.pinned) == (("stop_sign",), "#ff0000", 1)
+    assert (give_way.colour, give_way.pinned, no.colour, no.pinned) == ("#0000ff", None, None, None)
+    assert [[each.name for each in label.attributes] for label in found.labels] == [
+        ["state", "n"],
+        ["n"],
+        ["state", "n"],
+    ]
+    assert stop.attributes[0].default == "fine"
+    assert len(found.told) == 5
+    only = read(tmp_path, '<View><Choices name="a" toName="b"><Choice value="x"/></Choices></View>')
+    assert [label.name for label in only.labels] == ["x"]
+
+
+@pytest.mark.parametrize(
+    ("content", "file", "told"),
+    [
+        ("", "a", "a: is empty"),
+        ("{", "a", "not JSON"),
+        ("{}", "a.json", "a.json: has no list of categories"),
+        (
+            {"categories": [{"id": 1, "name": "a"}, {"id": 1, "name": "b"}]},
+            "a",
+            "category 2: 'b' has the number 1 of 'a'",
+        ),
+        ({"categories": [{"id": "1", "name": "a"}]}, "a", "category 1: id must be a whole number"),
+        ({"categories": [{"id": -1, "name": "a"}]}, "a", "must be 0 to"),
+        ({"categories": []}, "a", "has no labels"),
+        ([{"id": 1}], "a", "label 1: must be an object with a name"),
+        ([{"name": "a", "attributes": 3}], "a", "attributes must be a list"),
+        ([{"name": "a", "attributes": [{"name": "x", "input_type": "dial"}]}], "a", "input_type checkbox, select"),
+        (
+            [{"name": "a", "attributes": [{"name": "x", "input_type": "number", "values": ["low"]}]}],
+            "a",
+            "'low' in an attribute of 'a' must be a number",
+        ),
+        ("a\n\nb\n", "obj.names", "obj.names, line 2: is empty"),
+        (b"a\n\xff\n", "obj.names", "obj.names"),
+        (b"\x00\x01", "obj.names", "no file of labels"),
+        ("names: 3\n", "data.yaml", "must be a list or a map"),
+        ("a: 3\n", "data.yaml", "has no names"),
+        ("names: !!python/object:os.system [a]\n", "data.yaml", "tag"),
+        ("<annotation/>", "a.xml", "outermost element is <annotation>, must be <View>"),
+        ('<!DOCTYPE a [<!ENTITY b "c">]><View>&b;</View>', "a.xml", "DOCTYPE or entity"),
+        ("<View><Labels><Label/></Labels></View>", "a.xml", "line 1: <Label> must have value"),
+        ("<View>" * 40 + "</View>" * 40, "a.xml", "nested deeper"),
+        ("<View/>", "a.xml", "has no labels"),
+        ('{"schema": 2, "labels": []}', "a.json", "Update tsr"),
+        ('{"schema": 1, "key": "a", "name": "b"' + "[" * 100_000, "a.json", "no JSON"),
+        ([{"name": f"label {n}"} for n in range(MOST_LABELS + 1)], "a", f"more than the {MOST_LABELS} labels"),
+        (
+            {"schema": 1, "key": "a", "name": "b", "labels": [{"id": n} for n in range(2 * MOST_LABELS)]},
+            "a.json",
+            f"has {2 * MOST_LABELS} labels",
+        ),
+    ],
+)
+def test_what_breaks_a_rule_is_refused_in_a_sentence(tmp_path: Path, content: Any, file: str, told: str) -> None:
+    with pytest.raises(InputError) as refused:
+        read(tmp_path, content, file)
+    assert told in str(refused.value)
+    assert str(refused.value).endswith(".")
+
+
+@pytest.mark.parametrize("name", ["a\u202eb", "x" * 201, "a\x07b", " "])
+def test_a_name_that_no_label_can_have_is_refused_and_the_others_stay(tmp_path: Path, name: str) -> None:
+    found = read(tmp_path, [{"name": "stop"}, {"name": name}, {"name": "تقاطع"}, {"name": "<script>"}])
+    assert [label.name for label in found.labels] == ["stop", "تقاطع", "<script>"]
+    assert [refused.name for refused in found.refused] == [name.strip()]
+    assert found.refused[0].reason.startswith("file, label 2: ")
+
+
+def test_keys_never_read_like_another_labels_name(tmp_path: Path) -> None:
+    found = read(tmp_path, "a+b\nAB\nxa+b*c\nxa+bc\n🛑\n🚧\n").labels
+    assert [label.key for label in found] == ["a-b-2", "ab", "xa-b-c", "xa-bc-2", "label", "label-2"]
+
+
+def test_a_format_is_one_of_those_that_are_there(tmp_path: Path) -> None:
+    (tmp_path / "a").write_text("a")
+    with pytest.raises(UsageError, match="one of tsr, cvat, names, yaml, coco, label-studio. Got 'xls'"):
+        read_labels(tmp_path / "a", "a", "a", "xls")
+    with pytest.raises(UsageError, match="Got 'xls'"):
+        write_labels(MINE, "xls")
+    with pytest.raises(InputError, match="cannot be read"):
+        read_labels(tmp_path / "missing", "a", "a")

@@ -1,0 +1,80 @@
+// @ts-check
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { ApiError } from '../../../static/js/api/errors.js';
+import { createLabelSets, labelSetKey } from '../../../static/js/editing/label_sets.js';
+import { setLabelSets } from '../../../static/js/store/actions/page.js';
+import { initialReview, initialState } from '../../../static/js/store/initial.js';
+import { createStore } from '../../../static/js/store/store.js';
+import { label } from '../labels.js';
+
+const head = (/** @type {string} */ key, /** @type {number} */ version, standard = false) => ({ key, name: key, version, labels: 1, default: standard, shipped: true });
+
+/** A server with two sets; `vienna` is the video's own where it has one. */
+function createWorld() {
+  const store = createStore(initialState());
+  /** @type {string[]} */ const said = [];
+  /** @type {{version: number, labels: import('../../../static/js/types.js').Label[], asked: (string|null)[], refuse: Error|null}} */
+  const server = { version: 1, labels: [label({ id: 0, name: 'stop' })], asked: [], refuse: null };
+  const api = /** @type {any} */ ({
+    labelSets: async () => [head('gtsrb-43', server.version, true), head('vienna', 1)],
+    labels: async (/** @type {string|null} */ video) => (server.asked.push(video), video ? [label({ id: 5, name: 'boar' })] : server.labels),
+    labelHistory: async () => [{ version: server.version, author: 'Anna', created: '', sentence: 'Added ‘no parking’.', undoes: null }],
+    changeLabels: async (/** @type {string} */ set, /** @type {string} */ author, /** @type {any} */ change) => {
+      if (server.refuse) throw server.refuse;
+      server.version += 1;
+      server.labels = [...server.labels, label({ id: server.version, name: change.name })];
+      return { version: server.version, label: server.labels.at(-1), sentence: `${author} in ${set}` };
+    },
+  });
+  const sets = createLabelSets({ store, api, author: () => 'Ben', say: (text) => void said.push(text) });
+  const hear = (version = server.version, subject = 'gtsrb-43') => sets.hear({ seq: 1, kind: 'labels', subject, data: { version } });
+  return { store, server, sets, said, hear };
+}
+
+test('labels are those of the video’s own set while it is on the screen', async () => {
+  const { store, sets, server } = createWorld();
+  await sets.reload();
+  assert.deepEqual([labelSetKey(store.get()), store.get().labels[0].name], ['gtsrb-43', 'stop']);
+  const video = /** @type {any} */ ({ id: 'v', label_set: 'vienna', frames: 9 });
+  store.dispatch((state) => ({ ...state, review: initialReview(video) }));
+  sets.sync();
+  sets.sync();
+  await new Promise((resolve) => setTimeout(resolve));
+  assert.deepEqual([labelSetKey(store.get()), store.get().labels[0].name, server.asked], ['vienna', 'boar', [null, 'v']]);
+  store.dispatch((state) => ({ ...state, review: null }));
+  sets.sync();
+  await new Promise((resolve) => setTimeout(resolve));
+  assert.equal(store.get().labels[0].name, 'stop');
+});
+
+test('a change is in the store once it is made, and is no news to the page that made it', async () => {
+  const { store, sets, said, hear } = createWorld();
+  await sets.reload();
+  const change = sets.change({ type: 'add', name: 'no parking' });
+  await Promise.all([change, hear(2)]);
+  assert.deepEqual(store.get().labels.map(({ name }) => name), ['stop', 'no parking']);
+  assert.deepEqual([(await change).sentence, said], ['Ben in gtsrb-43', []]);
+});
+
+test('what somebody else has changed comes in with a sentence', async () => {
+  const { store, sets, server, said, hear } = createWorld();
+  await sets.reload();
+  server.version = 2;
+  server.labels = [label({ id: 0, name: 'stop', hidden: true })];
+  await hear();
+  assert.deepEqual([store.get().labels[0].hidden, said], [true, ['Anna: Added ‘no parking’.']]);
+  await hear(7, 'vienna');
+  assert.equal(said.length, 1, 'another set is not on the screen');
+});
+
+test('a change that is refused brings in what stands in its way', async () => {
+  const { store, sets, server } = createWorld();
+  await sets.reload();
+  server.labels = [...server.labels, label({ id: 9, name: 'no parking' })];
+  server.refuse = new ApiError(409, 'taken', 'Anna has added it already.');
+  await assert.rejects(sets.change({ type: 'add', name: 'no parking' }), /already/);
+  assert.equal(store.get().labels.at(-1)?.id, 9);
+  store.dispatch((state) => setLabelSets(state, []));
+  await assert.rejects(sets.change({ type: 'add', name: 'x' }), /not loaded yet/);
+});

@@ -1,0 +1,54 @@
+"""Names by number, as YOLO has them: ``obj.names`` (one a line) and ``data.yaml``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tsr_engine.exchange.label_files.collected import Collector, FileLabels
+from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.yaml_names import MAX_YAML_BYTES, names_of, quoted_name
+from tsr_engine.labels.model import LabelSet
+
+__all__ = ["read_names", "read_yaml_names", "write_names", "write_yaml_names"]
+
+
+def read_names(path: Path, key: str, name: str) -> FileLabels:
+    """One name a line; its number is the place.
+
+    Raises:
+        ImportFormatError: an empty line among them; says which.
+    """
+    taken = Collector(path.name)
+    lines = read_text(path, limit=MAX_YAML_BYTES).splitlines()
+    while lines and not lines[-1].strip():
+        lines.pop()
+    for number, line in enumerate(lines):
+        if not line.strip():
+            raise refuse(path.name, number + 1, "is empty; every line must have a name. Fill it in.")
+        taken.add(line, number + 1, number)
+    return taken.finish(key, name)
+
+
+def read_yaml_names(path: Path, key: str, name: str) -> FileLabels:
+    """``names`` of a ``data.yaml``: a list, or a map of number and name.
+
+    Raises:
+        ImportFormatError: no YAML, or no names; says the line.
+    """
+    taken = Collector(path.name)
+    found = names_of(path)
+    if found is None:
+        raise refuse(path.name, None, "has no names. Write 'names: [stop, yield]'.")
+    for number, each in sorted(found.items()):
+        taken.add(each, f"names {number}", number)
+    return taken.finish(key, name)
+
+
+def write_names(labels: LabelSet) -> str:
+    """Names alone, in the order of the set."""
+    return "".join(f"{label.name}\n" for label in labels.offered())
+
+
+def write_yaml_names(labels: LabelSet) -> str:
+    """Names by place; YOLO wants 0, 1, 2 ... without gaps, so places are no ids."""
+    return "names:\n" + "".join(f"  {at}: {quoted_name(label.name)}\n" for at, label in enumerate(labels.offered()))

@@ -1,0 +1,50 @@
+"""The categories of COCO."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import get_args
+
+from tsr_engine.exchange.json_stream import heads
+from tsr_engine.exchange.label_files.collected import Collector, FileLabels
+from tsr_engine.exchange.reading import refuse
+from tsr_engine.labels.model import Category, LabelSet
+
+__all__ = ["read_categories", "write_categories"]
+
+_CATEGORIES = frozenset(get_args(Category))
+
+
+def read_categories(path: Path, key: str, name: str) -> FileLabels:
+    """Ids, names and supercategories; the rest of the file is not read.
+
+    Raises:
+        ImportFormatError: no JSON, or no categories; says the line or the place.
+    """
+    taken = Collector(path.name)
+    found = heads(path, ("categories",)).get("categories")
+    if not isinstance(found, list):
+        raise refuse(path.name, None, "has no list of categories.")
+    for place, each in enumerate(found, start=1):
+        where = f"category {place}"
+        if not isinstance(each, dict) or not isinstance(each.get("name"), str):
+            raise refuse(path.name, where, "must be an object with a name. Correct it.")
+        number, above = each.get("id"), each.get("supercategory")
+        if type(number) is not int:
+            raise refuse(path.name, where, "id must be a whole number. Correct it.")
+        if above not in _CATEGORIES:
+            if above not in (None, "", "none"):
+                taken.tell(f"{path.name}: the supercategory {str(above)[:60]!r} is none of ours; taken as 'other'.")
+            above = "other"
+        taken.add(each["name"], where, number, category=above)
+    return taken.finish(key, name)
+
+
+def write_categories(labels: LabelSet) -> str:
+    """A COCO file with categories and nothing else; ids are those of the set."""
+    rows = [
+        json.dumps({"id": label.id, "name": label.name, "supercategory": label.category}, ensure_ascii=False)
+        for label in labels.offered()
+    ]
+    return '{"info": {}, "images": [], "annotations": [],\n"categories": [\n' + ",\n".join(rows) + "\n]}\n"

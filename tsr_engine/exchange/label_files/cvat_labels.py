@@ -1,0 +1,144 @@
+"""CVAT's raw labels: the JSON that its label constructor shows under "Raw"."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any, Final
+
+from tsr_engine.exchange.json_stream import members
+from tsr_engine.exchange.label_files.collected import Collector, FileLabels
+from tsr_engine.exchange.reading import refuse
+from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.labels.model import Attribute, LabelSet
+
+__all__ = ["MOST_BYTES", "read_cvat_labels", "write_cvat_labels"]
+
+MOST_BYTES: Final = 16 << 20
+_COLOUR = re.compile("#[0-9a-f]{6}")
+_OPEN: Final = 10**9
+"""Stands for a limit that a number does not have: CVAT asks for both."""
+_BOXES = frozenset({"any", "rectangle"})
+
+
+def read_cvat_labels(path: Path, key: str, name: str) -> FileLabels:
+    """Labels with colours and attributes; ``id`` is CVAT's own and is not read.
+
+    Raises:
+        ImportFormatError: no list of labels; says the line or the place.
+    """
+    taken = Collector(path.name)
+    for member, place, found in members(path, limit=MOST_BYTES):
+        if member or place is None:
+            raise refuse(path.name, None, "must be a list of labels, as CVAT shows it under Raw.")
+        if place:
+            _take(found, f"label {place}", taken)
+    return taken.finish(key, name)
+
+
+def write_cvat_labels(labels: LabelSet) -> str:
+    """The labels that are offered; aliases and pictograms stay behind."""
+    content = [
+        {
+            "name": label.name,
+            **({} if label.colour is None else {"color": label.colour}),
+            "type": "any",
+            "attributes": [_written(attribute) for attribute in label.attributes],
+        }
+        for label in labels.offered()
+    ]
+    return json.dumps(content, ensure_ascii=False, indent=2) + "\n"
+
+
+def _take(found: Any, where: str, taken: Collector) -> None:
+    name = found.get("name") if isinstance(found, dict) else None
+    if not isinstance(name, str):
+        raise refuse(taken.file, where, "must be an object with a name. Copy it from CVAT again.")
+    kind, colour, listed = found.get("type", "any"), found.get("color"), found.get("attributes") or []
+    if kind not in _BOXES:
+        taken.tell(f"{taken.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
+    if colour is not None and not (isinstance(colour, str) and _COLOUR.fullmatch(colour.lower())):
+        taken.tell(f"{taken.file}: the colour of {name!r} was left out: {str(colour)[:40]!r} is not written #rrggbb.")
+        colour = None
+    if not isinstance(listed, list):
+        raise refuse(taken.file, where, "attributes must be a list. Copy it from CVAT again.")
+    attributes: list[Attribute] = []
+    for each in listed:
+        if not isinstance(each, dict):
+            raise refuse(taken.file, where, "an attribute must be an object. Copy it from CVAT again.")
+        attribute = taken.attribute(name, _facts(each, name, where, taken))
+        if attribute is not None and attribute.name in {known.name for known in attributes}:
+            taken.tell(
+                f"{taken.file}, label {name!r}: the attribute {attribute.name!r} is there twice; the first counts."
+            )
+        elif attribute is not None:
+            attributes.append(attribute)
+    taken.add(name, where, colour=colour and colour.lower(), attributes=tuple(attributes))
+
+
+def _facts(each: dict[str, Any], label: str, where: str, taken: Collector) -> dict[str, Any]:
+    """Fields of an attribute."""
+    kind, default = each.get("input_type"), each.get("default_value")
+    values = each.get("values") or []
+    if not isinstance(values, list) or kind not in ("checkbox", "select", "radio", "number", "text"):
+        rule = "an attribute must have the input_type checkbox, select, radio, number or text, and a list of values."
+        raise refuse(taken.file, where, rule)
+    values, facts = [str(value) for value in values], {"name": each.get("name"), "mutable": each.get("mutable") is True}
+    default = None if default is None or default == "" else default
+    if kind == "checkbox":
+        checked = None if default is None else str(default).lower() == "true"
+        return {**facts, "kind": "checkbox", "default": checked}
+    if kind == "text":
+        return {**facts, "kind": "text", "default": None if default is None else str(default)}
+    if kind == "number":
+        low, high, step = [*(_number(value, label, where, taken) for value in values[:3]), None, None, None][:3]
+        if step not in (None, 1.0):
+            taken.tell(f"{taken.file}, label {label!r}: the step of {each.get('name')!r} is not kept.")
+        limits = {"low": None if low == -_OPEN else low, "high": None if high == _OPEN else high}
+        given = None if default is None else _number(str(default), label, where, taken)
+        return {**facts, "kind": "number", "default": given, **limits}
+    if default is not None and str(default) not in values:
+        said = f"the default of {each.get('name')!r} is none of its values; it was left out."
+        taken.tell(f"{taken.file}, label {label!r}: {said}")
+        default = None
+    chosen = None if default is None else str(default)
+    return {**facts, "kind": "select", "values": tuple(values), "default": chosen}
+
+
+def _number(value: str, label: str, where: str, taken: Collector) -> float:
+    try:
+        return real_number(value)
+    except ValueError:
+        raise refuse(taken.file, where, f"{value[:40]!r} in an attribute of {label!r} must be a number.") from None
+
+
+def _written(attribute: Attribute) -> dict[str, Any]:
+    """An attribute as CVAT has it, where every one has a default."""
+    default, values = attribute.default, list(attribute.values)
+    if attribute.kind == "checkbox":
+        shown = str(default is True).lower()
+        values = [shown]
+    elif attribute.kind == "number":
+        low, high = (
+            (-_OPEN if attribute.low is None else attribute.low),
+            (_OPEN if attribute.high is None else attribute.high),
+        )
+        shown = _plain(min(max(0.0, low), high) if default is None else float(default))
+        values = [_plain(low), _plain(high), "1"]
+    elif attribute.kind == "select":
+        shown = values[0] if default is None else str(default)
+    else:
+        shown = "" if default is None else str(default)
+        values = [shown]
+    return {
+        "name": attribute.name,
+        "mutable": attribute.mutable,
+        "input_type": attribute.kind,
+        "default_value": shown,
+        "values": values,
+    }
+
+
+def _plain(value: float) -> str:
+    return str(int(value)) if value == int(value) else repr(value)

@@ -1,0 +1,175 @@
+"""Label Studio's labelling configuration: labels, aliases, hotkeys, colours, and choices for each region."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from PIL import ImageColor
+
+from tsr_engine.exchange.label_files.collected import Collector, FileLabels
+from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.xml import Node, attribute, elements, number, quoted
+from tsr_engine.labels.model import Attribute, Label, LabelSet
+
+__all__ = ["MOST_BYTES", "read_label_config", "write_label_config"]
+
+MOST_BYTES: Final = 16 << 20
+_QUESTIONS: Final = {"Choices": "select", "Number": "number", "TextArea": "text"}
+_RGBA: Final = re.compile(r"^\s*rgba\((.*),[^,]*\)\s*$")
+"""A colour with its transparency, which a label does not have."""
+_ALL: Final = None
+"""The labels that a question is about where it names none."""
+
+
+def read_label_config(path: Path, key: str, name: str) -> FileLabels:
+    """Labels of ``<Labels>``, ``<RectangleLabels>`` and the like; questions for each region become attributes.
+
+    A configuration without such a list has its labels in ``<Choices>``. What an ``alias`` says stands in exported
+    results, so it becomes an alias. A ``hotkey`` that is a digit becomes the pinned digit.
+
+    Raises:
+        ImportFormatError: no XML, another root, or no labels; says the line.
+    """
+    if path.stat().st_size > MOST_BYTES:
+        raise refuse(path.name, None, f"is larger than the {MOST_BYTES} bytes that are read.")
+    taken = Collector(path.name)
+    (root,) = elements(path, "View", ("View",))
+    inside = list(_below(root))
+    lists = [node for node in inside if node.tag.endswith("Labels") or node.tag == "VideoRectangle"]
+    entries = [entry for node in lists for entry in _below(node) if entry.tag == "Label"]
+    questions = [node for node in inside if node.tag in _QUESTIONS]
+    if not entries:
+        choices = [node for node in questions if node.tag == "Choices"]
+        entries = [entry for node in choices for entry in _below(node) if entry.tag == "Choice"]
+        questions = []
+    asked = [found for node in questions if (found := _question(node, taken)) is not None]
+    for entry in entries:
+        value = attribute(entry, "value", path.name)
+        attributes: list[Attribute] = []
+        for question, about in asked:
+            if (about is _ALL or value in about) and question.name not in {each.name for each in attributes}:
+                attributes.append(question)
+        alias = entry.attrib.get("alias", "").strip()
+        taken.add(
+            value,
+            entry.line,
+            aliases=(alias,) if alias else (),
+            colour=_colour(entry, taken),
+            pinned=_digit(entry, taken),
+            attributes=tuple(attributes),
+        )
+    return taken.finish(key, name)
+
+
+def write_label_config(labels: LabelSet) -> str:
+    """A configuration for videos; of the aliases the first is kept, and no attribute can change inside a track."""
+    offered = labels.offered()
+    lines = ["<View>", '  <Labels name="label" toName="video" allowEmpty="false">']
+    for label in offered:
+        facts = {
+            "value": label.name,
+            "alias": label.aliases[0] if label.aliases else None,
+            "hotkey": None if label.pinned is None else str(label.pinned),
+            "background": label.colour,
+        }
+        lines.append(f"    <Label{_facts(facts)}/>")
+    lines += ["  </Labels>", '  <Video name="video" value="$video"/>', '  <VideoRectangle name="box" toName="video"/>']
+    for question, about in _grouped(offered):
+        lines += _asked(question, about, len(offered))
+    return "\n".join([*lines, "</View>"]) + "\n"
+
+
+def _below(node: Node) -> Iterator[Node]:
+    for inner in node.children:
+        yield inner
+        yield from _below(inner)
+
+
+def _question(node: Node, taken: Collector) -> tuple[Attribute, frozenset[str] | None] | None:
+    """The attribute that a control asks for, and the labels that it is about."""
+    name = node.attrib.get("name", "")
+    if node.attrib.get("perRegion", "false").lower() != "true":
+        taken.tell(f"{taken.file}, line {node.line}: <{node.tag}> {name!r} asks about whole tasks; it was left out.")
+        return None
+    if node.attrib.get("choice") == "multiple":
+        taken.tell(f"{taken.file}, line {node.line}: {name!r} allows several answers; an attribute has one. Left out.")
+        return None
+    facts: dict[str, object] = {
+        "name": name,
+        "kind": {"Choices": "select", "Number": "number", "TextArea": "text"}[node.tag],
+    }
+    if node.tag == "Choices":
+        choices = [entry for entry in _below(node) if entry.tag == "Choice"]
+        facts["values"] = tuple(attribute(entry, "value", taken.file) for entry in choices)
+        chosen = [entry.attrib["value"] for entry in choices if entry.attrib.get("selected", "false").lower() == "true"]
+        facts["default"] = chosen[0] if chosen else None
+        if facts["values"] in (("true", "false"), ("false", "true")):
+            default = None if not chosen else chosen[0] == "true"
+            facts = {"name": name, "kind": "checkbox", "default": default}
+    if node.tag == "TextArea" and not node.attrib.get("value", "$").startswith("$"):
+        facts["default"] = node.attrib["value"]
+    if node.tag == "Number":
+        for limit, field in (("min", "low"), ("max", "high"), ("defaultValue", "default")):
+            facts[field] = number(node, limit, taken.file) if limit in node.attrib else None
+    about = node.attrib.get("whenLabelValue")
+    found = taken.attribute(name, facts)
+    return None if found is None else (found, _ALL if about is None else frozenset(about.split(",")))
+
+
+def _colour(entry: Node, taken: Collector) -> str | None:
+    said = entry.attrib.get("background")
+    if said is None:
+        return None
+    try:
+        red, green, blue = ImageColor.getrgb(_RGBA.sub(r"rgb(\1)", said))[:3]
+    except ValueError:
+        taken.tell(f"{taken.file}, line {entry.line}: the colour {said[:40]!r} was left out; write #rrggbb.")
+        return None
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
+def _digit(entry: Node, taken: Collector) -> int | None:
+    said = entry.attrib.get("hotkey", "")
+    if len(said) == 1 and said in "123456789":
+        return int(said)
+    if said:
+        taken.tell(f"{taken.file}, line {entry.line}: the hotkey {said[:20]!r} was left out; labels have 1 to 9.")
+    return None
+
+
+def _grouped(offered: list[Label]) -> list[tuple[Attribute, list[str]]]:
+    """Equal attributes of several labels as one, with the names of the labels."""
+    found: dict[str, tuple[Attribute, list[str]]] = {}
+    for label in offered:
+        for each in label.attributes:
+            found.setdefault(each.model_dump_json(exclude={"mutable"}), (each, []))[1].append(label.name)
+    return list(found.values())
+
+
+def _asked(question: Attribute, about: list[str], everything: int) -> list[str]:
+    """The control that asks for an attribute."""
+    facts = {"name": question.name, "toName": "video", "perRegion": "true"}
+    if len(about) < everything:
+        facts |= {"whenTagName": "label", "whenLabelValue": ",".join(about)}
+    if question.kind == "text":
+        written = None if question.default is None else str(question.default)
+        return [f"  <TextArea{_facts({**facts, 'value': written})}/>"]
+    if question.kind == "number":
+        limits = {"min": question.low, "max": question.high, "defaultValue": question.default}
+        plain = {name: None if value is None else f"{float(value):.10g}" for name, value in limits.items()}
+        return [f"  <Number{_facts({**facts, **plain})}/>"]
+    values = ("true", "false") if question.kind == "checkbox" else question.values
+    default = str(question.default).lower() if question.kind == "checkbox" else question.default
+    rows = [_facts({"value": value, "selected": "true" if value == default else None}) for value in values]
+    return [
+        f"  <Choices{_facts({**facts, 'choice': 'single'})}>",
+        *(f"    <Choice{row}/>" for row in rows),
+        "  </Choices>",
+    ]
+
+
+def _facts(facts: dict[str, str | None]) -> str:
+    return "".join(f" {name}={quoted(value)}" for name, value in facts.items() if value is not None)

@@ -1,0 +1,85 @@
+"""The labels of a recording: a number, a name and a colour for each, and what the run's class numbers become."""
+
+from __future__ import annotations
+
+from colorsys import hls_to_rgb
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tsr_engine.labels.classes import RunClasses
+from tsr_engine.labels.model import Category, Label
+from tsr_engine.recording.layers import Rgb
+
+__all__ = ["RecordedClasses"]
+
+_HUES: Final[dict[Category, float]] = {
+    "prohibitory": 0.0,
+    "danger": 0.11,
+    "mandatory": 0.6,
+    "information": 0.53,
+    "direction": 0.3,
+    "additional": 0.78,
+    "priority": 0.42,
+    "other": 0.42,
+}
+_NO_CLASS: Final[Rgb] = (190, 190, 190)
+_MOST: Final = 60_000
+"""A viewer numbers classes in 16 bits."""
+
+
+class RecordedClasses:
+    """Numbers, names and colours of a recording's labels.
+
+    A label's number is its id, unless the set has ids beyond what a viewer can number; boxes without a label have the
+    number behind those, and what a model calls signs that the set lacks comes last.
+    """
+
+    def __init__(self, classes: RunClasses) -> None:
+        """Take what the run's class numbers mean."""
+        self._classes = classes
+        labels = sorted(classes.labels, key=lambda label: label.id)
+        small = classes.labels.next_id < _MOST
+        self._labels = {label.id: label.id if small else place for place, label in enumerate(labels)}
+        self._shorts = {label.id: label.shown_short for label in labels}
+        self.unknown = max(self._labels.values(), default=-1) + 1
+        """Number of boxes without a label."""
+        strange = [number for number in classes.numbers() if classes.is_unmapped(number)]
+        self._strange = {number: self.unknown + 1 + place for place, number in enumerate(strange)}
+        self.infos: list[tuple[int, str, Rgb]] = [
+            *((self._labels[label.id], f"{label.id} {label.name}", _colour(label)) for label in labels),
+            (self.unknown, "unknown", _NO_CLASS),
+            *((place, classes.name(number), _NO_CLASS) for number, place in self._strange.items()),
+        ]
+        """Number, name and colour of each."""
+
+    def of_classes(self, class_numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The run's class numbers (-1: none) as the recording numbers them, shape (n,)."""
+        found = self.of_labels(self._classes.to_labels(class_numbers))
+        for number, place in self._strange.items():
+            found[class_numbers == number] = place
+        return found
+
+    def of_labels(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Labels of the set (-1: none) as the recording numbers them, shape (n,)."""
+        return np.array([self._labels.get(label, self.unknown) for label in ids.tolist()], np.int64)
+
+    def short(self, class_number: int | None) -> str:
+        """Short name of one of the run's classes; ``?``: there is none."""
+        return "?" if class_number is None or class_number < 0 else self._classes.short(class_number)
+
+    def title(self, class_number: int) -> str:
+        """Number and short name of one of the run's classes."""
+        label = self._classes.to_label(class_number)
+        return self.short(class_number) if label < 0 else f"{label} {self.short(class_number)}"
+
+
+def _colour(label: Label) -> Rgb:
+    """The label's own colour; else near that of its category, another hue and lightness from label to label."""
+    if label.colour is not None:
+        r, g, b = bytes.fromhex(label.colour[1:])
+        return r, g, b
+    hue = _HUES[label.category] + 0.022 * (label.id % 5 - 2)
+    red, green, blue = hls_to_rgb(hue % 1.0, 0.5 + 0.07 * (label.id % 3), 0.85)
+    return round(red * 255), round(green * 255), round(blue * 255)
