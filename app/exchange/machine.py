@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from app.edits.documents import TrackDoc
 from app.evidence.tables import FloatColumn, IntColumn, columns
 from tsr_engine.evidence.reader import EvidenceReader
 
-__all__ = ["MachineFacts", "MachineTrack", "MachineTracks", "engine_label", "machine_facts"]
+__all__ = ["MachineFacts", "MachineTrack", "MachineTracks", "as_it_is", "engine_label", "machine_facts"]
 
 _BLOCK = 256
 _ROWS = "SELECT track_id, frame, x1, y1, x2, y2, score FROM track_frames WHERE state <> 'dead' AND track_id"
@@ -24,7 +24,7 @@ class MachineTrack:
 
     Attributes:
         id: its number.
-        label: class of the whole track; -1: never recognised.
+        label: of the whole track; -1: never recognised, or a class that the set has no label for.
         frames: ascending, shape (n,).
         boxes: shape (n, 4), px.
         score: 0 to 1, NaN where there is none, shape (n,): the logistic of the stored log-odds.
@@ -37,13 +37,18 @@ class MachineTrack:
     score: FloatColumn
 
 
+def as_it_is(class_number: int) -> int:
+    """Classes that are ids of labels already."""
+    return class_number
+
+
 class MachineTracks:
     """Reads tracks in order of their numbers, or one by its number."""
 
-    def __init__(self, reader: EvidenceReader) -> None:
+    def __init__(self, reader: EvidenceReader, to_label: Callable[[int], int] = as_it_is) -> None:
         self._reader = reader
         sql = "SELECT track_id, class_id FROM tracks WHERE confirmed_frame IS NOT NULL ORDER BY track_id"
-        self.labels: dict[int, int] = {row[0]: -1 if row[1] is None else row[1] for row in reader.query(sql)}
+        self.labels: dict[int, int] = {row[0]: -1 if row[1] is None else to_label(row[1]) for row in reader.query(sql)}
 
     def __iter__(self) -> Iterator[MachineTrack]:
         ids = list(self.labels)
@@ -83,15 +88,19 @@ class MachineFacts:
     span: tuple[int, int]
 
 
-def machine_facts(folder: Path) -> dict[int, MachineFacts]:
+def machine_facts(folder: Path, to_label: Callable[[int], int] = as_it_is) -> dict[int, MachineFacts]:
     """All confirmed tracks of a run, by number.
 
     Args:
         folder: its evidence.
+        to_label: class number of the evidence -> id of a label, -1: none.
     """
     sql = "SELECT track_id, class_id, first_frame, last_frame FROM tracks WHERE confirmed_frame IS NOT NULL"
     with EvidenceReader(folder) as reader:
-        return {row[0]: MachineFacts(-1 if row[1] is None else row[1], (row[2], row[3])) for row in reader.query(sql)}
+        return {
+            row[0]: MachineFacts(-1 if row[1] is None else to_label(row[1]), (row[2], row[3]))
+            for row in reader.query(sql)
+        }
 
 
 def engine_label(document: TrackDoc, labels: Mapping[int, int]) -> int | None:
