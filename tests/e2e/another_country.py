@@ -1,7 +1,7 @@
 """The steps of docs/another-country.md, done for real: ``python -m tests.e2e.another_country --out docs/pictures``.
 
-A file of CVAT with the words of another country is imported onto a sample drive, corrected and exported. Takes a picture
-where the page shows one, and fails when a step does not lead where the page says.
+A file of CVAT with the words of another country is imported onto a sample drive, corrected and exported. Takes a
+picture where the page shows one, and fails when a step does not lead where the page says.
 """
 
 from __future__ import annotations
