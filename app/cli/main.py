@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.cli.bundle import bundle
 from app.cli.exchange import export, formats, import_file
+from app.cli.labels import app as labels
 from app.cli.models import app as models
 from app.cli.record import record
 from app.cli.review import review
@@ -22,6 +23,7 @@ def register() -> None:
         engine.app.command("formats")(formats)
         engine.app.command("bundle")(bundle)
         engine.app.add_typer(models, name="models")
+        engine.app.add_typer(labels, name="labels")
         engine.app.command("record")(record)
 
 

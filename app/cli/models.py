@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from app.cli.library import HomeOption, opened_library
 from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import UsageError
 
@@ -25,10 +26,6 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-
-HomeOption = Annotated[
-    Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
-]
 
 
 @app.command("list")
@@ -88,27 +85,14 @@ def rollback(home: HomeOption = None) -> None:
 @contextmanager
 def _service(home: Path | None) -> Iterator[TrainingService]:
     """The service on a data folder that is there; its refusals become errors of the command line."""
-    from app.errors import ApiError
     from app.events import EventBus
     from app.jobs.queue import JobQueue
     from app.kinds import KINDS
-    from app.settings import DATABASE_FILE, load_settings, no_home
-    from app.storage.database import Database
-    from app.storage.identity import server_of
     from app.training.service import TrainingService
 
-    settings = load_settings(home=home)
-    if settings.database_url is None and not (settings.home / DATABASE_FILE).is_file():
-        raise UsageError(no_home(settings.home))
-    database = Database(settings.database, server_of(settings))
-    try:
-        database.migrate(settings.home / "backups")
+    with opened_library(home) as (settings, database):
         events = EventBus()
         yield TrainingService(settings, database, events, JobQueue(events, KINDS))
-    except ApiError as error:
-        raise UsageError(error.message) from None
-    finally:
-        database.close()
 
 
 def _named(service: TrainingService, text: str) -> str:

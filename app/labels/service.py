@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import NoReturn
 
-from sqlalchemy import ColumnElement
+from sqlalchemy import ColumnElement, or_, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
@@ -64,8 +65,12 @@ class LabelService:
         Raises:
             NotFound: there is no such video.
         """
-        labels = self.of_video(video_id) if video_id is not None else self.get(None)
-        return [label_view(labels, label) for label in labels]
+        return self.views(self.of_video(video_id) if video_id is not None else self.get(None))
+
+    @staticmethod
+    def views(labels: LabelSet, chosen: Iterable[Label] | None = None) -> list[LabelView]:
+        """Labels of a set as pages see them; ``chosen`` None: all."""
+        return [label_view(labels, label) for label in (labels if chosen is None else chosen)]
 
     def of_video(self, video_id: str) -> LabelSet:
         """The newest version of a video's set.
@@ -101,6 +106,20 @@ class LabelService:
         if found is None:
             raise NotFound(f"The label set {labels.key!r} has no label {label_id}.")
         return found
+
+    def video_named(self, text: str) -> str:
+        """The id of the one video of a name, a path or an id.
+
+        Raises:
+            NotFound: there is none, or there are several.
+        """
+        named = or_(Video.id == text, Video.name == text, Video.path == str(Path(text).absolute()))
+        with self._database.read() as session:
+            found = session.scalars(select(Video.id).where(named)).all()
+        if len(found) != 1:
+            many = "several videos are" if found else "no video is"
+            raise NotFound(f"Expected the name, path or id of one video: {many} called {text[:200]!r}.")
+        return found[0]
 
     def sets(self) -> list[LabelSetView]:
         """All sets: those that ship with the package, then the library's own."""

@@ -21,10 +21,11 @@ from app.storage.models import Artefact, ModelVersion, Run
 from app.storage.places import require_here
 from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
 from app.training.settling import settle_version
-from app.training.view import ModelView, model_view, publish_model
+from app.training.view import ModelView, label_facts, library_labels, model_view, publish_model
 from app.videos.paths import allowed_path
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import MANIFEST, SHIPPED, load_component, read_manifest
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["NewModel", "TrainingService"]
 
@@ -70,8 +71,9 @@ class TrainingService:
             active = active_version(session)
             name = None if active is None else active.id
             rows = session.scalars(select(ModelVersion).order_by(ModelVersion.created.desc(), ModelVersion.id))
-            views = [model_view(row, row.id == name) for row in rows]
-        return [*views, self._shipped(name is None)], name or SHIPPED_ID
+            labels = library_labels(session)
+            views = [model_view(row, row.id == name, labels) for row in rows]
+        return [*views, self._shipped(name is None, labels)], name or SHIPPED_ID
 
     def get(self, version_id: str) -> ModelView:
         """One version.
@@ -126,7 +128,7 @@ class TrainingService:
             session.flush()
             self._jobs.submit(session, JOB, version.id)
             publish_model(session, self._events, version)
-            return model_view(version, False)
+            return model_view(version, False, library_labels(session))
 
     def promote(self, version_id: str) -> ModelView:
         """Let new runs use a version; ``shipped`` goes back to the models without any training.
@@ -141,7 +143,7 @@ class TrainingService:
                 for row in session.scalars(select(ModelVersion).where(ModelVersion.promoted > 0)):
                     row.promoted = 0
                 self._tell(session, before)
-                return self._shipped(True)
+                return self._shipped(True, library_labels(session))
             version = _require(session, version_id)
             if version.state != "complete":
                 raise Conflict(
@@ -152,7 +154,7 @@ class TrainingService:
             version.promoted = (session.scalar(select(func.max(ModelVersion.promoted))) or 0) + 1
             self._tell(session, before)
             publish_model(session, self._events, version)
-            return model_view(version, True)
+            return model_view(version, True, library_labels(session))
 
     def rollback(self) -> ModelView:
         """Take the last promotion back.
@@ -173,7 +175,8 @@ class TrainingService:
             self._tell(session, version)
             now = active_version(session)
             self._tell(session, now)
-            return self._shipped(True) if now is None else model_view(now, True)
+            labels = library_labels(session)
+            return self._shipped(True, labels) if now is None else model_view(now, True, labels)
 
     def cancel(self, version_id: str) -> ModelView:
         """Stop the making of a version; its entry stays, so that it can be resumed."""
@@ -182,7 +185,7 @@ class TrainingService:
             for job in self._jobs.cancel(session, version_id):
                 if job.state == "cancelled":
                     settle_version(session, self._events, job, "cancelled", None)
-            return model_view(version, False)
+            return model_view(version, False, library_labels(session))
 
     def resume(self, version_id: str) -> ModelView:
         """Make a version that was cancelled or failed, as it was asked for.
@@ -198,7 +201,7 @@ class TrainingService:
             version.state, version.error, version.stage, version.done = "queued", None, "", 0
             self._jobs.submit(session, JOB, version.id, place=version.place)
             publish_model(session, self._events, version)
-            return model_view(version, False)
+            return model_view(version, False, library_labels(session))
 
     def remove(self, version_id: str) -> None:
         """Remove a version and its files.
@@ -262,7 +265,7 @@ class TrainingService:
                 f"{version.name} is damaged: its files were exchanged after it was made. Make it again.", code="damaged"
             )
 
-    def _shipped(self, active: bool) -> ModelView:
+    def _shipped(self, active: bool, labels: LabelSet) -> ModelView:
         folder = self._settings.models or SHIPPED
         components = read_manifest(folder)["components"]
         changed = datetime.fromtimestamp((folder / MANIFEST).stat().st_mtime, UTC).isoformat()
@@ -281,6 +284,7 @@ class TrainingService:
             active=active,
             created=changed,
             finished=changed,
+            **label_facts(components["classifier"].get("params", {}).get("labels"), labels),
         )
 
 

@@ -7,11 +7,14 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
+from app.labels.store import default_key, newest
 from app.shapes import Model
 from app.storage.models import ModelVersion
 from app.training.folders import active_version
+from tsr_engine.labels.classes import classes_of_keys
+from tsr_engine.labels.model import LabelSet
 
-__all__ = ["ModelView", "model_view", "publish_model"]
+__all__ = ["ModelView", "label_facts", "library_labels", "model_view", "publish_model"]
 
 
 class ModelView(Model):
@@ -31,10 +34,30 @@ class ModelView(Model):
     active: bool
     created: str
     finished: str | None
+    labels: int
+    """How many labels it reads."""
+    lacks: list[str]
+    """Names of the signs in the library's label set that it does not read."""
 
 
-def model_view(version: ModelVersion, active: bool) -> ModelView:
-    """The version's present state."""
+def library_labels(session: Session) -> LabelSet:
+    """The library's label set."""
+    return newest(session, default_key(session))
+
+
+def label_facts(keys: list[str] | None, labels: LabelSet) -> dict[str, Any]:
+    """Fields of a view about the labels of a model.
+
+    Args:
+        keys: of its classes; None: those of ``gtsrb-43``.
+        labels: the library's set.
+    """
+    classes = classes_of_keys(keys, labels)
+    return {"labels": len(list(classes.numbers())), "lacks": [label.name for label in classes.lacking()]}
+
+
+def model_view(version: ModelVersion, active: bool, labels: LabelSet) -> ModelView:
+    """The version's present state; ``labels`` are the library's."""
     return ModelView(
         id=version.id,
         name=version.name,
@@ -50,6 +73,7 @@ def model_view(version: ModelVersion, active: bool) -> ModelView:
         active=active,
         created=version.created.isoformat(),
         finished=None if version.finished is None else version.finished.isoformat(),
+        **label_facts(version.lineage.get("labels"), labels),
     )
 
 
@@ -57,5 +81,5 @@ def publish_model(session: Session, events: EventBus, version: ModelVersion) -> 
     """Tell the pages how the version stands."""
     session.flush()
     active = active_version(session)
-    view = model_view(version, active is not None and active.id == version.id)
+    view = model_view(version, active is not None and active.id == version.id, library_labels(session))
     events.publish(session, "model", version.id, view.model_dump(mode="json"))

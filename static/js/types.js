@@ -390,6 +390,8 @@
  * @property {boolean} active
  * @property {string} created
  * @property {string|null} finished
+ * @property {number} [labels]         how many labels it reads
+ * @property {string[]} [lacks]        signs of the library's label set that it does not read
  */
 
 /**

@@ -87,3 +87,10 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Monk
     assert "NUMBA_CACHE_DIR" in check.advice
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "new" / "folder"))
     assert by_name(diagnose())["compiled code cache"].status == "ok"
+
+
+def test_a_classifier_of_other_labels_says_which_it_lacks(models: Path) -> None:
+    save_component(Component("classifier", {"w": np.arange(4.0)}, {"labels": ["stop", "bus-stop"]}), models)
+    found = by_name(diagnose(models))["labels of the classifier"].found
+    assert found.startswith("2; of gtsrb-43 it lacks 42: speed-limit-20,")
+    assert "labels of the classifier" not in by_name(diagnose())

@@ -170,7 +170,7 @@ def describe(
         "pictures": options.pictures,
         "thin_px": options.thin_px,
         "label_set": {"key": dataset.labels.key, "name": dataset.labels.name, "version": dataset.labels.version},
-        "classes": [{"id": label.id, "key": label.key, "name": label.name} for label in dataset.labels],
+        "classes": [_class(label) for label in dataset.labels],
         "split": {
             "rule": split.rule if isinstance(split, Split) else ("given" if split else "none"),
             "seed": split.seed if isinstance(split, Split) else None,
@@ -199,6 +199,18 @@ def describe(
     return Manifest(content)
 
 
+def _class(label: Label) -> dict[str, Any]:
+    """A label with what a training from the export needs: which label of a model it is, and what it teaches."""
+    known = shipped_set(DEFAULT).by_key(label.key) is not None
+    return {
+        "id": label.id,
+        "key": label.key,
+        "name": label.name,
+        **({"aliases": list(label.aliases)} if label.aliases and not known else {}),
+        **({} if label.teach == "sign" else {"teach": label.teach}),
+    }
+
+
 def labels_of(content: Mapping[str, Any]) -> LabelSet:
     """The labels that an export names, without what else its set says of them.
 
@@ -210,7 +222,13 @@ def labels_of(content: Mapping[str, Any]) -> LabelSet:
     try:
         # exports of version 0.1 have no keys
         labels = tuple(
-            Label(id=each["id"], key=each.get("key") or benchmark.get(each["name"], each["name"]), name=each["name"])
+            Label(
+                id=each["id"],
+                key=each.get("key") or benchmark.get(each["name"], each["name"]),
+                name=each["name"],
+                aliases=tuple(each.get("aliases", ())),
+                teach=each.get("teach", "sign"),
+            )
             for each in content["classes"]
         )
         return LabelSet(

@@ -4,7 +4,7 @@ What a person has said decides what a track is worth:
 
 * accepted, corrected, drawn or imported as truth: a sign;
 * rejected: no sign, and a place that fooled the engine;
-* open, in need of work, occluded, too small, or of no known class: nothing is learned from there.
+* open, in need of work, ignored, occluded, too small, or of no known class: nothing is learned from there.
 
 What no track covers in a reviewed video counts as background: whoever reviewed it has seen the engine's tracks and
 drawn the missing ones.
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import InputError, StorageError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
-from tsr_engine.io.gtsdb import CLASSES, Scene
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
 from tsr_engine.records import FloatArray, Picture
@@ -87,9 +87,11 @@ class CorrectedScene:
 
 def verdict(track: Track) -> str:
     """What a track is: ``sign``, ``rejected`` or ``unknown``."""
+    if track.ignore is not None and track.ignore.all():
+        return "unknown"
     if track.state == "rejected":
         return "rejected"
-    if track.state == "needs_work" or not 0 <= track.label < CLASSES:
+    if track.state == "needs_work" or track.label < 0:
         return "unknown"
     return "sign" if track.state in ("accepted", "truth") or track.source in _SAID else "unknown"
 
@@ -198,12 +200,13 @@ def _enter(frames: dict[int, _Frame], track: Track, sign: str, least: float, cho
     """Enter a track into the frames that are taken."""
     kind = verdict(track) if chosen else "unknown"
     clear = _clear(track, least)
+    ignored = np.zeros(len(track.frames), np.bool_) if track.ignore is None else track.ignore
     for i in np.flatnonzero(np.isin(track.frames, list(frames))):
         frame, box = frames[int(track.frames[i])], track.boxes[i]
         label = int(track.label if track.labels is None else track.labels[i])
-        if kind == "rejected":
+        if kind == "rejected" and not ignored[i]:
             frame.rejected.append(box)
-        elif kind == "sign" and clear[i] and 0 <= label < CLASSES:
+        elif kind == "sign" and clear[i] and label >= 0:
             frame.boxes.append(box)
             frame.classes.append(label)
             frame.signs.append(sign)

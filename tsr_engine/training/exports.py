@@ -15,18 +15,15 @@ from typing import Any, Final
 
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.archive import unpack
-from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo, Track
+from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import ImportTarget
-from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.manifest import MANIFEST, labels_of, read_manifest
 from tsr_engine.exchange.opened_zip import is_archive
 from tsr_engine.exchange.registry import format_named
-from tsr_engine.exchange.relabel import relabelled
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
-from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.training.corrections import verdict
 
 __all__ = ["OpenedExport", "open_export"]
@@ -39,7 +36,7 @@ class OpenedExport:
     """An export that can be trained from.
 
     Attributes:
-        dataset: its videos and tracks.
+        dataset: its videos and tracks, with the labels of its own set.
         pictures: per video, frame -> picture of the export; empty where the video itself is there.
         sides: side of each (video, sign) in the export's own split; empty: it has none.
         about: for the lineage: name, SHA-256, format, runs and edit revisions.
@@ -93,8 +90,6 @@ def open_export(
             "folder of crops with --gtsrb."
         )
     labels = labels_of(content)
-    # the classifier has the benchmark's classes; a sign of another label is a sign without class to it
-    numbers = {label.id: NONE for label in labels} | benchmark_numbers(labels)
     videos: list[DatasetVideo] = []
     pictures: list[Mapping[int, Path]] = []
     notes: list[str] = []
@@ -105,7 +100,7 @@ def open_export(
             notes.append(f"{path.name}: the file of {bare.name} is not there and the export has no pictures of it.")
             continue
         read = read_dataset(folder, ImportTarget(bare, labels), chosen).videos[0]
-        tracks = tuple(relabelled(track, numbers) for track in _reviewed(read.tracks(), content))
+        tracks = tuple(_reviewed(read.tracks(), content))
         if tracks and all(verdict(track) == "unknown" for track in tracks):
             notes.append(
                 f"{path.name} says of no track that it was accepted. Export accepted tracks alone, or in a format that "
@@ -121,9 +116,7 @@ def open_export(
         "videos": [entry["sha256"] for entry in content["videos"]],
     }
     sides = {(str(v), str(uid)): str(side) for v, uid, side in content.get("split", {}).get("tracks", [])}
-    return OpenedExport(
-        Dataset(shipped_set(DEFAULT), tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes))
-    )
+    return OpenedExport(Dataset(labels, tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes)))
 
 
 def _bare(entry: Mapping[str, Any], path: VideoSource | None, limits: VideoLimits | None) -> DatasetVideo:

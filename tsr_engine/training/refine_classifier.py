@@ -1,6 +1,6 @@
 """Refinement of the classifier by corrected crops: its hyperplanes move as little as the corrections need.
 
-The feature map stays. The 43 hyperplanes are fitted to views of the corrected crops under the squared hinge loss that
+The feature map stays. The hyperplanes are fitted to views of the corrected crops under the squared hinge loss that
 they were trained with, while the earlier data holds them: a change ``D`` costs the mean square of the margins that it
 moves on the earlier crops, ``tr(D^T M D)`` with ``M`` their second moment, times the number of tracks that these were.
 A look that the earlier data knows well resists; one that it never held gives way.
@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.recognition.descriptor import describe_patches
@@ -94,7 +93,7 @@ def refine_classifier(
         progress: told stage, number done, number in all.
 
     Returns:
-        Weights (h, 43) and bias (43,); half precision, as they are stored.
+        Weights (h, c) and bias (c,); half precision, as they are stored.
 
     Raises:
         ValueError: no crops.
@@ -103,7 +102,7 @@ def refine_classifier(
         raise ValueError("The classifier is refined with corrected signs of known class. Got none.")
     features, labels, weights = _views(classifier, crops, settings, seed, progress)
     rows = np.concatenate([features, np.ones((len(features), 1))], axis=1)
-    target = np.full((len(rows), CLASS_COUNT), -1.0)
+    target = np.full((len(rows), len(classifier.bias)), -1.0)
     target[np.arange(len(rows)), labels] = 1.0
     start = np.concatenate([classifier.weights, classifier.bias[None]]).astype(np.float64)
     margins = rows @ start

@@ -34,6 +34,7 @@ from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.refine_online import refine_online
 from tsr_engine.training.refine_prior import blended_table, hear, refined_lambda
+from tsr_engine.training.teaching import taught
 
 __all__ = ["PARTS", "Recipe", "Report", "retrain"]
 
@@ -130,12 +131,13 @@ def _retrain(
 ) -> Report:
     scenes: list[CorrectedScene] = []
     sides: dict[str, str] = {}
+    old = _load(parent)
+    exports = taught(exports, old["classifier"].params.get("labels"))
     for number, export in enumerate(exports):
         place = work / f"e{number:02d}"
         scenes += corrected_scenes(export.dataset, place, recipe.sampling, progress, export.pictures, recipe.seed)
         sides.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
     _something(scenes, exports)
-    old = _load(parent)
     parting = part(scenes, recipe.seed, recipe.held_out, sides) if recipe.held_out > 0 else Parting(scenes)
     figures: dict[str, Any] = {}
     complaints: list[str] = []
@@ -308,6 +310,7 @@ def _lineage(
             "signs": len({sign for scene in scenes for sign in scene.signs}),
             **counts,
         },
+        **({} if (keys := old["classifier"].params.get("labels")) is None else {"labels": keys}),
         "settings": {"detector": asdict(recipe.detector), "classifier": asdict(recipe.classifier)},
     }
 

@@ -35,7 +35,7 @@ export function modelProgress(version) {
  */
 export function lineage(version, all) {
   const {lineage: from} = version;
-  if (version.id === 'shipped') return [['Comes from', 'the engine: trained on public data, no corrections']];
+  if (version.id === 'shipped') return [['Comes from', 'the engine: trained on public data, no corrections'], ...labelRows(version)];
   const asked = from.asked ?? {};
   const rows = /** @type {[string, string][]} */ ([]);
   const parent = version.parent_id === null ? 'Shipped' : all.find(({id}) => id === version.parent_id)?.name ?? 'a version that was removed';
@@ -51,7 +51,18 @@ export function lineage(version, all) {
   const used = from.used;
   if (used && typeof used.frames === 'number') rows.push(['Learned from', `${plural(used.signs ?? 0, 'sign')} in ${plural(used.frames, 'frame')} of ${videosOf(used.videos ?? [])}`]);
   if (from.held_out?.by && from.held_out.by !== 'none') rows.push(['Measured on', `${plural((from.held_out.signs ?? []).length, 'sign')}, chosen by ${from.held_out.by}, with a trial version that had not learned from ${(from.held_out.signs ?? []).length === 1 ? 'it' : 'them'}`]);
-  return rows;
+  if (from.notes?.length) rows.push(['Left out', from.notes.join(' ')]);
+  return [...rows, ...labelRows(version)];
+}
+
+/** Names that are told of the labels that a version lacks. */
+const NAMED = 8;
+
+/** Which labels a version reads. @param {Pick<ModelVersion, 'labels'|'lacks'>} version @returns {[string, string][]} */
+function labelRows({labels, lacks}) {
+  if (labels === undefined || lacks === undefined) return [];
+  const more = lacks.length > NAMED ? ` and ${count(lacks.length - NAMED)} more` : '';
+  return [['Labels', `${count(labels)}${lacks.length > 0 ? `; of the label set it lacks ${lacks.slice(0, NAMED).join(', ')}${more}` : '; all signs of the label set'}`]];
 }
 
 /** Parts that a run uses, as app/training/folders.py has them; it may have noted others, such as an ONNX network. */

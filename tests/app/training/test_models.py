@@ -23,8 +23,11 @@ from app.jobs.outcome import give_back
 from app.storage.models import Job, ModelVersion, Run, Video
 from app.training.folders import begin_with, models_of_run
 from app.training.task import retrain_models
+from app.training.view import label_facts
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, component_path, load_component, read_manifest
+from tsr_engine.labels.files import shipped_set
+from tsr_engine.labels.model import Label
 
 
 class Desk:
@@ -298,3 +301,14 @@ def test_the_command_line_sees_the_same(
     assert run(["models", "rollback", *home]) == 2
     with desk.home.database.read() as session:
         assert all(v.promoted == 0 for v in session.query(ModelVersion))
+
+
+def test_a_card_says_which_labels_a_version_lacks() -> None:
+    gtsrb = shipped_set("gtsrb-43")
+    more = Label(id=43, key="bus-stop", name="bus stop")
+    bin_ = Label(id=44, key="bin", name="litter bin", teach="background")
+    ours = gtsrb.model_copy(update={"labels": (*gtsrb.labels, more, bin_), "next_id": 45})
+    assert label_facts(None, gtsrb) == {"labels": 43, "lacks": []}
+    assert label_facts(None, ours) == {"labels": 43, "lacks": ["bus stop"]}
+    facts = label_facts(["stop", "bus stop"], ours)
+    assert (facts["labels"], len(facts["lacks"])) == (2, 42)

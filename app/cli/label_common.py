@@ -1,0 +1,106 @@
+"""What the commands of ``tsr labels`` share: options, the service, and labels that are named by a word."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from app.cli.library import opened_library
+from tsr_engine.cli.common import print_json, say
+from tsr_engine.errors import UsageError
+
+if TYPE_CHECKING:
+    from app.labels.service import LabelService
+    from app.labels.views import Change
+    from tsr_engine.labels.model import Label, LabelSet
+
+__all__ = [
+    "FormatOption",
+    "LabelArgument",
+    "SetOption",
+    "change_labels",
+    "label_service",
+    "named_label",
+    "set_key_of",
+    "tell_change",
+    "written",
+]
+
+SetOption = Annotated[
+    str | None,
+    typer.Option("--set", metavar="KEY", help="Label set.  [default: that of the library]", show_default=False),
+]
+LabelArgument = Annotated[str, typer.Argument(metavar="LABEL", help="Key, name or alias of a label, or #14.")]
+FormatOption = Annotated[
+    str | None, typer.Option("--format", help="tsr, cvat, names, yaml, coco or label-studio.", show_default=False)
+]
+
+
+@contextmanager
+def label_service(home: Path | None) -> Iterator[tuple[LabelService, str]]:
+    """The label sets of a data folder, and who changes them."""
+    from app.events import EventBus
+    from app.labels.service import LabelService
+
+    with opened_library(home) as (settings, database):
+        yield LabelService(database, EventBus()), settings.author
+
+
+def change_labels(service: LabelService, key: str | None, author: str, change: dict[str, Any]) -> Change:
+    """Carry out a change as a page would send it."""
+    from pydantic import TypeAdapter, ValidationError
+
+    from app.labels.commands import LabelChange
+    from tsr_engine.labels.wording import first_problem
+
+    try:
+        command: LabelChange = TypeAdapter(LabelChange).validate_python(change)
+    except ValidationError as error:
+        place, problem = first_problem(error)
+        raise UsageError(f"{place.removeprefix(change['type'] + '.')}: {problem}.") from None
+    return service.change(service.get(key).key, author, command)
+
+
+def tell_change(done: Change, json: bool) -> None:
+    """Say what a change did."""
+    if json:
+        print_json(done.model_dump(mode="json"))
+    else:
+        label = "" if done.label is None else f" It is label {done.label.id}, key {done.label.key}."
+        say(f"{done.sentence}{label}")
+
+
+def named_label(labels: LabelSet, word: str) -> Label:
+    """The label that somebody names."""
+    from tsr_engine.labels.matching import LabelFinder
+
+    finder = LabelFinder(labels)
+    found = finder.find(word)
+    if found is None:
+        like = ", ".join(f"'{label.name}'" for label in finder.suggestions(word))
+        hint = f"Is it {like}?" if like else "See 'tsr labels list'."
+        raise UsageError(f"Expected a label of '{labels.name}': none is called {word!r}. {hint}")
+    return found.label
+
+
+def set_key_of(key: str) -> str:
+    """A key that a set can have."""
+    from app.labels.store import SET_KEY
+
+    if not re.fullmatch(SET_KEY, key):
+        raise UsageError(f"Expected the key of a label set: small letters, digits, '.', '-' and '_'. Got {key!r}.")
+    return key
+
+
+def written(value: Any) -> str:
+    """A value of an answer for people."""
+    if isinstance(value, list):
+        return "; ".join(written(each) for each in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {written(each)}" for name, each in value.items() if each not in (None, [], False))
+    return str(value)

@@ -1,0 +1,191 @@
+"""What corrections teach a model whose labels need not be those of the corrections' label set.
+
+Labels say what a retraining makes of them (``teach``): a sign, background, or nothing. Tracks of no label of the set,
+of a label that the model lacks, of a region to ignore, and those that contradict each other teach nothing: neither a
+sign nor background. What the model lacks, and contradictions, are told by name.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tsr_engine.exchange.dataset import NONE, REJECTED, Track
+from tsr_engine.exchange.relabel import relabelled
+from tsr_engine.geometry.boxes import iou_each
+from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.training.corrections import verdict, video_name
+from tsr_engine.training.exports import OpenedExport
+
+__all__ = ["taught"]
+
+_SAME = 0.5
+"""IoU from which on two boxes of one frame are of one sign."""
+_TOLD = 20
+"""Contradictions that are named; more are counted."""
+
+
+def taught(exports: Sequence[OpenedExport], keys: Sequence[str] | None) -> list[OpenedExport]:
+    """The exports with the model's class numbers in place of labels, and with notes on what does not teach.
+
+    Args:
+        exports: with labels of their sets.
+        keys: of the model's classes, by number; None: those of ``gtsrb-43``.
+    """
+    tracks = [[tuple(video.tracks()) for video in export.dataset.videos] for export in exports]
+    found = _contradictions(exports, tracks, keys)
+    mute = {(one.export, one.video, one.uid) for pair in found for one in pair.sides}
+    done = []
+    for number, export in enumerate(exports):
+        classes = classes_of_keys(keys, export.dataset.labels)
+        lacking: Counter[str] = Counter()
+        videos = []
+        for place, (video, own) in enumerate(zip(export.dataset.videos, tracks[number], strict=True)):
+            kept = tuple(
+                replace(track, label=NONE, labels=None, state="needs_work")
+                if (number, place, track.uid) in mute
+                else _as_classes(track, classes, lacking)
+                for track in own
+            )
+            videos.append(replace(video, tracks=lambda kept=kept: iter(kept)))  # type: ignore[misc]
+        notes = (*export.notes, *_lacking(export, lacking), *(pair.sentence for pair in found if pair.export == number))
+        dataset = replace(export.dataset, videos=tuple(videos))
+        done.append(replace(export, dataset=dataset, notes=tuple(dict.fromkeys(_short(notes)))))
+    return done
+
+
+def _as_classes(track: Track, classes: RunClasses, lacking: Counter[str]) -> Track:
+    """A track as the model is taught it; labels that it lacks are counted."""
+    label = classes.labels.get(classes.labels.resolved(track.label))
+    says = verdict(track)
+    if label is not None and says == "sign":
+        if label.teach == "background":
+            return replace(track, state=REJECTED, label=NONE, labels=None)
+        if label.teach == "ignore":
+            return replace(track, label=NONE, labels=None)
+        if classes.to_class(label.id) is None:
+            lacking[label.name] += 1
+    return relabelled(track, {each: _number(each, classes) for each in {track.label, *_own(track)}})
+
+
+def _own(track: Track) -> set[int]:
+    return set() if track.labels is None else set(track.labels.tolist())
+
+
+def _number(label_id: int, classes: RunClasses) -> int:
+    """The model's class of a label that it is taught as a sign; ``NONE``: it is not."""
+    label = classes.labels.get(classes.labels.resolved(label_id))
+    number = None if label is None or label.teach != "sign" else classes.to_class(label_id)
+    return NONE if number is None else number
+
+
+def _lacking(export: OpenedExport, lacking: Counter[str]) -> Iterator[str]:
+    if lacking:
+        named = ", ".join(f"'{name}' ({_tracks(count)})" for name, count in sorted(lacking.items()))
+        yield (
+            f"{export.about['name']}: the model has no label for {named}. They teach nothing, neither a sign nor "
+            "background."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Said:
+    """A track that speaks, and where it stands."""
+
+    export: int
+    video: int
+    uid: str
+    track: Track
+    what: str
+    """Name of its label; ``no sign`` where it is background."""
+    key: str
+    """What it is compared by: the model's class, else the key of its label; empty where it is background."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """Two tracks that lie on each other and say something else."""
+
+    sides: tuple[_Said, _Said]
+    sentence: str
+
+    @property
+    def export(self) -> int:
+        return self.sides[1].export
+
+
+def _contradictions(
+    exports: Sequence[OpenedExport], tracks: Sequence[Sequence[Sequence[Track]]], keys: Sequence[str] | None
+) -> list[_Pair]:
+    """Tracks of one video, of the same export or of two, that cannot both be right."""
+    by_video: dict[str, list[_Said]] = {}
+    names: dict[str, str] = {}
+    for number, export in enumerate(exports):
+        classes = classes_of_keys(keys, export.dataset.labels)
+        for place, video in enumerate(export.dataset.videos):
+            names.setdefault(video_name(video), video.name)
+            said = by_video.setdefault(video_name(video), [])
+            for track in tracks[number][place]:
+                what = _what(track, classes)
+                if what is not None:
+                    said.append(_Said(number, place, track.uid, track, *what))
+    found = []
+    for name, every in by_video.items():
+        every.sort(key=lambda one: (int(one.track.frames[0]), one.export, one.uid))
+        for i, one in enumerate(every):
+            for other in every[i + 1 :]:
+                if other.track.frames[0] > one.track.frames[-1]:
+                    break
+                span = _together(one.track, other.track) if one.key != other.key else None
+                if span is not None:
+                    sides = (one, other) if one.export <= other.export else (other, one)
+                    found.append(_Pair(sides, _sentence(names[name], sides, span)))
+    return found
+
+
+def _what(track: Track, classes: RunClasses) -> tuple[str, str] | None:
+    """What a track says, as people read it, and as it is compared; None: nothing that is taught."""
+    says = verdict(track)
+    label = classes.labels.get(classes.labels.resolved(track.label))
+    if not len(track.frames) or (track.ignore is not None and track.ignore.all()):
+        return None
+    if says == "rejected" or (says == "sign" and label is not None and label.teach == "background"):
+        return "no sign", ""
+    if says != "sign" or label is None or label.teach != "sign":
+        return None
+    number = classes.to_class(label.id)  # of one class in two sets the keys may be others
+    return label.name, label.key if number is None else f"#{number}"
+
+
+def _together(a: Track, b: Track) -> tuple[int, int] | None:
+    """First and last frame in which two tracks lie on each other, if they do in half of their common frames."""
+    both, i, j = np.intersect1d(a.frames, b.frames, assume_unique=True, return_indices=True)
+    if not len(both):
+        return None
+    near = both[iou_each(a.boxes[i], b.boxes[j]) >= _SAME]
+    return (int(near[0]), int(near[-1])) if 2 * len(near) >= len(both) else None
+
+
+def _sentence(video: str, sides: tuple[_Said, _Said], span: tuple[int, int]) -> str:
+    one, other = sides
+    frames = f"frame {span[0]}" if span[0] == span[1] else f"frames {span[0]} to {span[1]}"
+    return (
+        f"{video}, {frames}: {one.uid} says '{one.what}', {other.uid} says '{other.what}'. Neither of them teaches; "
+        "correct one and export again."
+    )
+
+
+def _short(notes: Sequence[str]) -> list[str]:
+    """The notes; contradictions beyond the first few are counted."""
+    against = [note for note in notes if "Neither of them teaches" in note]
+    if len(against) <= _TOLD:
+        return list(notes)
+    kept = [note for note in notes if note not in against[_TOLD:]]
+    return [*kept, f"{len(against) - _TOLD} more places are contradictory in the same way."]
+
+
+def _tracks(count: int) -> str:
+    return "1 track" if count == 1 else f"{count} tracks"
