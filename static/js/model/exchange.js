@@ -98,7 +98,7 @@ export function numberIn(text, { name, low, high, whole = false, empty }) {
  * @property {number} tracks
  * @property {number} boxes       at most
  * @property {number} rejected    false positives, which go out apart
- * @property {number} open        tracks that stay behind because nobody has judged or edited them
+ * @property {number} open        tracks that stay behind because nobody has judged them
  * @property {number} unlabelled  tracks that stay behind because they have no label of the set
  * @property {Map<number, number>} byLabel   tracks that go out, by the id of their label
  */
@@ -124,7 +124,7 @@ export function countOut(tracks, docs, { states, labels, notInSet, first, last }
     const boxes = framesIn(runs, first, last);
     if (boxes === 0) return;
     if (!states.includes(state) && !(state === 'edited' && states.includes('open'))) {
-      if (state === 'open') total.open += 1;
+      if (state === 'open' || state === 'edited') total.open += 1;
       return;
     }
     const label = stands(class_id ?? NO_CLASS);

@@ -4,7 +4,7 @@
 import {sentence} from '../api/errors.js';
 import {formatRoute} from '../model/route.js';
 import {dropMade, openDialog, putArtefact} from '../store/actions/page.js';
-import {content, facts, isActive, KINDS, partOf, skipped, stateWords} from './artefact-words.js';
+import {content, facts, isActive, KINDS, partOf, skipped, stateWords, warnings} from './artefact-words.js';
 import {fill, h, setText} from './dom.js';
 import {count, plural} from './format.js';
 import {icon} from './icons.js';
@@ -26,10 +26,11 @@ export function createArtefactRow(app, first) {
   const bar = h('span', {class: 'meter', role: 'progressbar', 'aria-label': `Progress of ${first.name}`, 'aria-valuemin': 0, 'aria-valuemax': 100}, h('span'));
   const words = h('p', {class: 'small made-words'});
   const actions = h('div', {class: 'row made-actions'});
+  const warned = h('ul', {class: 'skipped-list small made-warnings', hidden: true});
   const left = h('details', {class: 'details made-skipped'}, h('summary'), h('ul', {class: 'skipped-list small'}));
   const element = h('li', {class: 'made'},
     h('span', {class: 'made-icon'}, icon(KINDS[first.kind]?.icon ?? 'folder')),
-    h('div', {class: 'stack made-text'}, h('div', {class: 'row'}, name, badge), line, bar, words, left), actions);
+    h('div', {class: 'stack made-text'}, h('div', {class: 'row'}, name, badge), line, bar, words, warned, left), actions);
   /** @type {Artefact|null} */
   let shown = null;
   let shownOf = '';
@@ -46,6 +47,9 @@ export function createArtefactRow(app, first) {
     setText(line, facts(artefact, of));
     showProgress(artefact);
     showSkipped(artefact);
+    const told = warnings(artefact);
+    warned.hidden = told.length === 0;
+    fill(warned, ...told.map((sentence_) => h('li', null, sentence_)));
     if (before?.state !== artefact.state) fill(actions, ...actionsOf(app, artefact));
   }
 

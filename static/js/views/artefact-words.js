@@ -1,6 +1,7 @@
 // @ts-check
 /** Files that are made from runs, in words. Pure functions. */
 
+import {listed} from '../model/track_name.js';
 import {bytes, count, moment, plural} from './format.js';
 
 /** @typedef {import('../types.js').Artefact} Artefact */
@@ -52,6 +53,23 @@ export function content(artefact) {
   const parts = Object.entries(counts).filter(([, value]) => typeof value === 'number' && value > 0).map(([name, value]) => `${count(value)} ${value === 1 ? name.replace(/boxes$/, 'box').replace(/s$/, '') : name}${name === 'tracks' && fell ? ` (${fell})` : ''}`.replaceAll('_', ' '));
   if (typeof artefact.summary.files === 'number') parts.push(plural(artefact.summary.files, 'file'));
   return parts.join(', ');
+}
+
+/** Labels that are named of a side. */
+const NAMED = 6;
+
+/**
+ * What a person has to know of a finished export before it is used: labels that a side of the split lacks, and open tracks
+ * that stayed behind.
+ *
+ * @param {Artefact} artefact
+ * @returns {string[]} sentences
+ */
+export function warnings({summary}) {
+  const sides = Object.entries(summary.split?.lacks ?? {}).filter(([, names]) => Array.isArray(names) && names.length > 0)
+    .map(([side, names]) => `The ${side} side has no sign of ${listed(names.map(String), NAMED)}, which others have.`);
+  const open = Number(summary.open_left ?? 0);
+  return open > 0 ? [...sides, `${plural(open, 'open track')} stayed behind: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`] : sides;
 }
 
 /**

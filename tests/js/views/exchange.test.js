@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
-import {content, facts, partOf, skipped} from '../../../static/js/views/artefact-words.js';
+import {content, facts, partOf, skipped, warnings} from '../../../static/js/views/artefact-words.js';
 import {expectedWords, goingOnWords} from '../../../static/js/views/dialogs/bundle.js';
 import {rangeAround, rangeWords} from '../../../static/js/views/dialogs/frame-range.js';
 import {madeWords, tellWhenMade} from '../../../static/js/views/made_notice.js';
@@ -111,4 +111,14 @@ test('a file that was asked for is told of once, unless it is in sight or was ta
   store.dispatch((state) => putArtefact(state, artefact({state: 'complete'})));
   store.dispatch((state) => putArtefact(state, artefact({state: 'complete', size: 7})));
   assert.deepEqual(said, ['x.zip is ready. Download made-a']);
+});
+
+test('what a side of a split lacks and what stayed behind is told', () => {
+  const lacks = {val: ['stop', '<b>boar</b>'], test: []};
+  assert.deepEqual(warnings(artefact({summary: {split: {lacks}, open_left: 1}})), [
+    'The val side has no sign of stop, <b>boar</b>, which others have.', '1 open track stayed behind: nobody has judged or edited it yet.',
+  ]);
+  assert.match(warnings(artefact({summary: {split: {lacks: {train: Array.from({length: 9}, (_, i) => `s${i}`)}}}}))[0], /s5 and 3 more/);
+  assert.deepEqual(warnings(artefact({summary: {open_left: 0}})), []);
+  assert.deepEqual(warnings(artefact()), []);
 });
