@@ -198,8 +198,8 @@ def export(
             "--states open,edited,accepted,rejected brings them too.",
             soft_wrap=True,
         )
-    for side, names in summary["split"]["lacks"].items():
-        console.print(f"{side} has no sign of: {', '.join(names)}.", soft_wrap=True, markup=False)
+    for side, words in summary["split"]["lacks"].items():
+        console.print(f"{side} has no sign of: {', '.join(words)}.", soft_wrap=True, markup=False)
     _print_lines([f"Left out: {item['what']}. {item['reason']}" for item in manifest.skipped])
 
 
