@@ -10,6 +10,7 @@ import { labelsById } from './labels.js';
 
 /** What Python's `\s` is, and the punctuation that names are written with. */
 const LOOSE = /[\t-\r\x1c-\x20\x85\xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000_\-./,:;()'"]+/gu;
+const BETWEEN_NUMBERS = new RegExp(`(?<=\\p{Nd})${LOOSE.source}(?=\\p{Nd})`, 'gu');
 const NUMBER = /^(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})$/i;
 
 /** Letters whose case folding is not that of their capital. @type {Record<string, string>} */
@@ -24,12 +25,13 @@ function folded(letter) {
 }
 
 /**
- * A name without case, spaces and punctuation, in Unicode's compatible form. A name that is punctuation alone stays as it is.
+ * A name without case, spaces and punctuation, in Unicode's compatible form. Two numbers stay two: `3.5 t` is not `35 t`.
+ * A name that is punctuation alone stays as it is.
  * @param {string} name
  */
 export function comparable(name) {
   const whole = [...name.normalize('NFKC')].map(folded).join('');
-  return whole.replace(LOOSE, '') || whole;
+  return whole.replace(BETWEEN_NUMBERS, '|').replace(LOOSE, '') || whole;
 }
 
 /** @param {Label} label @param {How} how @returns {readonly string[]} */
