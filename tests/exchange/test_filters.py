@@ -21,7 +21,7 @@ def test_states_and_classes() -> None:
     assert _skips(some) == ["drive.mp4: 1 tracks Their review state is needs_work."]
     some = filtered(data, Filters(labels=frozenset({14, -1})))
     assert sorted(tracks_of(some)) == ["h3", "m1"]
-    assert _skips(some) == ["drive.mp4: 1 tracks Their class was not chosen."]
+    assert _skips(some) == ["drive.mp4: 1 tracks Their label was not chosen."]
 
 
 def test_frames() -> None:

@@ -1,0 +1,117 @@
+"""What a file brings along that the set does not have: labels, and attributes of labels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from exchange_toys import a_dataset, a_set, a_track, a_video, target_of, tracks_of
+
+from tsr_engine.errors import ExportError, ImportFormatError
+from tsr_engine.exchange.additions import Declared
+from tsr_engine.exchange.checks import Intake
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.load import read_dataset
+from tsr_engine.exchange.relabel import united
+from tsr_engine.exchange.split import deal, lacking
+from tsr_engine.labels.model import Attribute, Label, LabelSet
+
+
+def _labels(*, key: str, number: int = 0, attributes: tuple[Attribute, ...] = (), name: str = "") -> LabelSet:
+    label = Label(id=number, key=key, name=name or key, attributes=attributes)
+    return LabelSet(key=f"set-{number}", name=f"set {number}", next_id=number + 1, labels=(label,))
+
+
+def _take(intake: Intake, name: str, *rows: dict[str, object]) -> None:
+    for frame, said in enumerate(rows):
+        intake.box("a", frame, (0, 0, 9, 9), intake.label(name, "f"), file="f", said=said)
+
+
+def test_names_that_differ_by_case_alone_become_one_label() -> None:
+    intake = Intake(target_of(a_dataset(), unknown="add"))
+    for frame, name in enumerate(("No_Stopping", "no stopping", "停车")):
+        intake.box(name, frame, (0, 0, 9, 9), intake.label(name, "f"), file="f")
+    found = intake.finish("f")
+    assert [(label.id, label.key, label.name) for label in found.labels.labels[43:]] == [
+        (43, "no-stopping", "No_Stopping"),
+        (44, "停车", "停车"),
+    ]
+    assert [track.label for track in tracks_of(found).values()] == [43, 43, 44]
+
+
+@pytest.mark.parametrize("name", ["a\x00b", "x" * 300, "\u202egnorw"])
+def test_names_that_can_be_no_label_are_refused(name: str) -> None:
+    intake = Intake(target_of(a_dataset(), unknown="add"))
+    _take(intake, name, {})
+    with pytest.raises(ImportFormatError, match="cannot become a label"):
+        intake.finish("f")
+
+
+def test_attributes_are_told_unless_they_are_added() -> None:
+    told = Intake(target_of(a_dataset()))
+    _take(told, "stop", {"lit": True}, {"lit": False})
+    found = told.finish("f")
+    assert any(item.what.startswith("attribute 'lit'") and "unknown=add" in item.reason for item in found.skipped)
+    added = Intake(target_of(a_dataset(), unknown="add"))
+    _take(added, "stop", {"lit": "true", "height": 3, "by": "ada"}, {"lit": "false", "height": 3, "by": "ada"})
+    found = added.finish("f")
+    stop = found.labels.get(14)
+    assert stop is not None
+    kinds = {each.name: (each.kind, each.mutable) for each in stop.attributes}
+    assert kinds == {"lit": ("checkbox", True), "height": ("number", False), "by": ("text", False)}
+    (track,) = tracks_of(found).values()
+    assert (track.attributes, track.changing["lit"].tolist()) == ({"height": 3.0, "by": "ada"}, [True, False])
+
+
+def test_an_answer_that_the_set_does_not_allow_is_told() -> None:
+    asked = Attribute(name="side", kind="select", values=("left", "right"))
+    data = Dataset(_labels(key="arrow", attributes=(asked,)), a_dataset().videos)
+    strict = Intake(target_of(data))
+    _take(strict, "arrow", {"side": "both"})
+    found = strict.finish("f")
+    assert any("must be one of left, right" in item.reason for item in found.skipped)
+    wide = Intake(target_of(data, unknown="add"))
+    _take(wide, "arrow", {"side": "both"})
+    found = wide.finish("f")
+    assert found.labels.labels[0].attributes[0].values == ("left", "right", "both")
+    assert tracks_of(found)["a"].attributes == {"side": "both"}
+
+
+def test_what_the_file_declares_counts_before_what_its_answers_look_like() -> None:
+    intake = Intake(target_of(a_dataset(), unknown="add"))
+    intake.declare("plate", Declared((Attribute(name="number", kind="text"),), "#00ff00"))
+    _take(intake, "plate", {"number": "0012"})
+    found = intake.finish("f")
+    assert found.labels.labels[43].colour == "#00ff00"
+    assert tracks_of(found)["a"].attributes == {"number": "0012"}
+
+
+def test_flags_of_voc_are_attributes(tmp_path: Path) -> None:
+    (tmp_path / "frame_000010.xml").write_text(
+        "<annotation><filename>frame_000010.jpg</filename><object><name>stop</name><pose>Left</pose>"
+        "<truncated>1</truncated><bndbox><xmin>1.5</xmin><ymin>2</ymin><xmax>30</xmax><ymax>40</ymax></bndbox>"
+        "</object></annotation>"
+    )
+    back = read_dataset(tmp_path, target_of(a_dataset(), unknown="add"))
+    assert [track.attributes for track in tracks_of(back).values()] == [{"truncated": True, "pose": "Left"}]
+
+
+def test_sets_are_united_by_key_and_a_key_that_means_two_things_is_refused() -> None:
+    first, second = _labels(key="stop"), _labels(key="bus", number=7)
+    videos = [a_video([a_track("m1", label=number)], name=f"{number}.mp4") for number in (0, 7)]
+    labels, parts = united([(first, videos[0]), (second, videos[1])])
+    assert [label.key for label in labels] == ["stop", "bus"]
+    assert [track.label for part in parts for track in part.tracks()] == [0, 1]
+    with pytest.raises(ExportError, match="'stop' is 'stop' in set 0 and 'halt here' in set 7"):
+        united([(first, videos[0]), (_labels(key="stop", number=7, name="halt here"), videos[1])])
+
+
+def test_a_split_tells_what_a_side_lacks_and_can_balance_it() -> None:
+    tracks = [a_track(f"m{at}", [at], label=int(at % 10 == 0)) for at in range(60)]
+    data = Dataset(a_set("common", "rare"), (a_video(tracks),))
+    shares = {"train": 0.8, "val": 0.1, "test": 0.1}
+    seeds = [seed for seed in range(20) if lacking(data, deal(data, shares, seed))]
+    assert seeds, "chance alone leaves a side without the rare label"
+    for seed in seeds:
+        assert set().union(*lacking(data, deal(data, shares, seed)).values()) == {"rare"}
+        assert lacking(data, deal(data, shares, seed, balance=True)) == {}
