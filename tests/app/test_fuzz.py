@@ -167,7 +167,7 @@ def try_route(served: Served, document: BaseSchema, operation: Any, mode: Genera
 def check_body(document: Any, operation: Any, response: Any) -> None:
     """A JSON answer is what the document says. (Schemathesis would turn ``prefixItems`` into something invalid.)"""
     content = operation["responses"][str(response.status_code)].get("content", {})
-    if "application/json" not in content:
+    if "application/json" not in content or "json" not in str(response.headers["content-type"]):
         return
     schema = {**content["application/json"]["schema"], "components": document["components"]}
     validator = jsonschema_rs.Draft202012Validator(schema)
