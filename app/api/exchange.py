@@ -19,6 +19,7 @@ from app.exchange.formats import FormatView, format_view
 from app.exchange.imports import ImportKind, ImportResult, Incoming
 from app.shapes import PLAIN, Model
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.formats import UnknownNames
 from tsr_engine.exchange.registry import FORMATS
 
 __all__ = ["router"]
@@ -26,7 +27,7 @@ __all__ = ["router"]
 router = APIRouter(tags=["exchange"])
 
 _SWITCHES = TypeAdapter(dict[str, str])
-_LABELS = TypeAdapter(dict[str, int])
+_LABELS = TypeAdapter(dict[str, int | str])
 
 
 class Formats(Model):
@@ -68,11 +69,18 @@ async def import_file(
         str | None, Query(max_length=255, description="name of the file, where `name` is a title: its ending tells")
     ] = None,
     switches: Annotated[str, Query(max_length=4000, description='JSON: `{"option": "value"}`')] = "{}",
-    label_map: Annotated[str, Query(max_length=20000, description='JSON: `{"name in the file": class number}`')] = "{}",
+    label_map: Annotated[
+        str, Query(max_length=200_000, description='JSON: `{"name in the file": number or key of a label, or -1}`')
+    ] = "{}",
+    unknown: Annotated[
+        UnknownNames, Query(description="what becomes of names that no label has; `add`: they join the label set")
+    ] = "refuse",
     author: Annotated[str | None, Query(min_length=1, max_length=80, pattern=PLAIN)] = None,
 ) -> ImportResult:
     """Read a file or ZIP archive and lay it onto the video: all of it, or nothing.
 
+    Names in the file that no label of the video's set has are refused with their list (code `unknown_labels`), unless
+    `label_map` or `unknown` say what becomes of them. What `label_map` says is remembered for the next file.
     A ground truth of the same name is replaced. An annotation is one operation of the run's log: one undo takes it
     back.
     """
@@ -84,6 +92,7 @@ async def import_file(
             format=format,
             switches=said[0],
             label_map=said[1],
+            unknown=unknown,
             author=author or context.settings.author,
             scratch=path.parent,
         )
@@ -103,5 +112,5 @@ def _json(shape: TypeAdapter[Any], text: str, field: str) -> Any:
     try:
         return shape.validate_json(text, strict=True)
     except (ValidationError, ValueError):
-        wanted = '{"option": "value"}' if field == "switches" else '{"name": 14}'
+        wanted = '{"option": "value"}' if field == "switches" else '{"name": "stop"}'
         raise Invalid(f"{field} must be a JSON object like {wanted}. Got {text[:80]!r}.", field=field) from None

@@ -71,11 +71,34 @@ def export(
         str, typer.Option("--pictures", metavar="none|annotated|all", help="Frames that go out as pictures.")
     ] = "none",
     states: Annotated[
-        str, typer.Option("--states", help="Review states that go out; rejected ones never as signs.")
-    ] = "open,accepted,needs_work,rejected",
-    classes: Annotated[
-        str | None, typer.Option("--classes", metavar="N,N...", help="Class numbers that go out; -1: unknown.")
+        str | None,
+        typer.Option(
+            "--states",
+            help="Of open, edited, accepted, needs_work, rejected. edited: open ones that a person has edited; "
+            "rejected ones never go out as signs. Unset: edited,accepted,rejected; all of an evidence folder.",
+        ),
     ] = None,
+    labels: Annotated[
+        str | None,
+        typer.Option(
+            "--labels", metavar="KEY,KEY...", help="Labels that go out, by key, name or number; -1: not in the set."
+        ),
+    ] = None,
+    classes: Annotated[
+        str | None, typer.Option("--classes", metavar="N,N...", help="The same by number, as in version 0.1.")
+    ] = None,
+    not_in_set: Annotated[
+        str,
+        typer.Option(
+            "--not-in-set",
+            metavar="leave-out|ignore|class",
+            help="Signs without a label of the set: left out, regions to ignore, or a class of their own.",
+        ),
+    ] = "leave-out",
+    class_map: Annotated[
+        str,
+        typer.Option("--class-map", metavar="all|used", help="Declare all labels of the set, or those that go out."),
+    ] = "all",
     min_side: Annotated[
         float | None, typer.Option("--min-side", metavar="PX", min=0, help="Leave out boxes that are smaller.")
     ] = None,
@@ -87,6 +110,9 @@ def export(
     split_by: Annotated[
         str, typer.Option("--split-by", metavar="sign|video", help="What stays on one side of the split.")
     ] = "sign",
+    balance_labels: Annotated[
+        bool, typer.Option("--balance-labels", help="Give each side of the split every label that enough signs have.")
+    ] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the split.")] = 0,
     thin: Annotated[
         float, typer.Option("--thin", metavar="PX", min=0, help="How far interpolation may lie off, where it is used.")
@@ -109,7 +135,7 @@ def export(
     """
     from pydantic import ValidationError
 
-    from app.exchange.export import ExportRequest, check_request, export_sources, summary_of
+    from app.exchange.export import DEFAULT_STATES, ExportRequest, check_request, export_sources, summary_of
     from app.exchange.named import as_command_error, named_sources
     from tsr_engine.cli.interrupt import stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
@@ -119,8 +145,12 @@ def export(
         "runs": ["0" * 32],  # named otherwise here
         "format": format,
         "pictures": pictures,
-        "states": _parts(states),
+        "states": list(DEFAULT_STATES) if states is None else _parts(states),
+        "labels": None if labels is None else [labels],
         "classes": None if classes is None else _numbers("--classes", classes),
+        "not_in_set": not_in_set,
+        "class_map": class_map,
+        "balance_labels": balance_labels,
         "min_side": min_side,
         "first": first,
         "stop": stop,
@@ -136,6 +166,9 @@ def export(
         raise _usage(error) from None
     check_request(request)
     sources = named_sources(names, home, None if video is None else existing(video, "video"), say)
+    if states is None and all(source.run_id is None for source in sources):
+        # nobody can have looked through a bare evidence folder
+        request = request.model_copy(update={"states": ["open", *DEFAULT_STATES]})
     with progress_bar("exporting", "steps") as show, stop_on_interrupt() as stopped, as_command_error():
 
         def tell(done: int, of: int) -> None:
@@ -158,6 +191,15 @@ def export(
         f"{_count(counts['pictures'], 'picture')} in {_count(summary['files'] + 1, 'file')} ({summary['title']}).",
         soft_wrap=True,
     )
+    if summary["open_left"]:
+        stay = "stays" if summary["open_left"] == 1 else "stay"
+        console.print(
+            f"{_count(summary['open_left'], 'open track')} {stay} behind: nobody has accepted or edited them yet. "
+            "--states open,edited,accepted,rejected brings them too.",
+            soft_wrap=True,
+        )
+    for side, names in summary["split"]["lacks"].items():
+        console.print(f"{side} has no sign of: {', '.join(names)}.", soft_wrap=True, markup=False)
     _print_lines([f"Left out: {item['what']}. {item['reason']}" for item in manifest.skipped])
 
 
@@ -178,8 +220,21 @@ def import_file(
     ] = None,
     name: Annotated[str | None, typer.Option("--name", help="Of the truth or run; unset: the file's.")] = None,
     labels: Annotated[
-        list[str], typer.Option("--label", metavar="NAME=CLASS", help="Class number of a name in the file; repeatable.")
+        list[str],
+        typer.Option(
+            "--label",
+            metavar="NAME=LABEL",
+            help="Which label a name in the file is: its key or number, -1 for none; repeatable, and remembered.",
+        ),
     ] = [],  # noqa: B006 - typer copies it
+    unknown: Annotated[
+        str,
+        typer.Option(
+            "--unknown",
+            metavar="refuse|add|skip",
+            help="Names that no label has: refuse the file with their list, add them to the set, or leave them out.",
+        ),
+    ] = "refuse",
     options: OptionOption = [],  # noqa: B006 - typer copies it
     author: Annotated[str | None, typer.Option("--author", help="Whose corrections they are.")] = None,
     json: JsonOption = False,
@@ -190,7 +245,7 @@ def import_file(
     Examples:
       tsr import annotations.xml --onto drive.mp4 --as annotation
       tsr import gt.zip --onto drive.mp4 --as truth --format mot
-      tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=14
+      tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=stop --unknown add
     """
     from app.edits.service import EditService
     from app.events import EventBus
@@ -204,15 +259,18 @@ def import_file(
         raise UsageError(f"--as must be annotation, truth or run. Got '{kind}'.")
     if run is not None and kind != "annotation":
         raise UsageError("--run is for --as annotation: it names the run to correct. Leave it out.")
-    label_map = {}
+    if unknown not in ("refuse", "add", "skip"):
+        raise UsageError(f"--unknown must be refuse, add or skip. Got '{unknown}'.")
+    label_map: dict[str, int | str] = {}
     for text, value in _pairs("--label", labels).items():
-        label_map[text] = _numbers("--label", value)[0]
+        label_map[text] = _word(value)
     incoming = Incoming(
         path=existing(file, "file"),
         name=name or file.name,
         format=format,
         switches=_pairs("--option", options),
         label_map=label_map,
+        unknown=unknown,  # type: ignore[arg-type]
         author=author or "",
     )
     with as_command_error(), open_home(home) as (settings, database):
@@ -266,6 +324,14 @@ def _numbers(option: str, text: str) -> list[int]:
         return [int(part) for part in text.split(",")]
     except ValueError:
         raise UsageError(f"{option} expects whole numbers, for example 14 or 1,2,14. Got '{text}' instead.") from None
+
+
+def _word(text: str) -> int | str:
+    """A label as people write it: its number, or its key."""
+    try:
+        return int(text)
+    except ValueError:
+        return text
 
 
 def _shares(text: str) -> dict[str, float]:

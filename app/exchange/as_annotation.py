@@ -19,6 +19,7 @@ from app.exchange.joined import joined
 from app.exchange.laid_over import Alike, alike, as_shown, key_frames_of, laid_over, whole_label
 from app.exchange.machine import MachineFacts, engine_label
 from app.exchange.marks import REVIEWS, new_notes
+from app.exchange.marks import ignored as is_ignored
 from app.exchange.same_sign import covered_too, lying_on, touching
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import part_of
@@ -138,7 +139,7 @@ def _counted(tracks: Iterable[Track]) -> tuple[list[Track], int]:
     ignored = 0
     for track in tracks:
         part: Track | None = track
-        if track.ignore is not None and track.ignore.any():
+        if track.ignore is not None and track.ignore.any() and not is_ignored(track):
             ignored += int(track.ignore.sum())
             part = part_of(replace(track, ignore=None), ~track.ignore)
         if part is not None:
@@ -189,7 +190,8 @@ def _merged_words(names: list[str]) -> str:
 def _same(track: Track, shown: Track, found: Alike, old: TrackDoc) -> bool:
     """Whether a track of the run shows already what the file says, and has its notes, as far as a file can say it."""
     judged = track.state in REVIEWS and track.state not in ("open", shown.state)
-    return not judged and not new_notes(track.notes, "", old) and as_shown(track, found)
+    new = new_notes(track.notes, "", old) or (is_ignored(track) and not old.ignore)
+    return not judged and not new and as_shown(track, found)
 
 
 def _made(key: str, track: Track, engine: int | None) -> tuple[TrackDoc, bool]:
@@ -211,6 +213,8 @@ def _judged(document: TrackDoc, track: Track, old: TrackDoc, author: str) -> Tra
             "review": old.review if state == "open" else state,
             "not_a_sign": old.not_a_sign and state in ("open", "rejected"),
             "notes": (*old.notes, *new_notes(track.notes, author, old)),
+            "attributes": {**document.attributes, **old.attributes, **track.attributes},
+            "ignore": old.ignore or is_ignored(track),
         }
     )
 

@@ -1,7 +1,8 @@
 """Tracks of a data set as the evidence of a run, so that every screen works with somebody else's tracker.
 
 A box that the file states is a detection with its score; one between two such is a prediction. A class is a vote of
-weight 1 a frame. The store has no pixels, predictions of ours or gates: a what-if refuses it.
+weight 1 a frame; classes are ids of the video's label set. The store has no pixels, predictions of ours or gates: a
+what-if refuses it.
 """
 
 from __future__ import annotations
@@ -84,6 +85,7 @@ def write_run(
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         keep_pixels=False,
     )
+    count = max([CLASS_COUNT, *(_largest(track) + 1 for track in listed)])
     votes: dict[int, Any] = {}
     seconds = (table.pts.astype(np.float64) * float(table.time_base)).tolist()
     last = {numbers[track.uid]: int(track.frames[-1]) for track in listed}
@@ -91,7 +93,7 @@ def write_run(
         for k in range(video.frames):
             entry = TableEntry(int(table.pts[k]), bool(table.key[k]), bool(table.corrupt[k]))
             here = sorted(frames.pop(k, ()))
-            writer.append(_frame(k, seconds[k], video, here, events.pop(k, []), votes), entry)
+            writer.append(_frame(k, seconds[k], video, here, events.pop(k, []), votes, count), entry)
             for box in here:
                 if last[box.number] == k:
                     votes.pop(box.number, None)
@@ -116,8 +118,18 @@ def _lay_out(
     events[first].append(Event("confirmed", number, f"Track {number} was imported: it counts from here on.", values))
 
 
+def _largest(track: Track) -> int:
+    return track.label if track.labels is None else max(track.label, int(track.labels.max()))
+
+
 def _frame(
-    k: int, seconds: float, video: VideoFacts, boxes: list[_Box], events: list[Event], votes: dict[int, Any]
+    k: int,
+    seconds: float,
+    video: VideoFacts,
+    boxes: list[_Box],
+    events: list[Event],
+    votes: dict[int, Any],
+    count: int,
 ) -> FrameEvidence:
     stated = [box for box in boxes if box.stated]
     stated.sort(key=lambda box: -box.score if box.score == box.score else 0.0)
@@ -138,7 +150,7 @@ def _frame(
             gate=None,
             relocalisation=None,
             samples=(),
-            recognition=_vote(box, votes),
+            recognition=_vote(box, votes, count),
         )
         for box in boxes
     )
@@ -156,13 +168,13 @@ def _frame(
     )
 
 
-def _vote(box: _Box, votes: dict[int, Any]) -> Recognition | None:
-    """The file's class as one vote; None: it says none."""
+def _vote(box: _Box, votes: dict[int, Any], count: int) -> Recognition | None:
+    """The file's label as one vote among ``count``; None: it says none."""
     if box.label < 0:
         return None
-    cast = votes.setdefault(box.number, np.zeros(CLASS_COUNT))
+    cast = votes.setdefault(box.number, np.zeros(count))
     cast[box.label] += 1.0
-    seen = np.zeros(CLASS_COUNT, np.float32)
+    seen = np.zeros(count, np.float32)
     seen[box.label] = 1.0
     order = np.argsort(-cast, kind="stable")
     x1, y1, x2, y2 = box.box.tolist()

@@ -22,6 +22,7 @@ from app.exchange.tracks import boxes_beyond, run_tracks
 from tsr_engine.errors import EvidenceError, InputError
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.relabel import united
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
@@ -29,6 +30,7 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["LABELS", "Source", "VideoFacts", "dataset_of", "evidence_source", "source_of", "times_of"]
 
@@ -103,6 +105,11 @@ class Source:
     classes: RunClasses
 
     @property
+    def labels(self) -> LabelSet:
+        """The label set of its video."""
+        return self.classes.labels
+
+    @property
     def run_id(self) -> str | None:
         """The run's name in its data folder; None: a bare evidence folder."""
         found = self.provenance["run"].get("id")
@@ -149,6 +156,7 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
 
     Raises:
         Invalid: two of them are of the same video; no format can hold that.
+        ExportError: the label sets of their videos do not go together.
     """
     seen: dict[str, Source] = {}
     for source in sources:
@@ -157,11 +165,8 @@ def dataset_of(sources: Sequence[Source]) -> Dataset:
                 f"Two of the runs are of {source.video.name}. Choose one run a video.", field="runs", code="same_video"
             )
         seen[source.video.sha256] = source
-    return Dataset(
-        LABELS,
-        tuple(source.dataset_video() for source in sources),
-        tuple(item for source in sources for item in source.skipped()),
-    )
+    labels, videos = united([(source.labels, source.dataset_video()) for source in sources])
+    return Dataset(labels, videos, tuple(item for source in sources for item in source.skipped()))
 
 
 def evidence_source(folder: Path, video: Path | None = None) -> Source:

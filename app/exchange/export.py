@@ -13,19 +13,25 @@ from app.exchange.dataset import Source, VideoFacts, dataset_of
 from app.shapes import PLAIN, Model
 from app.videos.opened import ChangedError
 from tsr_engine.errors import ExportError, UsageError
+from tsr_engine.exchange.dataset import NONE
 from tsr_engine.exchange.export import CROPS, export_dataset
-from tsr_engine.exchange.filters import Filters, filtered
+from tsr_engine.exchange.filters import Filters, NotInSet, filtered, open_left
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.manifest import Manifest
 from tsr_engine.exchange.registry import format_named, switches_of
+from tsr_engine.exchange.relabel import merged_resolved
 from tsr_engine.exchange.split import SUBSETS, Split, deal
 from tsr_engine.io.opened_file import VideoSource, open_source
+from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export_sources", "summary_of"]
 
-State = Literal["open", "accepted", "rejected", "needs_work"]
-DEFAULT_STATES: tuple[State, ...] = ("open", "accepted", "needs_work", "rejected")
-"""All. What people have rejected, or judged to be no sign, goes out as hard negatives: never as a sign."""
+State = Literal["open", "edited", "accepted", "rejected", "needs_work"]
+DEFAULT_STATES: tuple[State, ...] = ("edited", "accepted", "rejected")
+"""What a person has accepted, or edited and left open. What people have rejected, or judged to be no sign, goes out as
+hard negatives: never as a sign."""
+LabelWord = Annotated[str, Field(min_length=1, max_length=200)]
 _MOST_SKIPPED = 200
 """Reasons kept in the summary; the manifest has all."""
 
@@ -45,10 +51,19 @@ class ExportRequest(Model):
     """Of different videos."""
     format: Annotated[str, Field(max_length=32, pattern=PLAIN)]
     pictures: Literal["none", "annotated", "all"] = "none"
-    states: Annotated[list[State], Field(min_length=1, max_length=4)] = Field(list(DEFAULT_STATES))
-    """Review states that go out; ``rejected`` ones in the manifest, as what looks like a sign and is none."""
-    classes: Annotated[list[Annotated[int, Field(ge=-1, le=42)]], Field(max_length=44)] | None = None
-    """Class numbers, -1: unknown; null: all."""
+    states: Annotated[list[State], Field(min_length=1, max_length=5)] = Field(list(DEFAULT_STATES))
+    """Review states that go out. ``edited``: open tracks that a person has edited. ``rejected`` ones go out in the
+    manifest, as what looks like a sign and is none."""
+    labels: (
+        Annotated[list[Annotated[str, Field(min_length=1, max_length=200)] | int], Field(max_length=5000)] | None
+    ) = None
+    """Keys or numbers of labels, -1: not in the set; null: all."""
+    classes: Annotated[list[Annotated[int, Field(ge=-1, le=2**31 - 1)]], Field(max_length=5000)] | None = None
+    """The same by number, as in version 0.1."""
+    not_in_set: NotInSet = "leave-out"
+    """What becomes of signs that have no label of the set: left out, regions to ignore, or a class of their own."""
+    class_map: Literal["all", "used"] = "all"
+    """Labels that the files declare: all that the set offers, or those that go out."""
     min_side: Annotated[float, Field(ge=0, le=10_000)] | None = None
     """Boxes whose shorter side is below stay here, px."""
     first: Annotated[int, Field(ge=0, le=2**31 - 2)] = 0
@@ -56,6 +71,8 @@ class ExportRequest(Model):
     """Frame after the last; null: to the end."""
     split: Shares | None = None
     split_by: Literal["sign", "video"] = "sign"
+    balance_labels: bool = False
+    """Give each side of the split every label that enough signs have."""
     split_seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     thin_px: Annotated[float, Field(ge=0, le=100)] = 0.5
     switches: Annotated[dict[str, Annotated[str, Field(max_length=64)]], Field(max_length=20)] = Field({})
@@ -76,7 +93,14 @@ def check_request(request: ExportRequest) -> Format:
     if chosen.needs_pictures and request.pictures == "none":
         raise ExportError(f"{chosen.title} consists of pictures. Export with pictures of the annotated frames.")
     switches_of(chosen, dict(request.switches), reading=False)
-    _filters(request)
+    if request.labels is not None and request.classes is not None:
+        raise UsageError("Labels and classes choose the same thing. Give one of the two.")
+    if request.not_in_set == "ignore" and not chosen.ignores:
+        raise UsageError(
+            f"{chosen.title} has no mark for regions to ignore. Leave signs that are not in the set out, or make them "
+            "a class."
+        )
+    _filters(request, None)
     if request.split is not None and not any((request.split.train, request.split.val, request.split.test)):
         raise UsageError("The shares of the split are all 0. Give at least one of train, val and test a share.")
     return chosen
@@ -107,22 +131,26 @@ def export_sources(
         StorageError: no room.
     """
     chosen = check_request(request)
-    dataset = filtered(dataset_of(sources), _filters(request))
+    whole = dataset_of(sources)
+    filters = _filters(request, whole.labels)
+    dataset = filtered(merged_resolved(whole), filters)
     if request.pictures != "none":
         for source in sources:
             _require_file(source)
     split: Split | None = None
     if request.split is not None:
         rule = "track" if chosen.name in CROPS and request.split_by == "sign" else request.split_by
-        split = deal(dataset, request.split.model_dump(), request.split_seed, rule)
+        shares = request.split.model_dump()
+        split = deal(dataset, shares, request.split_seed, rule, balance=request.balance_labels)
     options = ExportOptions(
         pictures=request.pictures,
         switches=dict(request.switches),
         thin_px=request.thin_px,
         split={} if split is None else split,
+        used_labels=request.class_map == "used",
         progress=progress,
     )
-    about = request.model_dump(mode="json", exclude={"name"})
+    about = {**request.model_dump(mode="json", exclude={"name"}), "open_left": open_left(whole, filters)}
     return export_dataset(dataset, chosen, out, options, zipped=zipped, about=about)
 
 
@@ -133,7 +161,7 @@ def summary_of(manifest: Manifest) -> dict[str, Any]:
         "format": content["format"]["name"],
         "title": content["format"]["title"],
         "counts": manifest.counts,
-        "split": {name: content["split"][name] for name in ("rule", "seed", "shares", "groups")}
+        "split": {name: content["split"][name] for name in ("rule", "seed", "shares", "groups", "lacks")}
         | {"tracks": _fell(content)},
         "videos": [
             {
@@ -144,6 +172,7 @@ def summary_of(manifest: Manifest) -> dict[str, Any]:
             }
             for video in content["videos"]
         ],
+        "open_left": content["asked"].get("open_left", 0),
         "files": len(manifest.files),
         "skipped": manifest.skipped[:_MOST_SKIPPED],
         "skipped_count": len(manifest.skipped),
@@ -181,10 +210,46 @@ def _is_the_file(path: VideoSource, video: VideoFacts) -> bool:
         return False
 
 
-def _filters(request: ExportRequest) -> Filters:
+def _labels(wanted: str | int, labels: LabelSet) -> frozenset[int]:
+    """The ids of labels that a person has named by key, name or number, several with commas between.
+
+    Raises:
+        UsageError: the set has none of that name.
+    """
+    if isinstance(wanted, int):
+        found = labels.get(wanted)
+        if found is None and wanted != NONE:
+            raise UsageError(f"{labels.name} has no label {wanted}. 'tsr labels show' lists them.")
+        return frozenset({labels.resolved(wanted)})
+    finder, parts, ids = LabelFinder(labels), wanted.split(","), set[int]()
+    while parts:
+        # keys such as C,3a have a comma themselves
+        for count in range(len(parts), 0, -1):
+            word = ",".join(parts[:count]).strip()
+            match = finder.find(word)
+            if match is not None or word == str(NONE):
+                ids.add(NONE if match is None else match.label.id)
+                break
+        else:
+            raise UsageError(f"{labels.name} has no label {parts[0].strip()!r}. 'tsr labels show' lists them.")
+        parts = parts[count:]
+    return frozenset(ids)
+
+
+def _asks_for_none(wanted: Sequence[str | int] | None) -> bool:
+    """Whether signs that are not in the set were chosen by name."""
+    return wanted is not None and any(str(NONE) in str(each).replace(" ", "").split(",") for each in wanted)
+
+
+def _filters(request: ExportRequest, labels: LabelSet | None) -> Filters:
+    wanted = request.classes if request.labels is None else request.labels
+    ids = None
+    if wanted is not None and labels is not None:
+        ids = frozenset[int]().union(*(_labels(each, labels) for each in wanted))
     return Filters(
         states=frozenset(request.states),
-        classes=None if request.classes is None else frozenset(request.classes),
+        labels=ids,
+        not_in_set="class" if _asks_for_none(wanted) else request.not_in_set,
         min_side=request.min_side,
         first=request.first,
         stop=request.stop,

@@ -21,11 +21,14 @@ from app.events import EventBus
 from app.exchange.as_annotation import Annotated, annotate
 from app.exchange.as_run import write_run
 from app.exchange.as_truth import truth_rows
+from app.exchange.brought import keep_words, store_labels, words_of
 from app.exchange.dataset import LABELS, Source, VideoFacts
 from app.exchange.machine import machine_facts
-from app.exchange.marks import marks
+from app.exchange.marks import ignored, marks
 from app.exchange.stored import home_source, require_source, video_facts
 from app.exchange.tracks import run_tracks
+from app.labels.service import LabelService
+from app.labels.store import labels_of_video
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.shapes import Model
@@ -38,14 +41,16 @@ from tsr_engine.bundle.layout import FRAMES, OUTPUT
 from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evidence.schema import LOCK_FILE
+from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
-from tsr_engine.exchange.formats import Format, ImportLimits, ImportTarget
+from tsr_engine.exchange.formats import Format, ImportLimits, ImportTarget, UnknownNames
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.numbering import track_numbers
 from tsr_engine.exchange.opened_zip import entry_names, is_archive
 from tsr_engine.exchange.registry import format_named, switches_of
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.locks import is_locked
+from tsr_engine.labels.model import LabelSet
 
 __all__ = [
     "ImportKind",
@@ -62,6 +67,8 @@ ImportKind = Literal["annotation", "truth", "run"]
 BY_HAND = "drawn by hand"
 """What a run without an engine and without a file says of where it comes from."""
 _PART = ".import-"
+_MOST_NAMES = 2000
+"""Names in the answer about those that no label has."""
 
 
 class SkippedView(Model):
@@ -105,7 +112,8 @@ class Incoming:
         name: what the truth or run is to be called; of a truth, one of the same name is replaced.
         format: name of its format; None: found out.
         switches: options of the format.
-        label_map: class name in the file -> class number.
+        label_map: name in the file -> number or key of a label, -1: no label of the set.
+        unknown: what becomes of other names that no label has; see ``ImportTarget``.
         author: who brings it.
         scratch: where archives are unpacked for the moment; None: the system's folder.
     """
@@ -114,19 +122,22 @@ class Incoming:
     name: str
     format: str | None = None
     switches: Mapping[str, str] = field(default_factory=dict)
-    label_map: Mapping[str, int] = field(default_factory=dict)
+    label_map: Mapping[str, int | str] = field(default_factory=dict)
+    unknown: UnknownNames = "refuse"
     author: str = ""
     scratch: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Onto:
-    """The video that something is laid onto, and how much of it."""
+    """The video that something is laid onto, its labels, what was said of names in earlier files, and limits."""
 
     facts: VideoFacts
     table: FrameTable
     size: int
     limits: ImportLimits
+    labels: LabelSet = LABELS
+    words: Mapping[str, int] = field(default_factory=dict)
 
 
 class ImportService:
@@ -140,6 +151,7 @@ class ImportService:
         self._events = events
         self._edits = edits
         self._truths = truths
+        self._labels = LabelService(database, events)
 
     def bring_in(self, video_id: str, incoming: Incoming, kind: ImportKind, run_id: str | None = None) -> ImportResult:
         """Import a file.
@@ -173,13 +185,19 @@ class ImportService:
             if kind == "annotation":
                 require_source(session, self._settings, _named(run_id), video_id)
             limits = ImportLimits(self._settings.import_max_tracks, self._settings.import_max_boxes)
-            return Onto(facts, unpack(video.frame_table), video.size, limits)
+            labels = labels_of_video(session, video_id)
+            return Onto(facts, unpack(video.frame_table), video.size, limits, labels, words_of(session, labels))
 
     def store(
         self, video_id: str, onto: Onto, incoming: Incoming, kind: ImportKind, run_id: str | None, dataset: Dataset
     ) -> ImportResult:
         """Store what ``read_incoming`` has read. Arguments and errors as of ``bring_in``."""
         tracks = list(dataset.videos[0].tracks())
+        author = incoming.author or self._settings.author
+        tracks = store_labels(self._labels, onto.labels, dataset.labels, tracks, author, incoming.path.name)
+        if incoming.label_map:
+            with self._database.write() as session:
+                keep_words(session, onto.labels, incoming.label_map, author)
         if kind == "annotation":
             source = self._source(video_id, run_id)
             return self._annotation(source, str(run_id), incoming, dataset, tracks)
@@ -201,7 +219,7 @@ class ImportService:
             Conflict: the video is not imported.
         """
         onto = self.check(video_id, "run", None) if onto is None else onto
-        nothing = Dataset(LABELS, (onto.facts.without_tracks(),))
+        nothing = Dataset(onto.labels, (onto.facts.without_tracks(),))
         return self._run(video_id, onto, Incoming(Path(BY_HAND), name, BY_HAND, author=author), nothing, [])
 
     def sweep(self) -> None:
@@ -266,6 +284,7 @@ class ImportService:
                 frames_total=onto.facts.frames,
                 tracks=len(tracks),
                 summary={"imported": about},
+                labels={"set": onto.labels.key},
                 started=now,
                 finished=now,
             )
@@ -316,12 +335,16 @@ def read_incoming(incoming: Incoming, onto: Onto) -> Dataset:
     """What a file says about a video.
 
     Raises:
-        Invalid: it says nothing, or an option that makes no sense.
+        Invalid: it says nothing, an option that makes no sense, or names that no label has (code ``unknown_labels``;
+            ``details`` lists them).
         UsageError: an unknown format, option or class.
         ImportFormatError: the first thing that breaks a rule: file, line, rule.
     """
     _no_annotations(incoming.path)
-    dataset = read_dataset(incoming.path, target_of(incoming, onto), _chosen(incoming), scratch=incoming.scratch)
+    try:
+        dataset = read_dataset(incoming.path, target_of(incoming, onto), _chosen(incoming), scratch=incoming.scratch)
+    except UnknownLabels as error:
+        raise _unknown(error) from None
     if next(iter(dataset.videos[0].tracks()), None) is None:
         raise Invalid(f"{incoming.path.name} holds no boxes for {onto.facts.name}. Check the file.", code="nothing")
     return dataset
@@ -337,7 +360,32 @@ def target_of(incoming: Incoming, onto: Onto) -> ImportTarget:
     asked = dict(incoming.switches)
     # of a format that is found out, the reader looks at them
     switches = asked if chosen is None else switches_of(chosen, asked, reading=True)
-    return ImportTarget(onto.facts.without_tracks(), LABELS, switches, dict(incoming.label_map), limits=onto.limits)
+    return ImportTarget(
+        onto.facts.without_tracks(),
+        onto.labels,
+        switches,
+        dict(incoming.label_map),
+        remembered=onto.words,
+        unknown=incoming.unknown,
+        limits=onto.limits,
+    )
+
+
+def _unknown(error: UnknownLabels) -> Invalid:
+    """The names of a file that no label has, for a page to ask about."""
+    names = [
+        {
+            "name": each.name,
+            "tracks": each.tracks,
+            "boxes": each.boxes,
+            "suggestions": [{"id": label.id, "key": label.key, "name": label.name} for label in each.suggestions],
+            "example": {"frame": each.frame, "box": list(each.box)},
+        }
+        for each in error.labels[:_MOST_NAMES]
+    ]
+    return Invalid(
+        str(error), code="unknown_labels", field="label_map", details={"labels": names, "count": len(error.labels)}
+    )
 
 
 def _chosen(incoming: Incoming) -> Format | None:
@@ -389,6 +437,6 @@ def _command(incoming: Incoming) -> dict[str, str]:
 
 
 def _lost_in_run(tracks: Iterable[Track]) -> list[Skipped]:
-    count = sum(0 if track.ignore is None else int(track.ignore.sum()) for track in tracks)
-    reason = "A run has no regions to ignore; they came in as ordinary boxes. Import the file as ground truth."
+    count = sum(0 if track.ignore is None or ignored(track) else int(track.ignore.sum()) for track in tracks)
+    reason = "A run has no single boxes to ignore; they came in as ordinary ones. Import the file as ground truth."
     return [Skipped(f"{count} marks 'ignore'", reason)] if count else []

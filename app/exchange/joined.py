@@ -44,5 +44,9 @@ def joined(base: TrackDoc, shown: Track, others: Iterable[tuple[TrackDoc, Track]
             occluded=np.concatenate([shown.occluded, other.occluded[taken]])[order],
             score=np.concatenate([shown.score, other.score[taken]])[order],
             labels=labels,
+            changing={
+                name: np.concatenate([values, np.full(int(taken.sum()), None, object)])[order]
+                for name, values in shown.changing.items()
+            },
         )
     return base, shown

@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.edits.effective import effective_track
+from app.exchange.marks import answers_at
 from tsr_engine.exchange.dataset import UNSAID, Track
 from tsr_engine.exchange.filters import part_of
 from tsr_engine.exchange.thinning import key_frames, runs_of
+from tsr_engine.labels.model import AttributeValue
 
 __all__ = ["Alike", "alike", "as_shown", "key_frames_of", "labels_of", "laid_over", "whole_label"]
 
@@ -86,7 +88,11 @@ def as_shown(track: Track, found: Alike) -> bool:
         return False
     said = labels_of(track)
     labels = ((said == labels_of(found.run)) | (said == UNSAID)).all()
-    return bool(found.boxes.all() and labels and np.array_equal(track.occluded, found.run.occluded))
+    answers = track.attributes.items() <= found.run.attributes.items() and all(
+        name in found.run.changing and (values == found.run.changing[name]).all()
+        for name, values in track.changing.items()
+    )
+    return bool(found.boxes.all() and labels and answers and np.array_equal(track.occluded, found.run.occluded))
 
 
 def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, KeyFrame], bool]:
@@ -115,6 +121,7 @@ def key_frames_of(track: Track, thin_px: float, label: int) -> tuple[dict[str, K
             occluded=bool(track.occluded[i]),
             interpolate=not ends[i],
             class_id=int(labels[i]) if own[i] else None,
+            attributes=answers_at(track, i),
         )
     return keys, thinned
 
@@ -174,8 +181,11 @@ class _Over:
         labels = zip(track.frames.tolist(), labels_of(track).tolist(), strict=True)
         self._labels = {f: c for f, c in labels if c != UNSAID}
         self._label = label
+        self._answers = {f: answers_at(track, k) for k, f in enumerate(self._shown)} if track.changing else None
         turns = np.flatnonzero(np.diff(track.occluded, prepend=track.occluded[:1]))
         own = [f for f, c in self._labels.items() if c != label]
+        for values in track.changing.values():
+            own += track.frames[1:][values[1:] != values[:-1]].tolist()
         self._telling = sorted({*track.frames[turns].tolist(), *own})
 
     def hide(self, frame: int) -> None:
@@ -193,7 +203,8 @@ class _Over:
                 self.keys[str(frame)] = wanted
         here, line = self.keys.get(str(b)), self._base.line_at(b)
         if line is not None and (here is None or here.box is None):  # it must not run on to what comes next
-            here = KeyFrame(occluded=self._carried().occluded) if here is None else here
+            carried = self._carried()
+            here = KeyFrame(occluded=carried.occluded, attributes=carried.attributes) if here is None else here
             self.keys[str(b)] = here.model_copy(update={"box": line, "interpolate": False})
 
     def _at(self, frame: int, *, begins: bool) -> KeyFrame | None:
@@ -210,10 +221,22 @@ class _Over:
             outside=_outside(self._base, frame),
             interpolate=runs and (own is None or own.interpolate),
             class_id=whole if said is None else said if said != self._label else None,
+            attributes=self._attributes(frame),
         )
         says = own is not None or (begins and line is not None) or wanted.class_id is not None
-        as_carried = (wanted.outside, wanted.occluded) == (carried.outside, carried.occluded)
+        as_carried = (wanted.outside, wanted.occluded, wanted.attributes) == (
+            carried.outside,
+            carried.occluded,
+            carried.attributes,
+        )
         return wanted if says or not as_carried else None
+
+    def _attributes(self, frame: int) -> dict[str, AttributeValue]:
+        """What holds from a frame on: as the file says, or as it was."""
+        if self._answers is not None:
+            return self._answers.get(frame, self._carried().attributes)
+        before = self._base.last_key(frame)
+        return {} if before is None else self._base.keys[str(before)].attributes
 
     def _carried(self) -> KeyFrame:
         return self.keys[next(reversed(self.keys))] if self.keys else KeyFrame()

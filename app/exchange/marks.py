@@ -15,8 +15,9 @@ import numpy as np
 
 from app.edits.documents import KeyFrame, Note, Review, TrackDoc, engine_doc
 from tsr_engine.exchange.dataset import Track
+from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["REVIEWS", "marks", "new_notes"]
+__all__ = ["REVIEWS", "answers_at", "ignored", "marks", "new_notes"]
 
 REVIEWS = frozenset(get_args(Review))
 _LONGEST = 4000
@@ -35,7 +36,13 @@ def marks(tracks: Iterable[Track], numbers: Mapping[str, int], author: str) -> d
         bare = engine_doc(numbers[track.uid], int(track.frames[0]), int(track.frames[-1]))
         state = track.state if track.state in REVIEWS else "open"
         said = bare.model_copy(
-            update={"review": state, "keys": _hidden(track), "notes": new_notes(track.notes, author, bare)}
+            update={
+                "review": state,
+                "keys": _marked(track),
+                "notes": new_notes(track.notes, author, bare),
+                "attributes": dict(track.attributes),
+                "ignore": ignored(track),
+            }
         )
         if not said.same(bare):
             found[bare.key] = bare, said
@@ -56,10 +63,23 @@ def new_notes(notes: Iterable[tuple[int, str]], author: str, present: TrackDoc) 
     return tuple(out)
 
 
-def _hidden(track: Track) -> dict[str, KeyFrame]:
-    """Key frames without a box, where a sign becomes hidden and where it is seen again."""
-    changes = np.flatnonzero(np.diff(track.occluded, prepend=np.False_))
+def ignored(track: Track) -> bool:
+    """Whether all of a track is a region to ignore."""
+    return track.ignore is not None and bool(track.ignore.all())
+
+
+def answers_at(track: Track, k: int) -> dict[str, AttributeValue]:
+    """What the attributes that change say in the k-th frame of a track."""
+    return {name: values[k] for name, values in track.changing.items() if values[k] is not None}
+
+
+def _marked(track: Track) -> dict[str, KeyFrame]:
+    """Key frames without a box, where a sign becomes hidden or is seen again, and where its attributes change."""
+    turns = np.diff(track.occluded, prepend=np.False_)
+    for values in track.changing.values():
+        turns[0] |= values[0] is not None
+        turns[1:] |= values[1:] != values[:-1]
     return {
-        str(frame): KeyFrame(occluded=hidden)
-        for frame, hidden in zip(track.frames[changes].tolist(), track.occluded[changes].tolist(), strict=True)
+        str(track.frames[k]): KeyFrame(occluded=bool(track.occluded[k]), attributes=answers_at(track, k))
+        for k in np.flatnonzero(turns).tolist()
     }

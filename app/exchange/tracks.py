@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.edits.documents import TrackDoc
 from app.edits.effective import AS_ENGINE, effective_track
@@ -13,6 +15,8 @@ from app.evidence.tables import FloatColumn, IntColumn
 from app.exchange.machine import MachineTrack, MachineTracks, engine_label
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import NONE, Track
+from tsr_engine.exchange.filters import part_of
+from tsr_engine.labels.model import AttributeValue
 
 __all__ = ["boxes_beyond", "run_tracks"]
 
@@ -106,7 +110,8 @@ def _edited(
     keys = [
         key for key in document.keys.values() if origin != "imported" or key.box is not None or key.class_id is not None
     ]
-    changed = not as_found or bool(keys) or document.class_id is not None
+    changed = not as_found or bool(keys) or document.class_id is not None or bool(document.attributes)
+    attributes, changing = _attributes(document, shown.frame)
     human = not document.segments and document.key.startswith("h")
     return Track(
         uid=document.key,
@@ -120,7 +125,29 @@ def _edited(
         state="rejected" if document.not_a_sign else document.review,
         source="human" if human else "corrected" if changed else origin,
         notes=tuple((note.frame, note.text) for note in document.notes),
+        ignore=np.ones(len(shown.frame), np.bool_) if document.ignore else None,
+        attributes=attributes,
+        changing=changing,
     )
+
+
+def _attributes(
+    document: TrackDoc, frames: IntColumn
+) -> tuple[dict[str, AttributeValue], dict[str, NDArray[np.object_]]]:
+    """Attributes of the whole track, and those that key frames change: these hold up to the next key frame."""
+    keys = document.frames()
+    names = {name for key in document.keys.values() for name in key.attributes}
+    whole = {name: value for name, value in document.attributes.items() if name not in names}
+    if not names:
+        return whole, {}
+    held = [document.attributes, *(document.attributes_at(key) for key in keys)]
+    at = np.searchsorted(np.array(keys), frames, side="right").tolist()
+    changing: dict[str, NDArray[np.object_]] = {}
+    for name in sorted(names):
+        values = np.full(len(frames), None, object)
+        values[:] = [held[place].get(name) for place in at]
+        changing[name] = values
+    return whole, changing
 
 
 def _within(track: Track, first: int, stop: int) -> Track | None:
@@ -130,18 +157,8 @@ def _within(track: Track, first: int, stop: int) -> Track | None:
     if first <= track.frames[0] and track.frames[-1] < stop:
         return track
     keep = slice(*np.searchsorted(track.frames, [first, stop]))
-    if not len(track.frames[keep]):
-        return None
-    return Track(
-        uid=track.uid,
-        label=track.label,
-        frames=track.frames[keep],
-        boxes=track.boxes[keep],
-        key=track.key[keep],
-        occluded=track.occluded[keep],
-        score=track.score[keep],
-        labels=None if track.labels is None else track.labels[keep],
-        state=track.state,
-        source=track.source,
-        notes=tuple(note for note in track.notes if first <= note[0] < stop),
-    )
+    chosen = np.zeros(len(track.frames), np.bool_)
+    chosen[keep] = True
+    part = part_of(track, chosen)
+    notes = tuple(note for note in track.notes if first <= note[0] < stop)
+    return None if part is None else replace(part, notes=notes)

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Mapped, mapped_column
 from app.storage.base import Base, Sequence, now
 from app.storage.moments import Moment
 
-__all__ = ["LabelPicture", "LabelSetDefault", "LabelSetVersion"]
+__all__ = ["LabelPicture", "LabelSetDefault", "LabelSetVersion", "LabelWord"]
 
 
 class LabelSetVersion(Base):
@@ -40,6 +40,20 @@ class LabelSetDefault(Base):
 
     seq: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     set_key: Mapped[str] = mapped_column(String(64))
+    created: Mapped[datetime] = mapped_column(Moment, default=now)
+
+
+class LabelWord(Base):
+    """What a name in imported files stands for, as a person said."""
+
+    __tablename__ = "label_words"
+
+    set_key: Mapped[str] = mapped_column(String(64), primary_key=True)
+    word: Mapped[str] = mapped_column(String(200), primary_key=True)
+    """As it stands in files."""
+    label_id: Mapped[int] = mapped_column(Integer)
+    """-1: no label of the set."""
+    author: Mapped[str] = mapped_column(Text)
     created: Mapped[datetime] = mapped_column(Moment, default=now)
 
 

@@ -13,7 +13,7 @@ from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base, Sequence, now
-from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion
+from app.storage.label_tables import LabelPicture, LabelSetDefault, LabelSetVersion, LabelWord
 from app.storage.moments import Moment
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "LabelPicture",
     "LabelSetDefault",
     "LabelSetVersion",
+    "LabelWord",
     "ModelVersion",
     "Run",
     "Server",

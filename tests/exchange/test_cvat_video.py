@@ -295,9 +295,7 @@ def test_an_encoding_that_the_header_lies_about(tmp_path: Path) -> None:
 
 def test_classes_that_nobody_knows_and_a_map_for_them(tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(_file(_track(BOX.format(3, 1, 0, 20), label="Zebra")))
-    with pytest.raises(
-        UnknownLabels, match=r"a.xml: 1 name is no label of GTSRB.*: 'Zebra' \(1 track, 1 box\)"
-    ) as told:
+    with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label.*'Zebra' \(1 track, 1 box\)") as told:
         read_dataset(tmp_path / "a.xml", target_of(a_dataset()))
     assert [(each.name, each.tracks, each.boxes, each.frame) for each in told.value.labels] == [("Zebra", 1, 1, 3)]
     found = read_dataset(tmp_path / "a.xml", target_of(a_dataset(), label_map={"Zebra": 14}))

@@ -19,7 +19,7 @@ def test_states_and_classes() -> None:
     some = filtered(data, Filters(states=frozenset({"accepted", "open"})))
     assert sorted(tracks_of(some)) == ["m1", "m2"]
     assert _skips(some) == ["drive.mp4: 1 tracks Their review state is needs_work."]
-    some = filtered(data, Filters(classes=frozenset({14, -1})))
+    some = filtered(data, Filters(labels=frozenset({14, -1})))
     assert sorted(tracks_of(some)) == ["h3", "m1"]
     assert _skips(some) == ["drive.mp4: 1 tracks Their class was not chosen."]
 

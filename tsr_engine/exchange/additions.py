@@ -6,7 +6,6 @@ Readers hand over what stands in the file; here it becomes labels of the set, is
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -19,7 +18,9 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import NONE, Skipped, Track
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.labels.changes import key_of, next_version
 from tsr_engine.labels.model import MOST_LABELS, Attribute, AttributeKind, AttributeValue, Label, LabelSet
+from tsr_engine.labels.refusals import ChangeError
 from tsr_engine.labels.wording import comparable
 
 __all__ = ["Declared", "Unknown", "UnknownLabels", "attributed", "unknown_refused", "with_new_labels"]
@@ -28,7 +29,6 @@ _LISTED = 8
 """Names in the sentence of a refusal; its list has all."""
 _SUGGESTED = 200
 """Names for which like ones are looked for, which takes its time."""
-_SPACES = re.compile(r"[\s_]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,16 +126,13 @@ def with_new_labels(
     ids: dict[str, int] = {}
     known: dict[str, int] = {}
     added: list[Label] = []
-    keys = {label.key.casefold() for label in labels}
+    taken = {comparable(word) for label in labels for word in (label.key, label.name, *label.aliases)}
     for name in names:
         same = comparable(name)
         if same in known:
             ids[name] = known[same]
             continue
-        key = base = _SPACES.sub("-", name.strip().casefold())[:90] or "label"
-        number = 2
-        while key in keys:
-            key, number = f"{base}-{number}", number + 1
+        key = key_of(name, lambda key: comparable(key) in taken)  # noqa: B023 - called at once
         about = declared.get(name, Declared())
         try:
             label = Label(
@@ -151,7 +148,7 @@ def with_new_labels(
                 f"{file}: {name[:80]!r} cannot become a label: {first['msg']}. Say which label it is with --label."
             ) from None
         known[same] = ids[name] = label.id
-        keys.add(key)
+        taken |= {comparable(key), same}
         added.append(label)
     if len(labels) + len(added) > MOST_LABELS:
         raise ImportFormatError(
@@ -167,17 +164,10 @@ def with_new_labels(
 def _replaced(labels: LabelSet, every: tuple[Label, ...], file: str) -> LabelSet:
     """The set with other labels, held to its rules."""
     try:
-        return LabelSet(
-            key=labels.key,
-            name=labels.name,
-            version=labels.version,
-            next_id=max([labels.next_id, *(label.id + 1 for label in every)]),
-            labels=every,
-        )
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
+        return next_version(labels, every, max([labels.next_id, *(label.id + 1 for label in every)]))
+    except ChangeError as error:
         raise ImportFormatError(
-            f"{file}: its labels do not go together with {labels.name}: {first['msg']}. Map them with --label."
+            f"{file}: its labels do not go together with {labels.name}. {error} Map them with --label."
         ) from None
 
 

@@ -97,7 +97,8 @@ class Intake:
     def __init__(self, target: ImportTarget) -> None:
         """Take what the file is read onto."""
         self.target = target
-        self.matcher = LabelMatcher(target.labels, target.label_map)
+        self.matcher = LabelMatcher(target.labels, {**target.remembered, **target.label_map})
+        self._recalled: set[str] = set()
         self._boxes = self._taken = 0
         self._outside, self._first_outside = 0, ""
         self._bad, self._first_bad = 0, ""
@@ -123,6 +124,8 @@ class Intake:
         found = self.matcher(name)
         if found is None:
             return self._strange.setdefault(name, UNSAID - 1 - len(self._strange))
+        if name in self.target.remembered and name not in self.target.label_map:
+            self._recalled.add(name)
         if not number and self.matcher.is_number(name):
             self.count("Label names that are numbers were taken as the tool's label numbers", file, line)
         return found
@@ -377,6 +380,8 @@ class Intake:
                 declared.setdefault(each.id, self._declared.get("", Declared()))
             labels, left = attributed(labels, tracks, said, declared, self.target.unknown == "add", file)
             self._skipped += left
+        for name in sorted(self._recalled):
+            self.repair(f"{name[:80]!r} was taken as {self._called(name)}, as was said for an earlier file.")
         self._tell_counts()
         video = self.target.video
         described = DatasetVideo(
@@ -395,6 +400,10 @@ class Intake:
             limits=video.limits,
         )
         return Dataset(labels, (described,), tuple(self._skipped), tuple(self._repaired))
+
+    def _called(self, name: str) -> str:
+        found = self.target.labels.get(self.matcher(name) or 0)
+        return "no label of the set" if self.matcher(name) == NONE or found is None else repr(found.key)
 
     def _settle_names(self, file: str) -> tuple[LabelSet, dict[int, int]]:
         """What becomes of names that no label has: the set, and the id of each name's stand-in.

@@ -1,17 +1,33 @@
-"""Which part of a data set goes out: review states, classes, sizes, frames."""
+"""Which part of a data set goes out: review states, labels, sizes, frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo, Skipped, Track
 
-__all__ = ["Filters", "filtered", "inside_picture", "inside_pictures", "only_tracks", "part_of", "unignored"]
+EDITED = frozenset({"corrected", "human"})
+"""Sources of tracks in which a person had a hand."""
+NotInSet = Literal["leave-out", "ignore", "class"]
+
+__all__ = [
+    "EDITED",
+    "Filters",
+    "NotInSet",
+    "filtered",
+    "inside_picture",
+    "inside_pictures",
+    "only_tracks",
+    "open_left",
+    "part_of",
+    "unignored",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,15 +35,18 @@ class Filters:
     """What goes out; a track must pass all.
 
     Attributes:
-        states: review states; None: all.
-        classes: class numbers, -1 for tracks without class; None: all.
+        states: review states, and ``edited`` for open tracks that a person has edited; None: all.
+        labels: ids of labels, -1 for tracks that are not in the set; None: all.
+        not_in_set: what becomes of tracks that have no label of the set: ``leave-out``, ``ignore`` (they go out as
+            regions to ignore), or ``class`` (as a class of their own). Rejected ones are no signs and go out as such.
         min_side: boxes whose shorter side is below, in px, stay here; None: all sizes.
         first: first frame.
         stop: frame after the last; None: to the end.
     """
 
     states: frozenset[str] | None = None
-    classes: frozenset[int] | None = None
+    labels: frozenset[int] | None = None
+    not_in_set: NotInSet = "class"
     min_side: float | None = None
     first: int = 0
     stop: int | None = None
@@ -89,6 +108,18 @@ def filtered(dataset: Dataset, filters: Filters) -> Dataset:
         videos.append(part)
         skipped += _held_back(video, part, filters)
     return replace(dataset, videos=tuple(videos), skipped=tuple(skipped))
+
+
+def open_left(dataset: Dataset, filters: Filters) -> int:
+    """How many tracks stay behind because they are open: nobody has judged or edited them yet."""
+    if filters.states is None or "open" in filters.states:
+        return 0
+    states = replace(filters, labels=None, not_in_set="class")
+    return sum(
+        track.state == "open" and _held(track, states) is not None
+        for video in dataset.videos
+        for track in video.tracks()
+    )
 
 
 def only_tracks(video: DatasetVideo, wanted: Callable[[Track], bool]) -> DatasetVideo:
@@ -158,12 +189,29 @@ def _passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Cal
     return once
 
 
-def _kept(track: Track, filters: Filters, first: int, stop: int) -> Track | None:
+def _held(track: Track, filters: Filters) -> str | None:
+    """Why a whole track is held back; None: it is not."""
     if filters.states is not None and track.state not in filters.states:
-        return None
-    if filters.classes is not None and track.label not in filters.classes:
+        edited = track.state == "open" and track.source in EDITED
+        if not (edited and "edited" in filters.states):
+            return f"Their review state is {track.state}."
+    if filters.labels is not None and track.label not in filters.labels:
+        return "Their label was not chosen."
+    if filters.not_in_set == "leave-out" and track.label == NONE and track.state != REJECTED:
+        return "They have no label of the set (not_in_set=leave-out)."
+    return None
+
+
+def _kept(track: Track, filters: Filters, first: int, stop: int) -> Track | None:
+    if _held(track, filters) is not None:
         return None
     chosen = (track.frames >= first) & (track.frames < stop)
+    if filters.not_in_set != "class" and track.state != REJECTED:
+        none = np.full(len(track.frames), track.label == NONE) if track.labels is None else track.labels == NONE
+        if filters.not_in_set == "leave-out":
+            chosen &= ~none
+        elif none.any():
+            track = replace(track, ignore=none if track.ignore is None else none | track.ignore)
     if filters.min_side is not None:
         sides = np.minimum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])
         chosen &= sides >= filters.min_side
@@ -171,20 +219,24 @@ def _kept(track: Track, filters: Filters, first: int, stop: int) -> Track | None
 
 
 def _held_back(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> list[Skipped]:
-    states: dict[str, int] = {}
-    classes = frames = small = 0
+    held: dict[str, int] = {}
+    frames = small = none = 0
     for track in video.tracks():
-        if filters.states is not None and track.state not in filters.states:
-            states[track.state] = states.get(track.state, 0) + 1
-        elif filters.classes is not None and track.label not in filters.classes:
-            classes += 1
-        else:
-            inside = (track.frames >= part.first) & (track.frames < part.stop)
-            frames += int((~inside).sum())
-            kept = _kept(track, filters, part.first, part.stop)
-            small += int(inside.sum()) - (0 if kept is None else len(kept.frames))
-    found = [(f"{count} tracks", f"Their review state is {state}.") for state, count in sorted(states.items())]
-    found += [(f"{classes} tracks", "Their class was not chosen.")] if classes else []
+        why = _held(track, filters)
+        if why is not None:
+            held[why] = held.get(why, 0) + 1
+            continue
+        inside = (track.frames >= part.first) & (track.frames < part.stop)
+        frames += int((~inside).sum())
+        kept = _kept(track, filters, part.first, part.stop)
+        left = int(inside.sum()) - (0 if kept is None else len(kept.frames))
+        unlabelled = 0
+        if filters.not_in_set == "leave-out" and track.labels is not None and track.state != REJECTED:
+            unlabelled = int((inside & (track.labels == NONE)).sum())
+        none += unlabelled
+        small += max(left - unlabelled, 0)
+    found = [(f"{count} tracks", why) for why, count in sorted(held.items())]
+    found += [(f"{none} boxes", "They have no label of the set (not_in_set=leave-out).")] if none else []
     found += [(f"{frames} boxes", f"They lie outside of frames {part.first} to {part.stop - 1}.")] if frames else []
     found += [(f"{small} boxes", f"Their shorter side is below {filters.min_side:g} px.")] if small else []
     return [Skipped(f"{video.name}: {what}", reason) for what, reason in found]

@@ -92,6 +92,7 @@ class ImportTarget:
         labels: the label set of the video; see ``LabelMatcher`` for how names are matched.
         switches: options of the format; all of them, defaults filled in.
         label_map: name in the file -> id or key of a label, -1: none; said by a person, wins.
+        remembered: what people said about names in earlier files; told where it counts.
         unknown: what becomes of names that no label has: ``refuse`` the file with their list, ``add`` them to the set
             with the attributes that the file declares, or ``skip`` their boxes.
         wrapper: name of the folder in which the format begins, where that is not what a person chose; else empty.
@@ -103,6 +104,7 @@ class ImportTarget:
     labels: LabelSet
     switches: Mapping[str, str] = field(default_factory=dict)
     label_map: Mapping[str, int | str] = field(default_factory=dict)
+    remembered: Mapping[str, int] = field(default_factory=dict)
     unknown: UnknownNames = "refuse"
     wrapper: str = ""
     spool: Spool | None = field(default=None, repr=False, compare=False)

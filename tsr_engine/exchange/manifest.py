@@ -20,7 +20,7 @@ from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.names import video_names
 from tsr_engine.exchange.negatives import stated
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
-from tsr_engine.exchange.split import Split, subset_of
+from tsr_engine.exchange.split import Split, lacking, subset_of
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.version import __version__
@@ -176,6 +176,7 @@ def describe(
             "seed": split.seed if isinstance(split, Split) else None,
             "shares": dict(split.shares) if isinstance(split, Split) else {},
             "groups": split.groups if isinstance(split, Split) else None,
+            "lacks": lacking(dataset, split),
             "tracks": [[video, uid, side] for (video, uid), side in sorted(split.items())],
         },
         "counts": {

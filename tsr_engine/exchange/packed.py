@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.attributes import attributes_in
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.load import check_dataset
+from tsr_engine.labels.files import dump_set, parse_set
 
 __all__ = ["read_packed", "write_packed"]
 
@@ -47,6 +49,9 @@ def write_packed(path: Path, dataset: Dataset) -> int:
         "skipped": [[each.what, each.reason] for each in dataset.skipped],
         "repaired": list(dataset.repaired),
         "provenance": dict(video.provenance),
+        "labels": dump_set(dataset.labels),
+        "attributes": [dict(track.attributes) for track in tracks],
+        "changing": [{name: values.tolist() for name, values in track.changing.items()} for track in tracks],
     }
     columns: dict[str, NDArray[Any]] = {"said": np.frombuffer(json.dumps(said).encode(), np.uint8)}
     for name in _ALWAYS:
@@ -86,14 +91,37 @@ def read_packed(path: Path, target: ImportTarget, name: str) -> Dataset:
         arrays: dict[str, Any] = {column: take[column](count) for column in _ALWAYS}
         arrays |= {column: take[column](count) for column in _SOMETIMES if has[column][at]}
         texts = tuple((int(frame), str(text)) for frame, text in notes)
-        return Track(uid=str(uid), label=int(label), **arrays, state=str(state), source=str(source), notes=texts)
+        said_here = attributes_in(said["attributes"][at], name, None)
+        changing = {str(each): _answers(values, count, name) for each, values in said["changing"][at].items()}
+        return Track(
+            uid=str(uid),
+            label=int(label),
+            **arrays,
+            state=str(state),
+            source=str(source),
+            notes=texts,
+            attributes=said_here,
+            changing=changing,
+        )
 
     tracks = [one(at, *row) for at, row in enumerate(said["tracks"])]
     video: DatasetVideo = replace(target.video, tracks=lambda: iter(tracks), provenance=dict(said["provenance"]))
     skipped = tuple(Skipped(str(what), str(reason)) for what, reason in said["skipped"])
-    dataset = Dataset(target.labels, (video,), skipped, tuple(map(str, said["repaired"])))
+    labels = parse_set(str(said["labels"]), name)
+    if labels.labels[: len(target.labels)] != target.labels.labels and target.unknown != "add":
+        raise ImportFormatError(f"{name}: was read with labels that are not the set's.")
+    dataset = Dataset(labels, (video,), skipped, tuple(map(str, said["repaired"])))
     check_dataset(dataset, target, name)
     return dataset
+
+
+def _answers(values: Any, count: int, name: str) -> NDArray[np.object_]:
+    """Answers by frame, held to what an answer can be."""
+    out = np.full(count, None, object)
+    if not isinstance(values, list) or len(values) != count:
+        raise ImportFormatError(f"{name}: was read into attributes that are not ours.")
+    out[:] = [attributes_in({"": value}, name, None).get("") for value in values]
+    return out
 
 
 def _joined(parts: list[NDArray[Any]], name: str) -> NDArray[Any]:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError, UsageError
-from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
+from tsr_engine.exchange.dataset import NONE, REJECTED, Dataset, DatasetVideo
 
-__all__ = ["SUBSETS", "Split", "check_leaks", "deal", "subset_of", "subsets_of_frames", "video_key"]
+__all__ = ["SUBSETS", "Split", "check_leaks", "deal", "lacking", "subset_of", "subsets_of_frames", "video_key"]
 
 SUBSETS = ("train", "val", "test")
 WHOLE = "default"
@@ -61,7 +61,9 @@ def subset_of(video: DatasetVideo, uid: str, split: Mapping[tuple[str, str], str
     return split.get((video_key(video), uid)) if split else WHOLE
 
 
-def deal(dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "sign") -> Split:
+def deal(
+    dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "sign", *, balance: bool = False
+) -> Split:
     """Deal signs to subsets, weighted by boxes.
 
     Groups are put in the order of a hash of seed and name, then cut where the shares are reached, so the same data and
@@ -72,6 +74,7 @@ def deal(dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "
         shares: of ``train``, ``val`` and ``test``, each >= 0; scaled to a sum of 1.
         seed: any whole number.
         rule: ``sign``, ``track`` or ``video``; ``track`` suits only formats that cut signs out of their frames.
+        balance: give each subset every label that enough groups have; the shares are met less exactly then.
 
     Raises:
         UsageError: shares that are not such, or an unknown rule.
@@ -84,9 +87,10 @@ def deal(dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "
     if rule not in ("sign", "track", "video"):
         raise UsageError(f"A split must be by sign, track or video. Got {rule!r}.")
     wanted = {name: share / total for name, share in wanted.items() if share > 0}
-    members, weights = _groups(dataset, rule)
+    members, weights, kinds = _groups(dataset, rule)
     alone = [key for group, weight in zip(members, weights, strict=True) if not weight for key in group]
     members = [group for group, weight in zip(members, weights, strict=True) if weight]
+    kinds = [group for group, weight in zip(kinds, weights, strict=True) if weight]
     weights = [weight for weight in weights if weight]
     if len(weights) < len(wanted):
         raise ExportError(
@@ -96,9 +100,30 @@ def deal(dataset: Dataset, shares: Mapping[str, float], seed: int, rule: str = "
     order = sorted(range(len(weights)), key=lambda g: _hash(seed, min(members[g])))
     # What shares a frame with no sign is there to be learned from.
     sides: dict[tuple[str, str], str] = dict.fromkeys(alone, next(iter(wanted)))
-    for group, side in zip(order, _cut([weights[g] for g in order], wanted), strict=True):
+    dealt = _cut([weights[g] for g in order], wanted)
+    if balance:
+        _balance(dealt, [kinds[g] for g in order], [weights[g] for g in order], list(wanted))
+    for group, side in zip(order, dealt, strict=True):
         sides.update(dict.fromkeys(members[group], side))
     return Split(sides, rule, seed, wanted, len(weights))
+
+
+def lacking(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> dict[str, list[str]]:
+    """Names of the labels that others have signs of and a subset has not, by subset; subsets that lack none left out.
+
+    Args:
+        dataset: its tracks are read once.
+        split: of it.
+    """
+    there: dict[str, set[int]] = {side: set() for side in SUBSETS if side in set(split.values())}
+    for video in dataset.videos:
+        for track in video.tracks():
+            side = subset_of(video, track.uid, split) if split else None
+            if side is not None and track.state != REJECTED and track.label != NONE:
+                there[side].add(track.label)
+    every = set().union(*there.values())
+    missing = {side: [label.name for label in dataset.labels if label.id in every - own] for side, own in there.items()}
+    return {side: names for side, names in missing.items() if names}
 
 
 def check_leaks(dataset: Dataset, split: Mapping[tuple[str, str], str], *, whole_frames: bool) -> None:
@@ -155,11 +180,12 @@ def subsets_of_frames(video: DatasetVideo, split: Mapping[tuple[str, str], str])
     return names, side[nearest]
 
 
-def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], list[int]]:
-    """Members and boxes of each group."""
+def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], list[int], list[set[int]]]:
+    """Members, boxes and labels of each group."""
     keys: list[tuple[str, str]] = []
     place: dict[tuple[str, str], int] = {}
     boxes: list[int] = []
+    labels: list[int] = []
     parent: list[int] = []
     shown_in: dict[str, NDArray[np.int64]] = {}
     lead: dict[str, int] = {}
@@ -181,6 +207,7 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
                 keys.append(key)
                 parent.append(number)
                 boxes.append(0)
+                labels.append(NONE if track.state == REJECTED else track.label)
             # What is no sign goes where the signs of its frames go, and does not count for the shares.
             boxes[number] += 0 if track.state == REJECTED else len(track.frames)
             if rule == "sign":
@@ -192,11 +219,45 @@ def _groups(dataset: Dataset, rule: str) -> tuple[list[list[tuple[str, str]]], l
                 parent[number] = lead.setdefault(name, number)
     members: dict[int, list[tuple[str, str]]] = {}
     weights: dict[int, int] = {}
+    kinds: dict[int, set[int]] = {}
     for number, key in enumerate(keys):
         group = root(number)
         members.setdefault(group, []).append(key)
         weights[group] = weights.get(group, 0) + boxes[number]
-    return list(members.values()), [weights[group] for group in members]
+        kinds.setdefault(group, set()).update({labels[number]} - {NONE})
+    return list(members.values()), [weights[group] for group in members], [kinds[group] for group in members]
+
+
+def _balance(sides: list[str], kinds: list[set[int]], weights: list[int], names: list[str]) -> None:
+    """Move groups, few and small ones, until each side has every label that enough groups have; changes ``sides``.
+
+    Labels that the fewest groups have come first. A group leaves a side only if that keeps what it has been given for.
+    """
+    holders: dict[int, list[int]] = {}
+    for group, own in enumerate(kinds):
+        for label in own:
+            holders.setdefault(label, []).append(group)
+    wanted = {label for label, groups in holders.items() if len(groups) >= len(names)}
+    count = {(side, label): 0 for side in names for label in holders}
+    for group, side in enumerate(sides):
+        for label in kinds[group]:
+            count[side, label] += 1
+    for label in sorted(wanted, key=lambda each: (len(holders[each]), each)):
+        for side in names:
+            if count[side, label]:
+                continue
+            free = [
+                group
+                for group in holders[label]
+                if all(count[sides[group], own] > 1 for own in kinds[group] & wanted) and sides.count(sides[group]) > 1
+            ]
+            if not free:
+                continue
+            group = min(free, key=lambda each: (weights[each], each))
+            for each in kinds[group]:
+                count[sides[group], each] -= 1
+                count[side, each] += 1
+            sides[group] = side
 
 
 def _cut(weights: list[int], wanted: Mapping[str, float]) -> list[str]:

@@ -20,6 +20,7 @@ from app.exchange.imports import Incoming
 from app.exchange.stored import home_source
 from tsr_engine.exchange.dataset import Dataset, Track
 
+ALL = ["open", "accepted", "needs_work", "rejected"]
 CLOSE = 0.02
 """What two decimals lose, px."""
 
@@ -56,8 +57,8 @@ class Desk:
         return self.post(f"/api/runs/{self.run_id}/edits", body, headers={"If-Match": tag} if tag else {})
 
     def export(self, **request: Any) -> Any:
-        """Ask for an export and make it here; the finished artefact."""
-        asked = {"runs": [self.run_id], "format": "cvat-video", **request}
+        """Ask for an export of all tracks and make it here; the finished artefact."""
+        asked = {"runs": [self.run_id], "format": "cvat-video", "states": ALL, "not_in_set": "class", **request}
         artefact = self.post("/api/exports", asked)
         work_off(self.server.context, "export")
         return self.get(f"/api/artefacts/{artefact['id']}")

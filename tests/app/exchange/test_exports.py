@@ -29,7 +29,7 @@ from tsr_engine.io.video_writer import VideoWriter
 
 def queued(desk: Desk, **request: Any) -> str:
     """An export that nobody has begun."""
-    asked = {"runs": [desk.run_id], "format": "cvat-video", **request}
+    asked = {"runs": [desk.run_id], "format": "cvat-video", "states": ["open"], **request}
     return str(desk.post("/api/exports", asked)["id"])
 
 

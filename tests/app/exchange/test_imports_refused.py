@@ -52,7 +52,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "option": (lambda text: text, {"format": "cvat-video", "switches": '{"a": "b"}'}, "no option 'a'"),
     "option of nothing": (lambda text: text, {"switches": '{"a": "b"}'}, "name it with format="),
     "switches": (lambda text: text, {"switches": "[1]"}, "must be a JSON object"),
-    "labels": (lambda text: text, {"label_map": '{"stop": "x"}'}, "must be a JSON object"),
+    "labels": (lambda text: text, {"label_map": '{"stop": [1]}'}, "must be a JSON object"),
     "class": (lambda text: text, {"label_map": '{"stop": 99}'}, "99"),
     "empty": (lambda _: b"", {}, "empty"),
 }

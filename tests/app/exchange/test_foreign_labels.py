@@ -1,0 +1,171 @@
+"""Files with labels and attributes that the library does not have: asked about, added, remembered, and given back."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+from exchange_desk import ALL, Desk
+from toy_home import ToyHome
+
+from app.cli.main import run as tsr
+
+BOX = '<box frame="{0}" keyframe="1" outside="{1}" occluded="0" xtl="20" ytl="10" xbr="50" ybr="40">{2}</box>'
+LABELS = """<meta><task><labels>
+<label><name>pedestrian_crossing</name><color>#1e90ff</color><attributes>
+ <attribute><name>lit</name><mutable>True</mutable><input_type>checkbox</input_type><values>false</values></attribute>
+ <attribute><name>side</name><mutable>False</mutable><input_type>select</input_type><values>left
+right</values></attribute>
+</attributes></label><label><name>yield</name></label></labels></task></meta>"""
+
+
+def said(lit: str) -> str:
+    """Attributes of a box."""
+    return f'<attribute name="lit">{lit}</attribute><attribute name="side">right</attribute>'
+
+
+THEIRS = (
+    f'<annotations>{LABELS}<track id="0" label="pedestrian_crossing">'
+    + BOX.format(1, 0, said("true"))
+    + BOX.format(4, 0, said("false"))
+    + BOX.format(8, 1, "")
+    + '</track><track id="1" label="yield">'
+    + BOX.format(20, 0, "")
+    + BOX.format(24, 1, "")
+    + "</track></annotations>"
+).encode()
+
+
+def labels_of(desk: Desk) -> dict[str, Any]:
+    """Labels of the library by key."""
+    return {label["key"]: label for label in desk.get("/api/labels")}
+
+
+def test_the_file_of_the_issue(
+    desk: Desk, tracked: ToyHome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`pedestrian_crossing` is there, and `yield` is the set's give way."""
+    file, out, home = tmp_path / "a.xml", tmp_path / "out.zip", ["--home", str(desk.home)]
+    file.write_bytes(THEIRS)
+    onto = ["import", str(file), "--onto", str(tracked.video), "--as", "run", *home]
+    assert tsr(onto) == 2
+    told = capsys.readouterr().err
+    assert "'pedestrian_crossing' (1 track, 2 boxes" in told
+    assert "yield" not in told
+    assert tsr([*onto, "--unknown", "add", "--json"]) == 0
+    run = json.loads(capsys.readouterr().out)
+    assert any("'pedestrian_crossing' was added" in sentence for sentence in run["repaired"])
+    states = ["--states", "open,accepted,needs_work"]
+    assert tsr(["export", run["id"], "--format", "cvat-video", "--out", str(out), *states, *home]) == 0
+    root = ET.fromstring(zipfile.ZipFile(out).read("annotations.xml"))
+    assert [track.get("label") for track in root.iter("track")] == ["pedestrian_crossing", "give way"]
+    boxes = [box for box in root.iter("box") if box.get("outside") == "0"]
+    answers = [{each.get("name"): each.text for each in box.iter("attribute")} for box in boxes]
+    assert [(each.get("lit"), each.get("side")) for each in answers[:5]] == [
+        *[("true", "right")] * 3,
+        *[("false", "right")] * 2,
+    ]
+    declared = {each.findtext("name"): each for each in root.iter("label")}["pedestrian_crossing"]
+    assert declared.findtext("color") == "#1e90ff"
+    kinds = {each.findtext("name"): each.findtext("input_type") for each in declared.iter("attribute")}
+    assert (kinds["lit"], kinds["side"]) == ("checkbox", "select")
+
+
+def test_unknown_names_are_listed_before_anything_is_stored(desk: Desk) -> None:
+    theirs = THEIRS.replace(b"pedestrian_crossing", b"giveway sign")
+    runs = desk.get(f"/api/videos/{desk.video_id}/runs")
+    answer = desk.try_import(theirs, "run", name="a.xml")
+    assert answer.status_code == 422
+    error = answer.json()["error"]
+    assert error["code"] == "unknown_labels"
+    (name,) = error["details"]["labels"]
+    assert (name["name"], name["tracks"], name["boxes"]) == ("giveway sign", 1, 2)
+    assert name["suggestions"][0] == {"id": 13, "key": "give-way", "name": "give way"}
+    assert name["example"] == {"frame": 1, "box": [20.0, 10.0, 50.0, 40.0]}
+    assert desk.get(f"/api/videos/{desk.video_id}/runs") == runs
+    assert len(labels_of(desk)) == 43
+
+
+def test_what_was_answered_is_remembered_and_told(desk: Desk) -> None:
+    first = desk.bring_in(
+        THEIRS, "run", name="a.xml", label_map=json.dumps({"pedestrian_crossing": "pedestrians", "yield": -1})
+    )
+    assert {track.label for track in desk.tracks(first["id"]).values()} == {27, -1}
+    again = desk.bring_in(THEIRS, "truth", name="b.xml")
+    assert "'pedestrian_crossing' was taken as 'pedestrians', as was said for an earlier file." in again["repaired"]
+    assert "'yield' was taken as no label of the set, as was said for an earlier file." in again["repaired"]
+    third = desk.bring_in(THEIRS, "run", name="c.xml", label_map=json.dumps({"yield": 13}))
+    assert {track.label for track in desk.tracks(third["id"]).values()} == {27, 13}
+
+
+def test_skipped_names_leave_their_tracks_out(desk: Desk) -> None:
+    found = desk.bring_in(THEIRS, "run", name="a.xml", unknown="skip")
+    assert found["tracks"] == 1
+    assert any("pedestrian_crossing" in item["what"] for item in found["skipped"])
+    assert len(labels_of(desk)) == 43
+
+
+@pytest.mark.parametrize("kind", ["annotation", "truth"])
+def test_labels_are_added_for_every_kind_of_import(desk: Desk, kind: str) -> None:
+    desk.bring_in(THEIRS, kind, name="a.xml", unknown="add")
+    added = labels_of(desk)["pedestrian-crossing"]
+    assert (added["id"], added["name"], added["colour"]) == (43, "pedestrian_crossing", "#1e90ff")
+    assert {each["name"]: each["mutable"] for each in added["attributes"]} == {"lit": True, "side": False}
+    history = desk.get("/api/label-sets/gtsrb-43/history")
+    assert "pedestrian_crossing" in json.dumps(history)
+    again = desk.bring_in(THEIRS, kind, name="b.xml")
+    assert not any("added" in sentence for sentence in again["repaired"])
+    assert len(labels_of(desk)) == 44
+
+
+def test_attributes_of_an_annotation_come_back(desk: Desk) -> None:
+    desk.bring_in(THEIRS, "annotation", name="a.xml", unknown="add")
+    (drawn,) = [track for track in desk.tracks().values() if track.label == 43]
+    assert drawn.attributes == {"side": "right"}
+    assert drawn.changing["lit"].tolist() == [True] * 3 + [False] * 4
+    content = desk.download(desk.export(format="coco", states=ALL))
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        told = json.loads(archive.read("annotations/instances_default.json"))
+    said = [note["attributes"] for note in told["annotations"] if "side" in note["attributes"]]
+    assert [each["lit"] for each in said] == [True] * 3 + [False] * 4
+    again = desk.bring_in(content, "annotation", name="back.zip")
+    assert (again["tracks"], again["edit"]) == (0, None), "nothing has changed"
+
+
+def test_open_tracks_stay_behind_and_are_counted(desk: Desk) -> None:
+    made = desk.export(states=["edited", "accepted", "rejected"])["summary"]
+    assert made["counts"]["tracks"] == 0
+    assert made["open_left"] == len(desk.tracks())
+    key = next(iter(desk.tracks()))
+    desk.edit({"name": "set_review", "key": key, "frame": 1, "review": "accepted"}, {key: 0})
+    made = desk.export(states=["edited", "accepted", "rejected"])["summary"]
+    assert (made["counts"]["tracks"], made["open_left"]) == (1, len(desk.tracks()) - 1)
+
+
+def test_signs_that_are_not_in_the_set(desk: Desk) -> None:
+    key = next(iter(desk.tracks()))
+    desk.edit({"name": "relabel_track", "key": key, "frame": 1, "class_id": -1}, {key: 0})
+    count = len(desk.tracks())
+    left = desk.export(format="mot", not_in_set="leave-out")["summary"]
+    assert left["counts"]["tracks"] == count - 1
+    assert any("no label of the set" in item["reason"] for item in left["skipped"])
+    content = desk.download(desk.export(format="mot", not_in_set="ignore"))
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        rows = [row.split(",") for row in archive.read("gt/gt.txt").decode().splitlines()]
+    assert {row[6] for row in rows} == {"0", "1"}
+    asked = {"runs": [desk.run_id], "format": "yolo", "not_in_set": "ignore"}
+    assert desk.server.client.post("/api/exports", json=asked).status_code == 422
+
+
+def test_labels_are_chosen_by_key(desk: Desk) -> None:
+    tracks = desk.tracks().values()
+    stops = sum(track.label == 14 for track in tracks)
+    assert desk.export(labels=["stop"])["summary"]["counts"]["tracks"] == stops
+    assert desk.export(classes=[14])["summary"]["counts"]["tracks"] == stops
+    assert desk.export(labels=["stop, give way"])["state"] == "complete"
+    assert "no label" in desk.export(labels=["stoop"])["error"]
