@@ -33,8 +33,12 @@ router = APIRouter(tags=["labels"])
 
 _PNG: dict[str, Any] = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 _SET: dict[str, Any] = {"content": {"application/json": {"schema": {"type": "object"}}}}
+_TEXT: dict[str, Any] = {"schema": {"type": "string"}}
 _FILE: dict[str, Any] = {
-    "content": {media: {} for media in ("application/json", "text/plain", "application/yaml", "application/xml")}
+    "content": {
+        "application/json": {"schema": {}},
+        **dict.fromkeys(("text/plain", "application/yaml", "application/xml"), _TEXT),
+    }
 }
 LabelFormatId = Literal["tsr", "cvat", "names", "yaml", "coco", "label-studio"]
 SetKey = Annotated[str, Path(pattern=SET_KEY, description="key of the label set")]

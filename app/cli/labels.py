@@ -308,7 +308,7 @@ def use(
             view = service.use_as_default(key)
             said = f"The library uses '{view.name}'."
         else:
-            view = service.use_in_video(service.videonamed_label(video), None if key == "default" else key)
+            view = service.use_in_video(service.video_named(video), None if key == "default" else key)
             said = f"{video} uses '{view.name}'."
     if json:
         print_json(view.model_dump(mode="json"))

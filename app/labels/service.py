@@ -12,8 +12,16 @@ from sqlalchemy.orm import Session
 
 from app.errors import Busy, Conflict, Invalid, NotFound
 from app.events import EventBus
-from app.labels.commands import AddLabel, AdoptSet, HideLabel, LabelChange, MergeLabels, SetPicture, UndoChange
-from app.labels.commands import ShowLabel as Show
+from app.labels.commands import (
+    AddLabel,
+    AdoptSet,
+    HideLabel,
+    LabelChange,
+    MergeLabels,
+    SetPicture,
+    ShowLabel,
+    UndoChange,
+)
 from app.labels.mentions import is_imported, mentioned_ids, uses
 from app.labels.pictures import is_there, store_picture
 from app.labels.store import (
@@ -268,7 +276,7 @@ def _made(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
         return merge_labels(labels, change.id, change.into)
     if isinstance(change, HideLabel):
         return hide_label(labels, change.id)
-    if isinstance(change, Show):
+    if isinstance(change, ShowLabel):
         return show_label(labels, change.id)
     if isinstance(change, SetPicture):
         return set_picture(labels, change.id, "" if change.png is None else store_picture(session, change.png))

@@ -41,6 +41,7 @@ def test_a_set_comes_back_from_its_file() -> None:
     text = dump_set(mine)
     assert parse_set(text, "x") == mine
     assert dump_set(parse_set(text, "x")) == text
+    assert parse_set(b"\xef\xbb\xbf" + text.encode(), "x") == mine
     assert parse_set(dump_set(a_set()), "x") == a_set()
 
 
@@ -115,6 +116,7 @@ def test_words_find_labels() -> None:
     ("text", "told"),
     [
         ("{", "it is no JSON"),
+        ('{"key": "a", "key": "b"}', "an object has 'key' twice"),
         ("[]", "not a label set"),
         (json.dumps({"schema": 2, "key": "a", "name": "a"}), "Update tsr"),
         (json.dumps({"key": "a", "name": "a", "colour": 1}), "colour"),

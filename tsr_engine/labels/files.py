@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from pydantic import ValidationError
 
@@ -49,8 +50,10 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
     Raises:
         InputError: it is none; the message names the first rule that it breaks and where.
     """
+    if isinstance(text, bytes):
+        text = text.removeprefix(codecs.BOM_UTF8)
     try:
-        content = json.loads(text)
+        content = json.loads(text, object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{where} is not a label set: it is no JSON ({error}).") from None
     version = content.get("schema") if isinstance(content, dict) else None
@@ -66,6 +69,15 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
     except ValidationError as error:
         place, problem = first_problem(error)
         raise InputError(f"{where} is not a label set: {place or 'the set'}: {problem}.") from None
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The object of some members; a member that stands there twice would lose one of two values."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        names = [name for name, _ in pairs]
+        raise ValueError(f"an object has {next(name for name in names if names.count(name) > 1)[:60]!r} twice")
+    return found
 
 
 def load_set(path: Path) -> LabelSet:
