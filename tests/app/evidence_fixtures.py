@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-import long_run
 import pytest
-import toy_home
-from toy_server import Server
+
+from tests.app import long_run, toy_home
+from tests.app.toy_server import Server
 
 
 @pytest.fixture(scope="session")

@@ -12,10 +12,9 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from toy_server import Server
-
 from app.cli.serve import ReviewServer, serving
 from app.security.wire import Door
+from tests.app.toy_server import Server
 from tests.patience import within
 
 __all__ = ["Live", "live"]

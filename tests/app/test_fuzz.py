@@ -15,19 +15,19 @@ import jsonschema_rs
 import pytest
 import requests
 import schemathesis
-import toy_home
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis.errors import Unsatisfiable
-from live_server import Live, live
 from schemathesis.checks import load_all_checks
 from schemathesis.config import GenerationConfig, ProjectConfig, ProjectsConfig, SchemathesisConfig
 from schemathesis.core.failures import FailureGroup
 from schemathesis.generation import GenerationMode
 from schemathesis.schemas import BaseSchema
 from schemathesis.specs.openapi.checks import positive_data_acceptance, response_schema_conformance
-from toy_server import SECRET, Server
 
 from app.labels.store import SET_KEY
+from tests.app import toy_home
+from tests.app.live_server import Live, live
+from tests.app.toy_server import SECRET, Server
 
 _MOST = int(os.environ.get("TSR_FUZZ", "0"))
 _DESTROYS = ("DELETE",)

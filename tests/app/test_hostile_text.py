@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-import toy_home
-from databases import cluster, new_database
-from toy_server import Server
+from tests.app import toy_home
+from tests.app.databases import cluster, new_database
+from tests.app.toy_server import Server
 
 __all__ = ["cluster"]
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from fastapi import APIRouter
 from fastapi.responses import PlainTextResponse, StreamingResponse
-from toy_server import Server
 
 from app.pages import static_folder
+from tests.app.toy_server import Server
 from tests.patience import within
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
-from databases import cluster, database, database_url
-from toy_server import Server
 
 from app.storage.database import Database
 from app.storage.models import Video
 from sample_videos import SHIPPED
+from tests.app.databases import cluster, database, database_url
+from tests.app.toy_server import Server
 
 __all__ = ["cluster", "database", "database_url"]
 

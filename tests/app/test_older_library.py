@@ -10,10 +10,10 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from toy_server import Server
 
 from app.storage.database import Database
 from app.storage.models import Run, Video
+from tests.app.toy_server import Server
 
 _DUMP = Path(__file__).parents[1] / "golden" / "libraries" / "0.1.0.sql"
 VIDEO, RUN = "f" * 64, "a" * 32

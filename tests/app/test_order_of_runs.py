@@ -10,8 +10,6 @@ import pytest
 import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
-from databases import cluster, database, database_url
-from toy_server import Server
 
 from app.edits.earlier import earlier_corrections
 from app.evidence.disagreement import _other_run
@@ -19,6 +17,8 @@ from app.exchange.home import run_named, stands_for
 from app.storage import migrating, models
 from app.storage.database import Database
 from app.storage.models import Edit, Run, TrackDocument, Video
+from tests.app.databases import cluster, database, database_url
+from tests.app.toy_server import Server
 
 __all__ = ["cluster", "database", "database_url"]
 

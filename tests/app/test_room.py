@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 import requests
-from live_server import Live, live
-from toy_server import SECRET, Server
 
 from app import startup
 from app.storage.room import LEAST, shortage
+from tests.app.live_server import Live, live
+from tests.app.toy_server import SECRET, Server
 
 FULL = "The disk of the data folder is full: 0 MiB are left."
 

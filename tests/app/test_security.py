@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from toy_server import SECRET, Server
 
 from app.security.guard import cookie_name
 from app.settings import load_settings
+from tests.app.toy_server import SECRET, Server
 from tsr_engine.errors import UsageError
 
 RUN, VIDEO = "0" * 32, "0" * 64

@@ -11,16 +11,16 @@ from pathlib import Path
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
-from databases import cluster, new_database
 from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
-from toy_server import SECRET, Server
 
 from app.events import EventBus
 from app.storage import database as database_module
 from app.storage import migrating
 from app.storage.database import Database, storage_failure
 from app.storage.models import Base, Event
+from tests.app.databases import cluster, new_database
+from tests.app.toy_server import SECRET, Server
 from tests.patience import within
 from tsr_engine.errors import StorageError, UsageError
 

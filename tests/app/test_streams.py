@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 import requests
-from live_server import Live, live
-from toy_server import SECRET, Server
 
 from app.events import EventBus
+from tests.app.live_server import Live, live
+from tests.app.toy_server import SECRET, Server
 from tests.patience import within
 
 AUTHORISED = {"Authorization": f"Bearer {SECRET}"}

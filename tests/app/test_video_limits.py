@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import toy_home
-from import_now import work_off
-from toy_server import Server
 
 from app.evidence.explainer import Question, _explain
 from app.settings import Settings
+from tests.app import toy_home
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 from tsr_engine.errors import VideoError
 from tsr_engine.io.video_limits import VideoLimits
 

@@ -27,10 +27,8 @@ from dataclasses import dataclass, field
 from http.client import HTTPException
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "app")]
-
-from own_server import Running, running  # noqa: E402 - found by the line above
-from toy_home import make_home  # noqa: E402
+from tests.app.toy_home import make_home
+from tests.attack.own_server import Running, running
 
 MOST_MB = 600
 """Memory of the server, MiB."""

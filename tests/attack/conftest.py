@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "app" / "bundles"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "app" / "exchange"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
-sys.path.insert(0, str(Path(__file__).parent))
-
-from databases import cluster
-from toy_server import Server
+from tests.app.databases import cluster
+from tests.app.toy_server import Server
 
 __all__ = ["cluster", "server"]
 

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundle_office import Bundled, bundled, server
-from evidence_fixtures import home, long_runs, toy_homes
-from toy_server import Server
 
 from app.cages.cage import Cages
 from app.cages.limits import Limits
 from app.errors import Busy
+from tests.app.bundles.bundle_office import Bundled, bundled, server
+from tests.app.evidence_fixtures import home, long_runs, toy_homes
+from tests.app.toy_server import Server
 from tests.patience import until, within
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.foreign import check_foreign

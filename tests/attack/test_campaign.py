@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from campaign import campaign
+from tests.attack.campaign import campaign
 
 
 def test_every_stage_holds(tmp_path: Path) -> None:

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from dying_worker import KINDS
 
 from app.events import EventBus
 from app.jobs import deaths
@@ -25,6 +20,7 @@ from app.jobs.supervisor import Supervisor
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
+from tests.attack.dying_worker import KINDS
 from tests.patience import until
 
 

@@ -9,10 +9,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from databases import Cluster, new_database, running_cluster
 from sqlalchemy import text
 from sqlalchemy.exc import DBAPIError, OperationalError
-from toy_server import Server
 
 from app.errors import Busy, StorageFull
 from app.events import EventBus
@@ -23,6 +21,8 @@ from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database, storage_failure
 from app.storage.models import Job
+from tests.app.databases import Cluster, new_database, running_cluster
+from tests.app.toy_server import Server
 
 
 @pytest.fixture(scope="module")

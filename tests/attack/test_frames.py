@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from toy_home import ToyHome, make_home
-from toy_server import Server
 
 from app.videos.decoding import CagedDecoder
+from tests.app.toy_home import ToyHome, make_home
+from tests.app.toy_server import Server
 from tests.patience import until, within
 
 

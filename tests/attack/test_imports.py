@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from own_server import Running, command, running
-from toy_home import ToyHome, make_home
 
 from app.evidence.overlap import box_pairs
 from app.evidence.tables import BoxTable
 from app.exchange.dataset import LABELS
+from tests.app.toy_home import ToyHome, make_home
+from tests.attack.own_server import Running, command, running
 from tests.patience import TIMES, until, within
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.checks import Intake

@@ -6,10 +6,10 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from toy_server import SECRET, Server
 
 from app.settings import Settings
 from app.storage.database import Database, sqlite_file
+from tests.app.toy_server import SECRET, Server
 
 NAMES = ["a?b", "a?", "a?uri=true", "a%20b", "a%2fb", "100%", "a#b", "ü", "a b", "a&b=c", ":memory:", "file:a", "@host"]
 

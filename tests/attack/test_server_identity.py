@@ -9,7 +9,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from databases import new_database
 
 from app.events import EventBus
 from app.jobs import supervisor as supervising
@@ -20,6 +19,7 @@ from app.settings import Settings
 from app.storage import identity
 from app.storage.database import Database
 from app.storage.identity import place_of, server_id
+from tests.app.databases import new_database
 from tsr_engine.errors import StorageError
 
 

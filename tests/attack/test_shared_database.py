@@ -10,16 +10,16 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from databases import new_database
-from import_now import work_off
 from sqlalchemy import update
-from toy_server import Server
 
 from app.storage import places
 from app.storage.models import Job, Run, Video
 from app.storage.models import Server as ServerRow
 from app.storage.places import Servers, adopt_files
 from tests import pipeline_toys as toys
+from tests.app.databases import new_database
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 
 
 @dataclass

@@ -13,11 +13,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from import_now import work_off
-from toy_server import Server
 
 from app.videos import beneath, paths
 from app.videos.beneath import LINKS, open_beneath
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 from tsr_engine.io.video_writer import VideoWriter
 
 SIZE, FRAMES = 64, 8

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 
 import pytest
 import requests
-from live_server import Live, live
-from toy_server import SECRET, Server
 
 from app.security.wire import Door
+from tests.app.live_server import Live, live
+from tests.app.toy_server import SECRET, Server
 from tests.patience import within
 
 HEAD = 0.5

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bundle_toys import Drive, expectation
 
+from tests.bundle.bundle_toys import Drive, expectation
 from tsr_engine.bundle.models import choose_models, put_models, take_models
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundle_toys import Drive
 
+from tests.bundle.bundle_toys import Drive
 from tsr_engine.bundle import BundleReplay, bundle_params, open_bundle, replay_bundle
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError, TsrError

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundle_toys import expectation
 
+from tests.bundle.bundle_toys import expectation
 from tsr_engine.bundle.expectation import read_expectation
 from tsr_engine.bundle.judge import Finding, judge, overall
 from tsr_engine.bundle.output import Output, read_rows, same_output, write_rows

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundle_toys import Drive
 
+from tests.bundle.bundle_toys import Drive
 from tsr_engine.bundle import network as network_module
 from tsr_engine.bundle import open_bundle
 from tsr_engine.bundle.network import network_of

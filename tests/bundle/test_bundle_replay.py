@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundle_toys import Drive, expectation
 
+from tests.bundle.bundle_toys import Drive, expectation
 from tsr_engine.bundle import BundleReplay, bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.lead_in import lead_in
 from tsr_engine.bundle.make import BundleRequest

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundle_toys import expectation
 
 from sample_videos import SHIPPED
+from tests.bundle.bundle_toys import expectation
 from tsr_engine.bundle import BundleRequest, bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.params import Params

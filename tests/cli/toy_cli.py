@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-import pipeline_toys
 
 import tsr_engine.pipeline
+from tests import pipeline_toys
 from tsr_engine.cli.main import run
 
 

@@ -4,10 +4,8 @@ nothing leaves the server."""
 from __future__ import annotations
 
 import shutil
-import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,12 +15,10 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, sync_playwright
 
 from app.recordings.viewer import ViewerFiles
+from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshot_views import GRAPHICS
 from tests.e2e.screenshots import CHROMIUM, FLAGS
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
-from toy_home import ToyHome, make_home
 
 pytestmark = [
     pytest.mark.slow,

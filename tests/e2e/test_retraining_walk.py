@@ -3,20 +3,17 @@ compare, roll back. A toy drive of small pictures and the quickest part keep it 
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 pytest.importorskip("playwright.sync_api")
-sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
 
 from playwright.sync_api import Page, expect, sync_playwright
-from toy_home import ToyHome, make_home
 
 from app.edits.documents import Segment, TrackDoc
 from app.storage.models import TrackDocument
+from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_desk import faultless
 from tests.e2e.screenshots import CHROMIUM, FLAGS

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,13 +9,12 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("playwright.sync_api")
-sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
 
 import cv2
 import numpy as np
 from playwright.sync_api import Page, expect, sync_playwright
-from toy_home import ToyHome, make_home
 
+from tests.app.toy_home import ToyHome, make_home
 from tests.e2e.live_server import LiveServer
 from tests.e2e.screenshots import CHROMIUM
 

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-pytest.register_assert_rewrite("losses")  # it says what differs, as a test does
+pytest.register_assert_rewrite("tests.exchange.losses")  # it says what differs, as a test does

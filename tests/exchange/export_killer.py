@@ -14,10 +14,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from exchange_toys import a_dataset, a_track
-
+from tests.exchange.exchange_toys import a_dataset, a_track
 from tsr_engine.errors import StorageError
 from tsr_engine.exchange import publish
 from tsr_engine.exchange.dataset import Dataset

@@ -6,8 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from exchange_toys import a_dataset, target_of, tracks_of
-
+from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS

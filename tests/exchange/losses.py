@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from exchange_toys import tracks_of
 
+from tests.exchange.exchange_toys import tracks_of
 from tsr_engine.exchange.dataset import Dataset, Track
 
 __all__ = ["LOSSES", "Loss", "compare"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from exchange_toys import a_dataset, a_set, a_track, a_video, target_of, tracks_of
 
+from tests.exchange.exchange_toys import a_dataset, a_set, a_track, a_video, target_of, tracks_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.additions import Declared
 from tsr_engine.exchange.checks import Intake

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from exchange_toys import a_dataset, target_of, tracks_of
 
+from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
-from exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
 
+from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset

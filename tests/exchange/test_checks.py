@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
 
+from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.checks import Intake, check_track, read_json, read_text

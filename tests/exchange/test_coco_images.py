@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from exchange_toys import tracks_of
-from listings import coco, found_in, read
 
+from tests.exchange.exchange_toys import tracks_of
+from tests.exchange.listings import coco, found_in, read
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 

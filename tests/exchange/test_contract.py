@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_toys import GTSRB, a_track, a_video, target_of, tracks_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from losses import LOSSES, compare
 
+from tests.exchange.exchange_toys import GTSRB, a_track, a_video, target_of, tracks_of
+from tests.exchange.losses import LOSSES, compare
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import CROPS, export_dataset
 from tsr_engine.exchange.formats import ExportOptions, Format

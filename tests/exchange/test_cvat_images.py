@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, target_of, there_and_back, tracks_of
-from listings import cvat, found_in, read
 
+from tests.exchange.exchange_toys import a_dataset, a_track, target_of, there_and_back, tracks_of
+from tests.exchange.listings import cvat, found_in, read
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import (
+
+from tests.exchange.exchange_toys import (
     CLASS_NAMES,
     GTSRB,
     a_dataset,
@@ -20,7 +21,6 @@ from exchange_toys import (
     there_and_back,
     tracks_of,
 )
-
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset

@@ -9,8 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, target_of, there_and_back, tracks_of
 
+from tests.exchange.exchange_toys import (
+    CLASS_NAMES,
+    GTSRB,
+    a_dataset,
+    a_track,
+    a_video,
+    target_of,
+    there_and_back,
+    tracks_of,
+)
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset

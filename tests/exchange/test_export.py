@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_toys import GTSRB, a_dataset, a_track, a_video
 
+from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video
 from tsr_engine.errors import ExportError, ImportFormatError, StorageError, UsageError
 from tsr_engine.exchange import publish
 from tsr_engine.exchange.dataset import Dataset, Skipped

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, tracks_of
 
+from tests.exchange.exchange_toys import a_dataset, a_track, tracks_of
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.filters import Filters, filtered, inside_picture
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from exchange_toys import GTSRB, a_dataset, a_set, target_of
 
+from tests.exchange.exchange_toys import GTSRB, a_dataset, a_set, target_of
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.checks import Intake
 from tsr_engine.exchange.labels import UNKNOWN, LabelMatcher, label_name

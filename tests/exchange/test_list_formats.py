@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_set, a_track, target_of, tracks_of
 
+from tests.exchange.exchange_toys import a_dataset, a_set, a_track, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.additions import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset

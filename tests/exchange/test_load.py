@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import a_dataset, a_track, a_video, target_of, tracks_of
 
+from tests.exchange.exchange_toys import a_dataset, a_track, a_video, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError, InputError, UsageError
 from tsr_engine.exchange import load
 from tsr_engine.exchange.dataset import Dataset

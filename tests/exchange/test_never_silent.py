@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import GTSRB, a_track, a_video, target_of
 
+from tests.exchange.exchange_toys import GTSRB, a_track, a_video, target_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from exchange_toys import a_video
 
+from tests.exchange.exchange_toys import a_video
 from tsr_engine.exchange.picture_names import PictureName, is_generic, picture_name
 from tsr_engine.exchange.spellings import OwnName
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from exchange_toys import GTSRB, a_dataset, a_track, a_video, there_and_back, tracks_of
 
+from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, there_and_back, tracks_of
 from tsr_engine.errors import ExportError, VideoError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
 from tsr_engine.exchange.export import export_dataset

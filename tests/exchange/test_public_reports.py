@@ -14,8 +14,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import CLASS_NAMES, GTSRB, a_video, target_of
-from reported_files import (
+
+from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB, a_video, target_of
+from tests.exchange.reported_files import (
     TEN,
     YAML,
     box,
@@ -31,7 +32,6 @@ from reported_files import (
     tasks,
     yolo,
 )
-
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset

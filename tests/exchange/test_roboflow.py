@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from listings import found_in, listing, read
 
+from tests.exchange.listings import found_in, listing, read
 from tsr_engine.errors import ImportFormatError
 
 NOTES = """

@@ -11,8 +11,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
 
+from tests.exchange.exchange_toys import CLASS_NAMES, GTSRB, a_dataset, a_track, a_video, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, read_results
 from tsr_engine.exchange.dataset import Dataset

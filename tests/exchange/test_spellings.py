@@ -5,8 +5,8 @@ from __future__ import annotations
 import unicodedata
 
 import pytest
-from exchange_toys import a_video
 
+from tests.exchange.exchange_toys import a_video
 from tsr_engine.exchange.spellings import OwnName
 
 

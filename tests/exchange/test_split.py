@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exchange_toys import GTSRB, a_dataset, a_track, a_video
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.split import check_leaks, deal, subset_of, subsets_of_frames, video_key

@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from exchange_toys import a_track
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.exchange.exchange_toys import a_track
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.thinning import SPAN, between, key_frames, runs_of
 

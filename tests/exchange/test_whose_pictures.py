@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
-from listings import LISTING_FORMATS, found_in, listing, read
 
+from tests.exchange.exchange_toys import GTSRB, a_dataset, a_track, a_video, target_of
+from tests.exchange.listings import LISTING_FORMATS, found_in, listing, read
 from tsr_engine.errors import ImportFormatError, UsageError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset

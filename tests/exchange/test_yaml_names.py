@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from exchange_toys import a_dataset, target_of, tracks_of
 
+from tests.exchange.exchange_toys import a_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.yaml_names import MAX_YAML_BYTES, names_of, quoted_name

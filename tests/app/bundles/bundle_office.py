@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from toy_server import Server
 
 from app.artefacts.service import ArtefactService
 from app.bundles.service import BundleService
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
 from app.jobs.context import TaskContext
 from app.storage.models import Artefact, TrackDocument
+from tests.app.toy_server import Server
 
 FIRST, STOP = 46, 70
 """The frames of the bundle; the second toy sign is in view in all of them."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from bundle_office import LABEL, WRONG, box, corrections
-
 from app.bundles.expectation import expectation_of
 from app.edits.documents import NO_CLASS, KeyFrame, Segment, TrackDoc
+from tests.app.bundles.bundle_office import LABEL, WRONG, box, corrections
 from tsr_engine.bundle import Expectation
 
 

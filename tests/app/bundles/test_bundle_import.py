@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bundle_office import FIRST, STOP, WRONG, Bundled
-from import_now import work_off
-from toy_server import Server
 
 from app.artefacts.placing import sweep
 from app.bundles import importing
 from app.edits.commands import Undo
 from app.errors import Busy
 from app.storage.models import Event, Run, Video
+from tests.app.bundles.bundle_office import FIRST, STOP, WRONG, Bundled
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 from tsr_engine.bundle import bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.make import BundleRequest
 from tsr_engine.evidence import EvidenceReader

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bundle_office import FIRST, STOP, Bundled, artefacts, corrections, service, store
 
 from app.cli.main import run
 from app.errors import Conflict, Invalid, NotFound
 from app.storage.models import Artefact, Run
+from tests.app.bundles.bundle_office import FIRST, STOP, Bundled, artefacts, corrections, service, store
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
 
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parents[1] / "exchange"))
-
-from exchange_desk import Desk, open_desk
-from toy_home import ToyHome, make_home
+from tests.app.exchange.exchange_desk import Desk, open_desk
+from tests.app.toy_home import ToyHome, make_home
 
 
 @pytest.fixture(scope="session")

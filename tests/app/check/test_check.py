@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_desk import Desk
 
 from app.check.places import worse_places
 from app.check.reviewed import ReviewedDrive, reviewed_drive
 from app.cli.main import run
 from app.exchange.stored import home_source
+from tests.app.exchange.exchange_desk import Desk
 from tsr_engine.bundle import open_bundle
 from tsr_engine.evaluation.tracking import evaluate_video
 from tsr_engine.evaluation.tracking_rows import Results

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parent))
-
-from databases import cluster, database_url, new_database
-from edit_desk import Desk, make_desk
-from edit_page import Page
-from toy_home import ToyHome, make_home
-from toy_server import Server
+from tests.app.databases import cluster, database_url, new_database
+from tests.app.edits.edit_desk import Desk, make_desk
+from tests.app.edits.edit_page import Page
+from tests.app.toy_home import ToyHome, make_home
+from tests.app.toy_server import Server
 
 __all__ = ["ann", "cluster", "database_url", "desk", "http", "made", "run", "tracks"]
 

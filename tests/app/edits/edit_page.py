@@ -5,7 +5,7 @@ from __future__ import annotations
 import uuid
 from typing import Any
 
-from toy_server import Server
+from tests.app.toy_server import Server
 
 __all__ = ["Page", "code", "match_of", "relabel"]
 

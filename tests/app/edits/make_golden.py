@@ -7,20 +7,17 @@ from __future__ import annotations
 
 import json
 import random
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from edit_toys import SPANS, a_box, a_command, an_attribute, beginning, machine
 from pydantic import TypeAdapter
 
 from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command
 from app.edits.documents import TrackDoc
 from app.edits.effective import box_at
+from tests.app.edits.edit_toys import SPANS, a_box, a_command, an_attribute, beginning, machine
 
 FOLDER = Path(__file__).parents[2] / "golden" / "edits"
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from edit_toys import SPANS, a_command, beginning, machine
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
@@ -17,6 +16,7 @@ from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Command
 from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, TrackDoc, engine_doc
 from app.edits.effective import Effective, box_at, effective_track
+from tests.app.edits.edit_toys import SPANS, a_command, beginning, machine
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 GOLDEN = [

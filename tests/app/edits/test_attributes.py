@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from edit_desk import Desk, make_desk
-from edit_toys import beginning, machine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
-from test_apply import do, walk
 
 from app.edits.adopt import MachineRun, adopt_documents
 from app.edits.commands import Command, Undo
 from app.edits.documents import KeyFrame, TrackDoc
 from app.edits.effective import box_at
 from app.errors import Invalid
+from tests.app.edits.edit_desk import Desk, make_desk
+from tests.app.edits.edit_toys import beginning, machine
+from tests.app.edits.test_apply import do, walk
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 

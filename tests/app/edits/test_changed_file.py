@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from edit_desk import FRAMES, Desk
 from pydantic import TypeAdapter
 from sqlalchemy import func, select
 
@@ -16,6 +15,7 @@ from app.edits.documents import TrackDoc
 from app.edits.service import EditAnswer
 from app.errors import Conflict, NotFound
 from app.storage.models import Edit, Run, Video
+from tests.app.edits.edit_desk import FRAMES, Desk
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import OpenedFile
 from tsr_engine.io.video_probe import video_sha256

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from edit_toys import SPANS, beginning, machine, some_documents
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +11,7 @@ from app.compare.annotation import corrected_boxes
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from app.edits.effective import box_at
 from app.evidence.tables import BoxTable
+from tests.app.edits.edit_toys import SPANS, beginning, machine, some_documents
 
 LABELS = {1: 14, 2: 13, 3: 1}
 LAST = 76

@@ -6,11 +6,11 @@ import random
 from collections import defaultdict
 
 import pytest
-from edit_desk import Desk
 from sqlalchemy import event
 
 from app.edits.history import targets
 from app.storage.models import Edit
+from tests.app.edits.edit_desk import Desk
 
 
 def write(desk: Desk, rows: list[tuple[str, str, str, str | None]]) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import uuid
 from typing import Any
 
-from edit_page import Page, code, relabel
-from toy_home import ToyHome
-from toy_server import Server
+from tests.app.edits.edit_page import Page, code, relabel
+from tests.app.toy_home import ToyHome
+from tests.app.toy_server import Server
 
 
 def test_no_revision_no_edit(ann: Page, tracks: list[str]) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from edit_page import Page, code, match_of, relabel
-from toy_home import ToyHome
-from toy_server import Server
+
+from tests.app.edits.edit_page import Page, code, match_of, relabel
+from tests.app.toy_home import ToyHome
+from tests.app.toy_server import Server
 
 BOX = [10.0, 20.0, 40.0, 50.0]
 GOOD: dict[str, dict[str, Any]] = {

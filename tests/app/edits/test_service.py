@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from edit_desk import FRAMES, VIDEO, Desk
-from edit_toys import a_command, beginning
 from pydantic import TypeAdapter
 from sqlalchemy import func, select
 
@@ -24,6 +22,8 @@ from app.edits.documents import OPEN_END, KeyFrame, Note, TrackDoc
 from app.edits.service import EditAnswer
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.storage.models import Edit, Event, Run, Video
+from tests.app.edits.edit_desk import FRAMES, VIDEO, Desk
+from tests.app.edits.edit_toys import a_command, beginning
 from tests.patience import TIMES
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
@@ -252,9 +252,8 @@ def test_twenty_clients_at_once_lose_nothing(desk: Desk) -> None:
 
 CHILD = """
 import sys
-sys.path.insert(0, sys.argv[2])
-from edit_desk import make_desk
-from test_service import relabel, send
+from tests.app.edits.edit_desk import make_desk
+from tests.app.edits.test_service import relabel, send
 desk = make_desk("sqlite:///" + sys.argv[1])
 if len(sys.argv) > 3:
     import resource, signal

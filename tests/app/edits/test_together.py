@@ -8,13 +8,13 @@ from threading import Barrier
 from typing import Any
 
 import numpy as np
-from edit_desk import Desk
 from pydantic import TypeAdapter
 
 from app.edits.commands import Command, Undo
 from app.errors import Conflict
 from app.evidence.tables import BoxTable
 from app.storage.models import Run
+from tests.app.edits.edit_desk import Desk
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 MANY = 8

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parents[1] / "edits"))
-sys.path.insert(0, str(Path(__file__).parent))
-
-from exchange_desk import Desk, open_desk, unzipped
-from toy_home import ToyHome, make_home
+from tests.app.exchange.exchange_desk import Desk, open_desk, unzipped
+from tests.app.toy_home import ToyHome, make_home
 
 
 @pytest.fixture(scope="session")

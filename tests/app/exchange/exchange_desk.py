@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from import_now import work_off
-from toy_home import ToyHome
-from toy_server import Server
 
 from app.exchange.dataset import dataset_of
 from app.exchange.imports import Incoming
 from app.exchange.stored import home_source
+from tests.app.import_now import work_off
+from tests.app.toy_home import ToyHome
+from tests.app.toy_server import Server
 from tsr_engine.exchange.dataset import Dataset, Track
 
 ALL = ["open", "accepted", "needs_work", "rejected"]

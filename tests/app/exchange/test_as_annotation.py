@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exchange_desk import assert_same_track
 
 from app.edits.documents import NO_CLASS, TrackDoc, engine_doc
 from app.edits.effective import effective_track
 from app.exchange.as_annotation import annotate
 from app.exchange.as_truth import truth_rows
 from app.exchange.machine import MachineFacts
+from tests.app.exchange.exchange_desk import assert_same_track
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.numbering import track_numbers
 

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_desk import Desk, assert_same_track, visible
-from toy_home import ToyHome
 
 from app.cli.main import run as tsr
 from app.exchange.home import open_home, run_named, stands_for
 from app.settings import DATABASE_FILE, MAKE_HOME
 from app.storage.models import Run
+from tests.app.exchange.exchange_desk import Desk, assert_same_track, visible
+from tests.app.toy_home import ToyHome
 from tsr_engine.exchange.registry import FORMATS
 
 

@@ -6,8 +6,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from exchange_desk import Desk
-from toy_home import ToyHome
 
 from app.compare.annotation import corrected_boxes
 from app.errors import Conflict, Invalid, NotFound
@@ -15,6 +13,8 @@ from app.exchange.dataset import dataset_of, evidence_source
 from app.exchange.rates import exact_rate
 from app.exchange.stored import home_source
 from app.storage.models import Run
+from tests.app.exchange.exchange_desk import Desk
+from tests.app.toy_home import ToyHome
 from tsr_engine.errors import InputError
 
 

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_desk import Desk, manifest_of, unzipped
-from import_now import work_off
 
 from app.artefacts.folders import artefact_folder
 from app.artefacts.service import ArtefactService
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
 from app.storage.models import Artefact, Job, Run, Video
+from tests.app.exchange.exchange_desk import Desk, manifest_of, unzipped
+from tests.app.import_now import work_off
 from tests.patience import within
 from tsr_engine.bundle.slices import write_slice
 from tsr_engine.evidence.reader import EvidenceReader

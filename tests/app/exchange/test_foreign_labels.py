@@ -10,10 +10,10 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
-from exchange_desk import ALL, Desk
-from toy_home import ToyHome
 
 from app.cli.main import run as tsr
+from tests.app.exchange.exchange_desk import ALL, Desk
+from tests.app.toy_home import ToyHome
 
 BOX = '<box frame="{0}" keyframe="1" outside="{1}" occluded="0" xtl="20" ytl="10" xbr="50" ybr="40">{2}</box>'
 LABELS = """<meta><task><labels>

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exchange_desk import Desk, assert_same_track, unzipped, visible, zipped
 from sqlalchemy import select
 
 from app.storage.models import Event
+from tests.app.exchange.exchange_desk import Desk, assert_same_track, unzipped, visible, zipped
 
 
 def test_an_export_of_one_run_finds_its_signs_in_another(desk: Desk) -> None:

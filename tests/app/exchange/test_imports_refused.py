@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from exchange_desk import Desk, zipped
 
 from app.artefacts.placing import sweep
 from app.exchange.imports import ImportService
 from app.storage.models import Run, Truth
+from tests.app.exchange.exchange_desk import Desk, zipped
 from tests.odd_archives import ODD, long_list
 from tsr_engine.errors import StorageError
 from tsr_engine.exchange.archive import ArchiveLimits

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from edit_toys import SPANS, machine, some_documents
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,6 +14,7 @@ from app.edits.documents import KeyFrame, TrackDoc, engine_doc
 from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from app.exchange.as_annotation import THIN_PX, annotate
 from app.exchange.laid_over import alike, laid_over
+from tests.app.edits.edit_toys import SPANS, machine, some_documents
 from tsr_engine.exchange.dataset import Track
 
 SIZE = (500, 300)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange_desk import Desk, assert_same_track, visible
-from import_now import work_off
-from toy_server import Server
 
 from sample_videos import SHIPPED
+from tests.app.exchange.exchange_desk import Desk, assert_same_track, visible
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.registry import FORMATS
 

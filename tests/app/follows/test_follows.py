@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from import_now import work_off
 from sqlalchemy import func, select
-from toy_server import Server
 
 from app.follows import service
 from app.follows.settling import settle_follow
 from app.follows.task import follow_track
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import Event, Follow, FollowPiece, Job, Run, Video
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 
 FRAMES = 75
 LEASE = 600.0

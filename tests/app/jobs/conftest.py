@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parent))
-
-from databases import cluster, database, database_url
-from office import Office, make_office
+from tests.app.databases import cluster, database, database_url
+from tests.app.jobs.office import Office, make_office
 
 __all__ = ["cluster", "database", "database_url", "imported", "office", "undisturbed"]
 

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from import_now import work_off
-from toy_server import SECRET
-
 from app.context import Context, build_context
 from app.jobs.locks import holder
 from app.jobs.supervisor import Supervisor
 from app.settings import Settings
 from app.storage.models import Job, Run
 from sample_videos import SHIPPED
+from tests.app.import_now import work_off
+from tests.app.toy_server import SECRET
 
 FRAMES = 96
 LATEST = 50

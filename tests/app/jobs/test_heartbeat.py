@@ -9,7 +9,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from databases import new_database
 
 from app.events import EventBus
 from app.jobs import supervisor as supervising
@@ -23,6 +22,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.identity import place_of
 from app.storage.models import Job
+from tests.app.databases import new_database
 from tests.patience import until
 
 

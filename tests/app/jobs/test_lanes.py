@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import sys
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,11 +12,6 @@ from typing import Any
 
 import pytest
 from sqlalchemy.orm import Session
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from long_run import SEGMENT, make_long_run
-from toy_server import SECRET
 
 from app.artefacts.folders import artefact_folder
 from app.context import Context, build_context
@@ -30,6 +24,8 @@ from app.kinds import KINDS
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Artefact, Job, Run
+from tests.app.long_run import SEGMENT, make_long_run
+from tests.app.toy_server import SECRET
 from tests.patience import until
 from tsr_engine.io.digest import file_sha256
 

@@ -16,14 +16,14 @@ from typing import Any
 
 import pytest
 import requests
-from office import FRAMES
-from same import assert_same
-from toy_server import SECRET
 
 from app.jobs.locks import holder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
+from tests.app.jobs.office import FRAMES
+from tests.app.jobs.same import assert_same
+from tests.app.toy_server import SECRET
 from tests.patience import within
 
 

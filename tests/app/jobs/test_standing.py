@@ -14,11 +14,6 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from long_run import SEGMENT, make_long_run
-from toy_server import SECRET
-
 from app.context import Context, build_context
 from app.exchange.export import ExportRequest
 from app.jobs import supervisor as supervisor_module
@@ -27,6 +22,8 @@ from app.jobs.supervisor import Supervisor
 from app.jobs.worker import _prepared
 from app.settings import Settings
 from app.storage.models import Artefact, Job, Run
+from tests.app.long_run import SEGMENT, make_long_run
+from tests.app.toy_server import SECRET
 from tests.patience import until
 
 wait = partial(until, seconds=120.0)

@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from import_now import work_off
-from toy_server import SECRET
 
 from app.context import build_context
 from app.jobs.watchdog import watched
 from app.settings import Settings
 from app.videos import importing
 from sample_videos import SHIPPED
+from tests.app.import_now import work_off
+from tests.app.toy_server import SECRET
 from tsr_engine.errors import VideoError
 
 

@@ -11,13 +11,13 @@ import time
 from pathlib import Path
 
 import pytest
-from databases import new_database
-from office import FRAMES, LATEST, Office, make_office
-from same import assert_same
 
 from app.jobs.deaths import LEFT
 from app.jobs.locks import is_alive
 from app.jobs.queue import STRIDE
+from tests.app.databases import new_database
+from tests.app.jobs.office import FRAMES, LATEST, Office, make_office
+from tests.app.jobs.same import assert_same
 from tests.patience import within
 
 SEED = int(os.environ.get("TSR_SEED", "0")) or random.randrange(10**6)

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from databases import cluster, database, database_url
-from evidence_fixtures import toy_homes
 
 from app.events import EventBus
 from app.labels.service import LabelService
 from app.storage.database import Database
+from tests.app.databases import cluster, database, database_url
+from tests.app.evidence_fixtures import toy_homes
 
 __all__ = ["cluster", "database", "database_url", "toy_homes"]
 

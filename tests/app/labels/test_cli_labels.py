@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from toy_server import Server
 
 from app.cli.attribute_option import parse_attribute
 from app.cli.main import run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Video
+from tests.app.toy_server import Server
 from tsr_engine.errors import UsageError
 from tsr_engine.labels.files import load_set, shipped_set
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
-from toy_server import Server
 
+from tests.app.toy_server import Server
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS
 from tsr_engine.labels.files import parse_set
 

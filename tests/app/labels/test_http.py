@@ -8,8 +8,8 @@ from typing import Any
 
 from PIL import Image
 from starlette.testclient import TestClient
-from toy_server import Server
 
+from tests.app.toy_server import Server
 from tsr_engine.labels.files import parse_set, shipped_set
 
 GTSRB = "gtsrb-43"

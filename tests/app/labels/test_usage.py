@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from toy_server import Server
 
 from app.edits.documents import TrackDoc
 from app.errors import NotFound
 from app.labels.usage import LabelUse, label_usage
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
+from tests.app.toy_server import Server
 
 GTSRB = "gtsrb-43"
 

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from import_now import work_off
-from toy_server import Server
-
 from app.cli.main import run as command
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.recordings.annotation import corrected_rows
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 
 FIRST, STOP = 3, 40
 

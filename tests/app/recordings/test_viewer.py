@@ -14,11 +14,9 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from toy_server import Server
-
 from app.errors import Busy
 from app.recordings.viewer import FILES, ViewerFiles, sdk_version
+from tests.app.toy_server import Server
 
 IMITATION = '''#!{python}
 """Serves two files as the SDK's binary does, and notes how it was started."""

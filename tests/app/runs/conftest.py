@@ -1,10 +1,5 @@
 """Makes the shared toys importable."""
 
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from evidence_fixtures import home, long_runs, server_of_copy, toy_homes
+from tests.app.evidence_fixtures import home, long_runs, server_of_copy, toy_homes
 
 __all__ = ["home", "long_runs", "server_of_copy", "toy_homes"]

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from import_now import work_off
-from toy_server import Server
-
 from app.storage.models import Run
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 
 
 @pytest.fixture

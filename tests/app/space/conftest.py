@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parent))
-
-from space_desk import Desk, open_desk
-from toy_home import ToyHome, make_home
+from tests.app.space.space_desk import Desk, open_desk
+from tests.app.toy_home import ToyHome, make_home
 
 
 @pytest.fixture(scope="session")

@@ -15,13 +15,13 @@ import requests
 import uvicorn
 import viser
 import zstandard
-from live_server import Live
-from toy_home import ToyHome
-from toy_server import SECRET, Server
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from app.cli.serve import ReviewServer
+from tests.app.live_server import Live
+from tests.app.toy_home import ToyHome
+from tests.app.toy_server import SECRET, Server
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 PATIENCE = 90.0

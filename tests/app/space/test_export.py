@@ -7,8 +7,9 @@ import re
 
 import pytest
 import zstandard
-from import_now import work_off
-from space_desk import Desk
+
+from tests.app.import_now import work_off
+from tests.app.space.space_desk import Desk
 
 MODES = ["volume", "prior", "drive"]
 

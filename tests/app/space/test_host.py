@@ -8,12 +8,12 @@ from collections.abc import Iterator
 import pytest
 import requests
 import websockets.asyncio.server as library
-from space_desk import PATIENCE, PROTOCOL, is_closed, until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from app.space import host as host_module
 from app.space.host import HEADER, Host
+from tests.app.space.space_desk import PATIENCE, PROTOCOL, is_closed, until
 from tsr_engine.errors import StorageError
 
 

@@ -7,7 +7,10 @@ import socket as sockets
 
 import pytest
 import requests
-from space_desk import (
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from app.security.guard import cookie_name
+from tests.app.space.space_desk import (
     AUTHORISED,
     PATIENCE,
     PROTOCOL,
@@ -19,10 +22,7 @@ from space_desk import (
     read_until,
     until,
 )
-from toy_home import ToyHome
-from websockets.exceptions import ConnectionClosed, InvalidStatus
-
-from app.security.guard import cookie_name
+from tests.app.toy_home import ToyHome
 
 
 def cookie(desk: Desk) -> str:

@@ -6,11 +6,11 @@ import json
 from typing import Any
 
 import pytest
-from space_desk import PATIENCE, Desk, look, read_all_until, read_until, say, until
 from sqlalchemy import select
 from websockets.sync.client import ClientConnection
 
 from app.storage.models import Event
+from tests.app.space.space_desk import PATIENCE, Desk, look, read_all_until, read_until, say, until
 
 
 def events(desk: Desk) -> list[dict[str, Any]]:

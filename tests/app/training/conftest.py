@@ -1,6 +1,1 @@
 """Makes the shared toys importable."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,18 +11,15 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-import toy_home
-from import_now import work_off
-from toy_server import Server
-
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import give_back
 from app.storage.models import Job, ModelVersion, Run, Video
 from app.training.folders import begin_with, models_of_run
 from app.training.task import retrain_models
 from app.training.view import label_facts
+from tests.app import toy_home
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, component_path, load_component, read_manifest
 from tsr_engine.labels.files import shipped_set

@@ -8,11 +8,11 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from import_now import work_off
-from toy_server import SECRET, Server
 
 from app.errors import ApiError
 from app.videos.paths import allowed_path
+from tests.app.import_now import work_off
+from tests.app.toy_server import SECRET, Server
 
 
 @pytest.fixture

@@ -10,12 +10,12 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from import_now import work_off
-from toy_server import Server
 
 import app.videos.glance
 import app.videos.reel
 from app.videos.glance import glance_path, is_wanted
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 from tsr_engine.errors import StorageError
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from sqlalchemy import event, select
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from databases import cluster, database_url
-
 from app.storage.database import Database
 from app.storage.models import Base, Run, TrackDocument, Video
 from app.videos.view import VideoView, video_view, video_views
+from tests.app.databases import cluster, database_url
 
 __all__ = ["cluster", "database_url"]
 

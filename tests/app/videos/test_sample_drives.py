@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from import_now import work_off
-from toy_server import Server
 
 from app.storage.models import Event, Job
 from sample_videos import SHIPPED
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 
 NAMES = [clip.video.name for clip in SHIPPED]
 

@@ -13,10 +13,10 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from import_now import work_off
-from toy_server import Server
 
 from app.videos.encoded import EncodedCache
+from tests.app.import_now import work_off
+from tests.app.toy_server import Server
 from tsr_engine.io.video import open_video
 
 KINDS = (

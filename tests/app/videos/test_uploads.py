@@ -15,16 +15,16 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from import_now import work_off
 from sqlalchemy.orm import Session
 from starlette.requests import ClientDisconnect
-from toy_server import SECRET, Server
 
 from app.errors import StorageFull
 from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.paths import MOST_ENTRIES
 from app.videos.service import VideoService
+from tests.app.import_now import work_off
+from tests.app.toy_server import SECRET, Server
 
 
 @pytest.fixture
